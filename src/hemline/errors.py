@@ -1,0 +1,88 @@
+"""What can go wrong, as one tree.
+
+```
+HemlineError
+├── BadInput (also a ValueError)     the user's file or argument: exit status 2
+│   ├── BadBody       betas, body files
+│   ├── BadMotion     clips
+│   ├── BadMesh       triangles
+│   ├── BadGarment    mesh + TOML, pins, chains, materials
+│   ├── BadDataset    folders of takes
+│   ├── BadModel      model files
+│   └── BadOutput     a path that cannot be written, a format that is not known
+├── MissingExtra (also an ImportError)   an optional library is not installed: exit status 2
+└── SimulationFailed                     a take that could not be finished: exit status 1
+```
+
+Every message says what, got, cure: `skirt.toml: pins name vertex 4120; the mesh has 3980 vertices; count from 0`.
+"""
+
+
+class HemlineError(Exception):
+    """Base of everything that hemline raises on purpose."""
+
+
+class BadInput(HemlineError, ValueError):
+    """Input that cannot be used as it is.
+
+    Args:
+        what: What is wrong, and where.
+        got: What was found.
+        cure: What the user can do about it.
+    """
+
+    def __init__(self, what: str, got: object, cure: str):
+        self.what, self.got, self.cure = what, got, cure
+        super().__init__(f"{what}; got {got}; {cure}".replace("\n", " "))
+
+    def __reduce__(self):
+        return type(self), (self.what, self.got, self.cure)
+
+
+class BadBody(BadInput):
+    """Betas of the wrong length, a body file that is not one."""
+
+
+class BadMotion(BadInput):
+    """A clip that cannot be read, or that lacks a joint."""
+
+
+class BadMesh(BadInput):
+    """A triangle mesh that cloth cannot be made of."""
+
+
+class BadGarment(BadInput):
+    """A garment whose mesh, unit, pins, chains or material contradict each other."""
+
+
+class BadDataset(BadInput):
+    """A dataset that is damaged, or that was made for something else."""
+
+
+class BadModel(BadInput):
+    """A model file that is damaged, of a future version, or not one."""
+
+
+class BadOutput(BadInput):
+    """A path that cannot be written, or an ending that names no known format."""
+
+
+class MissingExtra(HemlineError, ImportError):
+    """An optional library is needed and not installed.
+
+    Args:
+        library: Its import name.
+        extra: The extra of hemline that brings it.
+        need: What it is needed for.
+    """
+
+    def __init__(self, library: str, extra: str, need: str):
+        self.library, self.extra, self.need = library, extra, need
+        super().__init__(f"{need} needs {library}; it is not installed; run: pip install 'hemline[{extra}]'")
+
+    def __reduce__(self):
+        return type(self), (self.library, self.extra, self.need)
+
+
+class SimulationFailed(HemlineError):
+    """A step failed even at the smallest substep; the message names frame and reason."""
