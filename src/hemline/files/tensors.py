@@ -19,6 +19,8 @@ from .atomic import written_whole
 FORMAT_VERSION = 1
 """Version of the container; a file with a higher one is refused."""
 
+_LARGEST_HEADER = 100_000_000
+
 
 def tensor_bytes(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> bytes:
     """The exact bytes that `write_tensors` writes."""
@@ -57,7 +59,7 @@ def read_metadata(path: str | Path, kind: str, *, error: type[BadInput] = BadInp
     Raises:
         error: The file is missing, truncated, of another kind or of a future version.
     """
-    return _open(path, kind, error)[0]
+    return _open(path, kind, error, whole=False)[0]
 
 
 def read_tensors(
@@ -77,7 +79,7 @@ def read_tensors(
     from safetensors import SafetensorError
     from safetensors.numpy import load
 
-    metadata, content = _open(path, kind, error)
+    metadata, content = _open(path, kind, error, whole=True)
     try:
         arrays = {name: np.array(array) for name, array in load(content).items()}
     except (SafetensorError, ValueError, KeyError) as reason:
@@ -106,16 +108,20 @@ def content_hash(*parts: np.ndarray | str | bytes | Mapping[str, Any] | None) ->
     return digest.hexdigest()[:24]
 
 
-def _open(path: str | Path, kind: str, error: type[BadInput]) -> tuple[dict[str, Any], bytes]:
+def _open(path: str | Path, kind: str, error: type[BadInput], *, whole: bool) -> tuple[dict[str, Any], bytes]:
     path = Path(path)
     cure = f"name a {kind} file that hemline wrote (safetensors)"
     try:
-        content = path.read_bytes()
+        with path.open("rb") as stream:
+            length = path.stat().st_size
+            content = stream.read(8)
+            size = int.from_bytes(content, "little")
+            has_header = len(content) == 8 and 2 <= size <= min(length - 8, _LARGEST_HEADER)
+            content += stream.read() if whole else stream.read(size) if has_header else b""
     except OSError as reason:
         raise error(f"cannot read {path}", reason.strerror or reason, cure) from reason
-    size = int.from_bytes(content[:8], "little")
     try:
-        if len(content) < 8 or not 2 <= size <= len(content) - 8:
+        if not has_header:
             raise ValueError("no safetensors header")
         header = json.loads(content[8 : 8 + size])
         metadata = json.loads(header["__metadata__"]["hemline"])
@@ -138,4 +144,4 @@ def _what_it_is(content: bytes) -> str:
         return "a pickle, which is never read"
     if content[:2] == b"PK":
         return "a zip archive (npz, or a torch file)"
-    return f"{len(content)} bytes without a readable header"
+    return "bytes without a readable header"

@@ -1,0 +1,215 @@
+"""A folder of takes.
+
+```
+folder/
+  garment.safetensors        the garment, mesh and all
+  takes/<hash>.safetensors   one take each; describes itself
+  manifest.json              an index of the takes with checksums: rebuilt whenever it is missing or stale
+  timings.jsonl              how long each take took: a log, no part of the data
+```
+A plain copy of the takes of one dataset into another of the same garment merges them.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hemline.errors import BadDataset, BadOutput
+from hemline.files import written_whole
+from hemline.garments.garment import Garment
+
+from .split import split_by_subject
+from .take import Take, read_take, take_metadata, write_take
+
+MANIFEST_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Row:
+    """What the index knows of a take."""
+
+    name: str
+    """Hash of the inputs; the file is `takes/<name>.safetensors`."""
+    kind: str
+    """`clip` or `rest`."""
+    clip: str
+    """Name of the clip; empty for a rest state."""
+    subject: str
+    """Who was captured: splits keep a subject together."""
+    part: int
+    """Clips longer than ten seconds are cut into parts; this counts them from 0."""
+    frames: int
+    """Frames, lead-in included."""
+    clip_frames: int
+    """Frames after the lead-in."""
+    betas: tuple[float, ...]
+    failed: str | None
+    figures: dict[str, float]
+    sha256: str
+    """Checksum of the file."""
+    bytes: int
+    stamp: int
+    """The file's time of change [ns]; a different one makes the row stale."""
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Takes of one garment on disk."""
+
+    folder: Path
+    garment: Garment
+
+    @property
+    def takes_folder(self) -> Path:
+        return self.folder / "takes"
+
+    def path(self, name: str) -> Path:
+        """The file of the take of that name, there or not."""
+        return self.takes_folder / f"{name}.safetensors"
+
+    def rows(self) -> list[Row]:
+        """The index, brought up to date with the files that are there, by clip, part and name.
+
+        Raises:
+            BadDataset: A take is damaged, or belongs to another garment.
+        """
+        known = {row.name: row for row in _manifest_rows(self.folder / "manifest.json")}
+        rows = [self._row(file, known) for file in sorted(self.takes_folder.glob("[!.]*.safetensors"))]
+        rows.sort(key=lambda row: (row.kind, row.clip, row.part, row.name))
+        if {row.name: row for row in rows} != known:
+            self._write_manifest(rows)
+        return rows
+
+    def clips(self) -> list[Row]:
+        """Rows of all takes of clips that did not fail."""
+        return [row for row in self.rows() if row.kind == "clip" and row.failed is None]
+
+    def take(self, row: Row | str) -> Take:
+        """Read one take by its row or name."""
+        return read_take(self.path(row if isinstance(row, str) else row.name))
+
+    def add(self, take: Take, *, quantised: bool = False) -> Path:
+        """Write a take under its name, whole or not at all."""
+        path = self.path(take.name)
+        write_take(path, take, quantised=quantised)
+        return path
+
+    def rest(self, betas: Iterable[float] = ()) -> Take:
+        """The settled drape on the body of these betas in its rest pose.
+
+        Raises:
+            BadDataset: The dataset holds none for these betas.
+        """
+        asked = np.trim_zeros(np.asarray(list(betas), np.float32), "b")
+        for row in self.rows():
+            if row.kind == "rest" and np.array_equal(np.trim_zeros(np.asarray(row.betas, np.float32), "b"), asked):
+                return self.take(row)
+        raise BadDataset(
+            f"{self.folder} holds no rest state for these betas", asked.tolist(), "run 'hemline simulate' with these betas"
+        )
+
+    def split(self, which: str, *, fractions: tuple[float, float, float] = (0.8, 0.1, 0.1)) -> list[Row]:
+        """Rows of `train`, `val` or `test`: by subject, never by frame, so that no recording is on two sides."""
+        return split_by_subject(self.clips(), fractions)[which]
+
+    def verify(self) -> None:
+        """Compare each file with its checksum.
+
+        Raises:
+            BadDataset: A file's content changed since it was indexed.
+        """
+        for row in self.rows():
+            if _sha256(self.path(row.name)) != row.sha256:
+                raise BadDataset(
+                    f"take {row.name} does not match its checksum", "other bytes", "delete it and run 'hemline simulate' again"
+                )
+
+    def log_timing(self, entry: dict[str, Any]) -> None:
+        """Add a line to `timings.jsonl`."""
+        with (self.folder / "timings.jsonl").open("a") as stream:
+            stream.write(json.dumps(entry, sort_keys=True) + "\n")
+
+    def _row(self, file: Path, known: dict[str, Row]) -> Row:
+        stat = file.stat()
+        old = known.get(file.stem)
+        if old and (old.bytes, old.stamp) == (stat.st_size, stat.st_mtime_ns):
+            return old
+        metadata = take_metadata(file)
+        inputs = metadata["inputs"]
+        if inputs.get("garment") != self.garment.hash:
+            raise BadDataset(
+                f"take {file.name} was made for another garment", f"garment hash {inputs.get('garment')}",
+                f"keep it in a dataset of its own; this one holds {self.garment.name} ({self.garment.hash})",
+            )  # fmt: skip
+        take = read_take(file)
+        return Row(
+            name=file.stem, kind=take.kind, clip=str(inputs.get("clip", "")), subject=str(inputs.get("subject", "")),
+            part=int(inputs.get("part", 0)), frames=len(take.motion), clip_frames=len(take.clip_frames),
+            betas=tuple(float(b) for b in take.betas), failed=take.failed, figures=dict(take.figures),
+            sha256=_sha256(file), bytes=stat.st_size, stamp=stat.st_mtime_ns,
+        )  # fmt: skip
+
+    def _write_manifest(self, rows: list[Row]) -> None:
+        content = {"version": MANIFEST_VERSION, "garment": self.garment.hash, "takes": [asdict(row) for row in rows]}
+        try:
+            with written_whole(self.folder / "manifest.json") as temporary:
+                temporary.write_text(json.dumps(content, indent=1, sort_keys=True))
+        except BadOutput:
+            return  # the index is only a convenience; a dataset on a read-only disk is still readable
+
+
+def create(folder: str | Path, garment: Garment) -> Dataset:
+    """Make a dataset for a garment, or open the one that is there if it was made for the same garment.
+
+    Raises:
+        BadDataset: There is one for another garment.
+        BadOutput: The folder cannot be written.
+    """
+    folder = Path(folder)
+    if (folder / "garment.safetensors").exists():
+        found = open_dataset(folder)
+        if found.garment.hash != garment.hash:
+            raise BadDataset(
+                f"{folder} was made for another garment", f"{found.garment.name} ({found.garment.hash})",
+                f"choose another folder for {garment.name} ({garment.hash})",
+            )  # fmt: skip
+        return found
+    try:
+        (folder / "takes").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadOutput(f"cannot make {folder}", error.strerror or error, "name a folder that can be written") from error
+    garment.save(folder / "garment.safetensors")
+    return Dataset(folder, garment)
+
+
+def open_dataset(folder: str | Path) -> Dataset:
+    """Open a dataset.
+
+    Raises:
+        BadDataset: There is none, or its garment is damaged.
+    """
+    folder = Path(folder)
+    file = folder / "garment.safetensors"
+    if not file.is_file():
+        raise BadDataset(f"{folder} is no dataset", "no garment.safetensors in it", "make one with 'hemline simulate'")
+    return Dataset(folder, Garment.load(file))
+
+
+def _manifest_rows(file: Path) -> list[Row]:
+    try:
+        content = json.loads(file.read_text())
+        if content["version"] != MANIFEST_VERSION:
+            return []
+        return [Row(**{**row, "betas": tuple(row["betas"])}) for row in content["takes"]]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []  # missing or stale: the takes describe themselves
+
+
+def _sha256(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -1,0 +1,137 @@
+"""One take: a garment simulated against one clip, frame by frame, with the figures that say how far to trust it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hemline.arrays import Betas, Bool, Float, FramesOfVertices, Int
+from hemline.errors import BadDataset
+from hemline.files import content_hash, read_metadata, read_tensors, write_tensors
+from hemline.motions.motion import Motion
+
+_ARRAYS = ("vertices", "rotations", "translations", "betas", "lead_in", "pinched")
+_QUANTUM = 1e-5
+
+
+@dataclass(frozen=True)
+class Take:
+    """Vertices of a garment over a clip, with everything that is needed to use or to continue it."""
+
+    kind: str
+    """`clip`, or `rest`: one frame, the settled drape in the body's rest pose."""
+    vertices: FramesOfVertices
+    """Garment vertices in the world [m], float32."""
+    motion: Motion
+    """The very poses that the cloth was simulated against, one a frame, lead-in included."""
+    betas: Betas
+    """Shape of the body."""
+    lead_in: Bool[np.ndarray, " frames"]
+    """Frames before the clip proper; training skips them."""
+    pinched: Int[np.ndarray, " frames"]
+    """Vertices a frame that had no free place because the body cuts through itself there."""
+    figures: Mapping[str, float]
+    """Figures of trust, unit in the name: `edge_strain_p99`, `inside`, `deepest_mm`, `residual_share`..."""
+    inputs: Mapping[str, Any]
+    """What the take depends on, and nothing else; its hash is the take's name."""
+    failed: str | None = None
+    """Why the simulation stopped early, with the frame; None: it did not."""
+    end_state: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """What the next part of the same clip goes on from."""
+
+    def __post_init__(self):
+        frames = len(self.motion)
+        lengths = {"vertices": len(self.vertices), "lead_in": len(self.lead_in), "pinched": len(self.pinched)}
+        wrong = {name: length for name, length in lengths.items() if length != frames}
+        if wrong:
+            raise BadDataset("a take's arrays must have one row a frame", f"{wrong} for {frames} frames", "make it again")
+        if self.kind not in ("clip", "rest"):
+            raise BadDataset("a take's kind is 'clip' or 'rest'", repr(self.kind), "name one of them")
+
+    @property
+    def name(self) -> str:
+        """Hash of the inputs: the same command gives the same name."""
+        return take_name(self.inputs)
+
+    @property
+    def clip_frames(self) -> Int[np.ndarray, " frames"]:
+        """Indices of the frames after the lead-in."""
+        return np.flatnonzero(~self.lead_in)
+
+
+def take_name(inputs: Mapping[str, Any]) -> str:
+    """The name of the take that these inputs make: a hash of them."""
+    return content_hash(inputs)
+
+
+def write_take(path: str | Path, take: Take, *, quantised: bool = False) -> None:
+    """Write a take, whole or not at all.
+
+    Args:
+        path: The file.
+        take: The take.
+        quantised: Store vertices as steps of 10 micrometres, differenced in time, in int32 or int16 where they fit:
+            about a third smaller once compressed; the error is at most 5 micrometres a coordinate.
+
+    Raises:
+        BadOutput: The path cannot be written.
+    """
+    arrays: dict[str, np.ndarray] = {
+        "rotations": take.motion.rotations, "translations": take.motion.translations,
+        "betas": np.asarray(take.betas, np.float32), "lead_in": np.asarray(take.lead_in, np.uint8),
+        "pinched": np.asarray(take.pinched, np.int32),
+    }  # fmt: skip
+    arrays |= _quantised(take.vertices) if quantised else {"vertices": np.asarray(take.vertices, np.float32)}
+    arrays |= {f"end_state.{name}": array for name, array in take.end_state.items()}
+    motion = take.motion
+    metadata = {
+        "kind": "take", "take": take.kind, "figures": dict(take.figures), "inputs": dict(take.inputs),
+        "failed": take.failed,
+        "motion": {"fps": motion.fps, "leg_length": motion.leg_length, "name": motion.name, "source": motion.source,
+                   "licence": motion.licence},
+    }  # fmt: skip
+    write_tensors(path, arrays, metadata)
+
+
+def read_take(path: str | Path) -> Take:
+    """Read a take.
+
+    Raises:
+        BadDataset: The file is missing, truncated, not a take, or its arrays contradict each other.
+    """
+    arrays, metadata = read_tensors(path, "take", error=BadDataset)
+    cure = "delete the file and run 'hemline simulate' again; it makes what is missing"
+    if "first" in arrays and "steps" in arrays:
+        arrays["vertices"] = _restored(arrays.pop("first"), arrays.pop("steps"))
+    missing = [name for name in _ARRAYS if name not in arrays]
+    if missing:
+        raise BadDataset(f"{path} lacks arrays", ", ".join(missing), cure)
+    try:
+        motion = Motion(rotations=arrays["rotations"], translations=arrays["translations"], **metadata["motion"])
+        return Take(
+            kind=metadata["take"], vertices=arrays["vertices"], motion=motion, betas=arrays["betas"],
+            lead_in=arrays["lead_in"].astype(bool), pinched=arrays["pinched"], figures=metadata["figures"],
+            inputs=metadata["inputs"], failed=metadata["failed"],
+            end_state={n.removeprefix("end_state."): a for n, a in arrays.items() if n.startswith("end_state.")},
+        )  # fmt: skip
+    except (KeyError, TypeError) as reason:
+        raise BadDataset(f"{path} lacks metadata", reason, cure) from reason
+
+
+def take_metadata(path: str | Path) -> dict[str, Any]:
+    """A take's metadata without its arrays; raises as `read_take` does."""
+    return read_metadata(path, "take", error=BadDataset)
+
+
+def _quantised(vertices: FramesOfVertices) -> dict[str, np.ndarray]:
+    whole = np.rint(np.asarray(vertices, np.float64) / _QUANTUM).astype(np.int32)
+    steps = np.diff(whole, axis=0)
+    fits = steps.size == 0 or np.abs(steps).max() < 2**15
+    return {"first": whole[0], "steps": steps.astype(np.int16) if fits else steps}
+
+
+def _restored(first: Int[np.ndarray, "verts 3"], steps: Int[np.ndarray, "steps verts 3"]) -> Float[np.ndarray, "f v 3"]:
+    whole = np.concatenate([first[None], steps.astype(np.int32)]).cumsum(axis=0, dtype=np.int64)
+    return (whole * _QUANTUM).astype(np.float32)
