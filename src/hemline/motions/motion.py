@@ -1,0 +1,182 @@
+"""Poses of the 24-joint skeleton, and clips of them."""
+
+import operator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import overload
+
+import numpy as np
+from jaxtyping import Float
+
+from hemline.arrays import Quaternions
+from hemline.errors import BadMotion
+from hemline.files import content_hash
+
+from .quaternions import continuous, slerp
+
+JOINT_NAMES = (
+    "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2", "left_ankle", "right_ankle",
+    "spine3", "left_foot", "right_foot", "neck", "left_collar", "right_collar", "head", "left_shoulder",
+    "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist", "left_hand", "right_hand",
+)  # fmt: skip
+"""The joints, in the order that every array has them."""
+
+PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21)
+"""The parent of each joint; -1 for the pelvis. A parent always comes before its children."""
+
+JOINT_COUNT = len(JOINT_NAMES)
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """One frame: how each joint is turned, and where the pelvis is.
+
+    Attributes:
+        rotations: Local rotation of each joint relative to its parent, unit quaternions wxyz; identity is the T-pose:
+            arms along x, legs straight down, facing +z.
+        translation: Position of the pelvis joint in the world [m].
+
+    Raises:
+        BadMotion: Wrong shape, NaN or infinity, or a quaternion that is not of length one.
+    """
+
+    rotations: Quaternions
+    translation: Float[np.ndarray, "3"]
+
+    def __post_init__(self) -> None:
+        rotations, translation = _checked(self.rotations, self.translation, ())
+        object.__setattr__(self, "rotations", rotations)
+        object.__setattr__(self, "translation", translation)
+
+    @cached_property
+    def hash(self) -> str:
+        """Short hash of the content."""
+        return content_hash(self.rotations, self.translation)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A clip: poses at a constant rate.
+
+    Attributes:
+        rotations: Local rotation of each joint in each frame, as in `Pose`.
+        translations: Position of the pelvis joint in each frame [m].
+        fps: Frames a second.
+        leg_length: Hip to knee to ankle of the body that the translations are scaled for [m].
+        name: What it is called.
+        source: Where it comes from: file and number of the recording.
+        licence: Terms, in short.
+        notes: What was guessed, ignored or dropped when it was read, one sentence each.
+
+    Raises:
+        BadMotion: Wrong shapes, no frame, NaN or infinity, a quaternion that is not of length one, a rate or a leg
+            length that is not positive.
+    """
+
+    rotations: Float[np.ndarray, "frames joints 4"]
+    translations: Float[np.ndarray, "frames 3"]
+    fps: float
+    leg_length: float
+    name: str = ""
+    source: str = ""
+    licence: str = ""
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        frames = (len(np.atleast_1d(self.rotations)),)
+        if frames == (0,):
+            raise BadMotion(f"motion '{self.name}' must have a frame", "none", "take a longer stretch")
+        rotations, translations = _checked(self.rotations, self.translations, frames)
+        object.__setattr__(self, "rotations", rotations)
+        object.__setattr__(self, "translations", translations)
+        for field in ("fps", "leg_length"):
+            value = float(getattr(self, field))
+            if not (np.isfinite(value) and value > 0):
+                raise BadMotion(f"{field} of motion '{self.name}' must be positive", value, "give a number above 0")
+            object.__setattr__(self, field, value)
+        object.__setattr__(self, "notes", tuple(self.notes))
+
+    def __len__(self) -> int:
+        return len(self.rotations)
+
+    @overload
+    def __getitem__(self, index: int) -> Pose: ...
+    @overload
+    def __getitem__(self, index: slice) -> "Motion": ...
+    def __getitem__(self, index: int | slice) -> "Pose | Motion":
+        """Pose of one frame, or the motion of a stretch; a step of 2 halves the rate."""
+        if not isinstance(index, slice):
+            index = operator.index(index)
+            return Pose(self.rotations[index], self.translations[index])
+        if index.step is not None and index.step < 1:
+            raise BadMotion("a stretch of a motion must go forward", f"step {index.step}", "use a step of 1 or more")
+        return replace(
+            self,
+            rotations=self.rotations[index],
+            translations=self.translations[index],
+            fps=self.fps / (index.step or 1),
+        )
+
+    @property
+    def seconds(self) -> float:
+        """Time from the first frame to the last [s]."""
+        return (len(self) - 1) / self.fps
+
+    @cached_property
+    def hash(self) -> str:
+        """Short hash of all that moves: rotations, translations, rate and leg length, not of names."""
+        return content_hash(self.rotations, self.translations, {"fps": self.fps, "leg_length": self.leg_length})
+
+    def at(self, seconds: float) -> Pose:
+        """Pose at any time, by slerp; before the start the first, after the end the last."""
+        rotations, translations = self._between_frames(np.array([seconds], dtype=np.float64))
+        return Pose(rotations[0], translations[0])
+
+    def resampled(self, fps: float) -> "Motion":
+        """The same motion at another rate, by slerp; it starts at the first frame and ends at or just before the last.
+
+        Raises:
+            BadMotion: The rate is not positive.
+        """
+        if not (np.isfinite(fps) and fps > 0):
+            raise BadMotion(f"fps of motion '{self.name}' must be positive", fps, "give a number above 0")
+        if fps == self.fps:
+            return self
+        frames = int(np.floor(self.seconds * fps + 1e-3)) + 1
+        rotations, translations = self._between_frames(np.arange(frames) / fps)
+        rotations = continuous(rotations)
+        return replace(self, rotations=rotations, translations=translations, fps=fps)
+
+    def _between_frames(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        place = np.clip(times * self.fps, 0, len(self) - 1)
+        before = np.floor(place).astype(np.int64)
+        after = np.minimum(before + 1, len(self) - 1)
+        share = place - before
+        rotations = slerp(
+            self.rotations[before].astype(np.float64), self.rotations[after].astype(np.float64), share[:, None]
+        )
+        start, end = self.translations[before].astype(np.float64), self.translations[after].astype(np.float64)
+        return rotations, start + share[:, None] * (end - start)
+
+
+def _checked(rotations: np.ndarray, translations: np.ndarray, frames: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Both as C-contiguous float32 of the right shape, finite, the quaternions of length one."""
+    turned, moved = np.asarray(rotations), np.asarray(translations)
+    expected = (*frames, JOINT_COUNT, 4), (*frames, 3)
+    if turned.shape != expected[0] or moved.shape != expected[1]:
+        raise BadMotion(
+            f"rotations must be {expected[0]} and translations {expected[1]}",
+            f"{turned.shape} and {moved.shape}",
+            "give one quaternion wxyz a joint and one pelvis position a frame",
+        )
+    norms = np.sqrt(np.einsum("...i,...i->...", turned, turned, dtype=np.float64))
+    if not (np.isfinite(norms).all() and np.isfinite(moved).all()):
+        raise BadMotion("a motion must be finite", "NaN or infinity", "mend or cut the frames that hold it")
+    off = np.abs(norms - 1)
+    if off.max() > 1e-2:
+        raise BadMotion(
+            "rotations must be unit quaternions", f"one of length {norms.flat[off.argmax()]:.3g}", "normalise"
+        )
+    if off.max() > 1e-6:  # rounding to float32 stays below, so that saving and loading changes no bit
+        turned = turned / norms[..., None]
+    return np.ascontiguousarray(turned, dtype=np.float32), np.ascontiguousarray(moved, dtype=np.float32)

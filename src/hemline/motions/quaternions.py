@@ -1,0 +1,162 @@
+"""Rotations as unit quaternions wxyz, acting on column vectors. Plain NumPy over any leading axes."""
+
+import numpy as np
+from jaxtyping import Float
+
+Quaternion = Float[np.ndarray, "... 4"]
+"""Unit quaternions wxyz over any leading axes."""
+
+Matrix = Float[np.ndarray, "... 3 3"]
+"""Rotation matrices over any leading axes."""
+
+Vector = Float[np.ndarray, "... 3"]
+"""Vectors over any leading axes."""
+
+
+def multiply(first: Quaternion, second: Quaternion) -> Quaternion:
+    """Product `first second`: the rotation that turns by `second`, then by `first`."""
+    w, x, y, z = np.moveaxis(np.asarray(first), -1, 0)
+    a, b, c, d = np.moveaxis(np.asarray(second), -1, 0)
+    return np.stack(
+        [
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        ],
+        axis=-1,
+    )
+
+
+def inverse(rotation: Quaternion) -> Quaternion:
+    """The opposite rotation."""
+    return np.asarray(rotation) * np.array([1, -1, -1, -1], dtype=np.asarray(rotation).dtype)
+
+
+def rotate(rotation: Quaternion, vector: Vector) -> Vector:
+    """The vectors turned by the rotations."""
+    rotation, vector = np.asarray(rotation), np.asarray(vector)
+    w, axis = rotation[..., :1], rotation[..., 1:]
+    twice = 2 * np.cross(axis, vector)
+    return vector + w * twice + np.cross(axis, twice)
+
+
+def normalised(rotation: Quaternion) -> Quaternion:
+    """The quaternions scaled to length one."""
+    return rotation / np.linalg.norm(rotation, axis=-1, keepdims=True)
+
+
+def angle(rotation: Quaternion) -> Float[np.ndarray, "..."]:
+    """How far a rotation turns, 0 to pi [rad]."""
+    rotation = np.asarray(rotation)
+    return 2 * np.arctan2(np.linalg.norm(rotation[..., 1:], axis=-1), np.abs(rotation[..., 0]))
+
+
+def slerp(start: Quaternion, end: Quaternion, share: Float[np.ndarray, "..."] | float) -> Quaternion:
+    r"""The rotation at a share of the shorter way from `start` to `end`, at constant angular speed.
+
+    $$q(t) = \frac{\sin((1-t)\theta)\, q_0 + \sin(t\theta)\, q_1}{\sin\theta}, \qquad \cos\theta = |q_0 \cdot q_1|$$
+
+    Args:
+        start: Rotations at share 0.
+        end: Rotations at share 1.
+        share: Where between them; broadcasts against the leading axes.
+
+    Source: Shoemake, "Animating rotation with quaternion curves", SIGGRAPH 1985, section 3.3.
+    """
+    cosine = np.sum(start * end, axis=-1, keepdims=True)
+    end, cosine = np.where(cosine < 0, -end, end), np.minimum(np.abs(cosine), 1.0)
+    share = np.asarray(share, dtype=cosine.dtype)[..., None]
+    theta = np.arccos(cosine)
+    near = theta < 1e-4
+    sine = np.where(near, 1.0, np.sin(theta))
+    from_start = np.where(near, 1 - share, np.sin((1 - share) * theta) / sine)
+    from_end = np.where(near, share, np.sin(share * theta) / sine)
+    return normalised(from_start * start + from_end * end)
+
+
+def continuous(rotations: Float[np.ndarray, "frames ... 4"]) -> Float[np.ndarray, "frames ... 4"]:
+    """The same rotations with signs chosen so that neighbours in time are near, and the first has w >= 0."""
+    flips = np.where(np.sum(rotations[1:] * rotations[:-1], axis=-1) < 0, -1, 1)
+    first = np.where(rotations[:1, ..., 0] < 0, -1, 1)
+    signs = np.cumprod(np.concatenate([first, flips]), axis=0)
+    return rotations * signs[..., None].astype(rotations.dtype)
+
+
+def to_matrix(rotation: Quaternion) -> Matrix:
+    """Rotation matrices of unit quaternions."""
+    w, x, y, z = np.moveaxis(np.asarray(rotation), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def from_matrix(matrix: Matrix) -> Quaternion:
+    """Unit quaternions, w >= 0, of rotation matrices.
+
+    Source: Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1(3), 1978: the largest of the four
+    candidates is divided by, so that it never loses digits.
+    """
+    m = np.asarray(matrix)
+    xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    squares = np.stack([1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz], axis=-1)
+    wx, wy, wz = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
+    xy, xz, yz = m[..., 0, 1] + m[..., 1, 0], m[..., 0, 2] + m[..., 2, 0], m[..., 1, 2] + m[..., 2, 1]
+    table = np.stack(
+        [
+            np.stack([squares[..., 0], wx, wy, wz], axis=-1),
+            np.stack([wx, squares[..., 1], xy, xz], axis=-1),
+            np.stack([wy, xy, squares[..., 2], yz], axis=-1),
+            np.stack([wz, xz, yz, squares[..., 3]], axis=-1),
+        ],
+        axis=-2,
+    )
+    best = np.argmax(squares, axis=-1)[..., None, None]
+    chosen = normalised(np.take_along_axis(table, best, axis=-2)[..., 0, :])
+    return np.where(chosen[..., :1] < 0, -chosen, chosen)
+
+
+def from_axis_angle(vector: Vector) -> Quaternion:
+    """Unit quaternions of rotation vectors, axis times angle [rad]."""
+    vector = np.asarray(vector)
+    half = 0.5 * np.linalg.norm(vector, axis=-1, keepdims=True)
+    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * vector], axis=-1)
+
+
+def from_euler(angles: Float[np.ndarray, "... turns"], order: str) -> Quaternion:
+    """Unit quaternions of intrinsic turns about the axes named in `order`, as BVH lists them.
+
+    `from_euler([a, b, c], "ZYX")` is R = Rz(a) Ry(b) Rx(c).
+
+    Args:
+        angles: One angle a letter of `order` [rad].
+        order: Letters X, Y, Z, in any number.
+    """
+    angles = np.asarray(angles)
+    total = np.zeros((*angles.shape[:-1], 4), dtype=angles.dtype)
+    total[..., 0] = 1
+    for index, axis in enumerate(order):
+        turn = np.zeros_like(total)
+        turn[..., 0] = np.cos(0.5 * angles[..., index])
+        turn[..., 1 + "XYZ".index(axis)] = np.sin(0.5 * angles[..., index])
+        total = multiply(total, turn)
+    return total
+
+
+def between(start: Vector, end: Vector) -> Quaternion:
+    """The smallest rotation that turns the direction `start` onto the direction `end`; a half turn is about z or x."""
+    start, end = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+    start = start / np.linalg.norm(start, axis=-1, keepdims=True)
+    end = end / np.linalg.norm(end, axis=-1, keepdims=True)
+    cosine = np.sum(start * end, axis=-1, keepdims=True)
+    if np.any(cosine < -1 + 1e-9):
+        side = np.where(np.abs(start[..., 2:]) > 0.9, [1.0, 0, 0], [0, 0, 1.0])
+        across = np.cross(np.cross(start, side), start)
+        opposite = np.concatenate([np.zeros_like(cosine), across], axis=-1)
+    else:
+        opposite = 0.0
+    smallest = np.concatenate([1 + cosine, np.cross(start, end)], axis=-1)
+    return normalised(np.where(cosine < -1 + 1e-9, opposite, smallest))
