@@ -1,1 +1,22 @@
-"""."""
+"""Pictures without a display: a small rasteriser, cameras that frame a clip, PNG and moving WebP."""
+
+from .camera import VIEWS_DEG as VIEWS_DEG
+from .camera import Camera as Camera
+from .camera import frame_clip as frame_clip
+from .camera import frame_points as frame_points
+from .draw import draw as draw
+from .draw import picture_of as picture_of
+from .images import captioned as captioned
+from .images import side_by_side as side_by_side
+from .images import write_png as write_png
+from .images import write_webp as write_webp
+from .render import BODY as BODY
+from .render import CLOTH as CLOTH
+from .render import TRUTH as TRUTH
+from .render import Surface as Surface
+from .render import render as render
+
+__all__ = [
+    "BODY", "CLOTH", "TRUTH", "VIEWS_DEG", "Camera", "Surface", "captioned", "draw", "frame_clip", "frame_points",
+    "picture_of", "render", "side_by_side", "write_png", "write_webp",
+]  # fmt: skip

@@ -1,0 +1,72 @@
+"""One call to look at something."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hemline.arrays import Faces, Vertices
+
+from .camera import frame_points
+from .images import side_by_side, write_png
+from .render import BODY, CLOTH, TRUTH, Picture, Surface, render
+
+_NAMED = {"cloth": CLOTH, "body": BODY, "truth": TRUTH}
+
+
+def picture_of(
+    meshes: Sequence[tuple[Vertices, Faces, str | tuple[float, float, float]]],
+    view: str | Sequence[str] = "three_quarter",
+    *,
+    size: tuple[int, int] = (640, 640),
+    ground: float | None | str = "lowest",
+) -> Picture:
+    """A picture of meshes, framed so that all is seen; several views come out in a row.
+
+    Args:
+        meshes: (vertices [m], faces, colour) each; colour `"cloth"`, `"body"`, `"truth"` or sRGB from 0 to 1.
+        view: One name of `VIEWS_DEG`, or several.
+        size: Width and height of one view [pixels].
+        ground: Height of the ground plane [m], None for none, or `"lowest"`: at the lowest vertex.
+
+    Raises:
+        BadInput: As `frame_points` and `render`.
+    """
+    surfaces = [surface_of(*mesh) for mesh in meshes]
+    points = np.concatenate([surface.vertices for surface in surfaces])
+    height = float(np.nanmin(points[:, 1])) if ground == "lowest" else ground
+    views = [view] if isinstance(view, str) else list(view)
+    pictures = [render(surfaces, frame_points(points, each, size=size), size, ground=height) for each in views]
+    return side_by_side(pictures)
+
+
+def draw(
+    path: str | Path,
+    meshes: Sequence[tuple[Vertices, Faces, str | tuple[float, float, float]]],
+    view: str | Sequence[str] = "three_quarter",
+    *,
+    size: tuple[int, int] = (640, 640),
+    ground: float | None | str = "lowest",
+) -> None:
+    """Write `picture_of` these meshes as PNG.
+
+    Raises:
+        BadInput: As `picture_of`.
+        BadOutput: The path cannot be written.
+
+    Example:
+        >>> import tempfile
+        >>> triangle = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32), np.array([[0, 1, 2]], np.int32)
+        >>> draw(tempfile.mkdtemp() + "/triangle.png", [(*triangle, "cloth")], view=["front", "back"])
+    """
+    write_png(path, picture_of(meshes, view, size=size, ground=ground))
+
+
+def surface_of(vertices: Vertices, faces: Faces, colour: str | tuple[float, float, float]) -> Surface:
+    """A surface in a colour, where `"cloth"`, `"body"` and `"truth"` name the usual ones."""
+    rgb = _NAMED[colour] if isinstance(colour, str) else colour
+    body = colour == "body"
+    return Surface(
+        np.asarray(vertices, np.float32), np.asarray(faces, np.int32), rgb, sheen=0.0 if body else 0.08,
+        inside=(0.9, 0.35, 0.9) if body else Surface.inside,
+    )  # fmt: skip

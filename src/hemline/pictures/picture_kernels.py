@@ -1,0 +1,241 @@
+"""The rasteriser: triangles to a visibility buffer, a shadow map, and pixels shaded once from both."""
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+
+@kernel(fastmath=True)
+def accumulate_normals(vertices, faces, normals_out):
+    """Area-weighted normals, not yet of unit length."""
+    normals_out[:] = 0.0
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ux, uy, uz = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
+        vx, vy, vz = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1], vertices[c, 2] - vertices[a, 2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        for v in (a, b, c):
+            normals_out[v, 0] += nx
+            normals_out[v, 1] += ny
+            normals_out[v, 2] += nz
+
+
+@kernel
+def rasterise(screen, faces, depth_out, face_out):
+    """Nearest triangle of each pixel.
+
+    # in:  screen (verts, 3): x, y [pixels, centres at +0.5], nearness (larger is nearer; <= 0 is behind the camera)
+    # out: depth_out (height, width): nearness of what is seen; face_out (height, width): its triangle, -1 for none
+    """
+    height, width = face_out.shape
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        xa, ya, za = screen[a, 0], screen[a, 1], screen[a, 2]
+        xb, yb, zb = screen[b, 0], screen[b, 1], screen[b, 2]
+        xc, yc, zc = screen[c, 0], screen[c, 1], screen[c, 2]
+        if not (za > 0.0 and zb > 0.0 and zc > 0.0):
+            continue
+        area = (xb - xa) * (yc - ya) - (xc - xa) * (yb - ya)
+        low_x, high_x = min(xa, xb, xc), max(xa, xb, xc)
+        low_y, high_y = min(ya, yb, yc), max(ya, yb, yc)
+        if area == 0.0 or high_x < 0.0 or low_x > width or high_y < 0.0 or low_y > height:
+            continue
+        inverse = np.float32(1.0) / area
+        first, last = max(0, int(np.ceil(low_x - 0.5))), min(width - 1, int(np.floor(high_x - 0.5)))
+        # weights of b and c at the pixel centre, and their change along x and y
+        b_x, b_y = (yc - ya) * inverse, (xa - xc) * inverse
+        c_x, c_y = (ya - yb) * inverse, (xb - xa) * inverse
+        for y in range(max(0, int(np.ceil(low_y - 0.5))), min(height - 1, int(np.floor(high_y - 0.5))) + 1):
+            py = np.float32(y) + np.float32(0.5) - ya
+            for x in range(first, last + 1):
+                px = np.float32(x) + np.float32(0.5) - xa
+                wb, wc = b_x * px + b_y * py, c_x * px + c_y * py
+                if wb < 0.0 or wc < 0.0 or wb + wc > 1.0:
+                    continue
+                z = za + wb * (zb - za) + wc * (zc - za)
+                if z > depth_out[y, x]:
+                    depth_out[y, x] = z
+                    face_out[y, x] = f
+
+
+@kernel
+def box_blur(image, radius, sums, blurred_out):
+    """Mean over a square of 2 radius + 1 pixels, by running sums; zero outside the picture."""
+    height, width = image.shape
+    weight = np.float32(1.0) / np.float32(2 * radius + 1)
+    for y in range(height):
+        total = np.float32(0.0)
+        for x in range(-radius, width):
+            if x + radius < width:
+                total += image[y, x + radius]
+            if x - radius - 1 >= 0:
+                total -= image[y, x - radius - 1]
+            if x >= 0:
+                sums[y, x] = total * weight
+    running = np.zeros(width, np.float32)
+    for y in range(-radius, height):
+        for x in range(width):
+            if y + radius < height:
+                running[x] += sums[y + radius, x]
+            if y - radius - 1 >= 0:
+                running[x] -= sums[y - radius - 1, x]
+            if y >= 0:
+                blurred_out[y, x] = running[x] * weight
+
+
+@kernel(inline="always")
+def sampled(image, x, y):
+    """Bilinear value of an image at continuous pixel coordinates; 0 outside."""
+    height, width = image.shape
+    x, y = x - np.float32(0.5), y - np.float32(0.5)
+    if not (x >= 0.0 and y >= 0.0 and x < width - 1 and y < height - 1):
+        return np.float32(0.0)
+    i, j = int(x), int(y)
+    s, t = x - np.float32(i), y - np.float32(j)
+    one = np.float32(1.0)
+    top = image[j, i] * (one - s) + image[j, i + 1] * s
+    return top * (one - t) + (image[j + 1, i] * (one - s) + image[j + 1, i + 1] * s) * t
+
+
+@kernel(inline="always")
+def lit_share(shadow, x, y, nearness):
+    """Share of light that arrives: 3 x 3 comparisons with the shadow map around a point."""
+    height, width = shadow.shape
+    i, j = int(x), int(y)
+    if i < 1 or j < 1 or i >= width - 1 or j >= height - 1:
+        return np.float32(1.0)
+    free = 0
+    for dy in range(-1, 2):
+        for dx in range(-1, 2):
+            if shadow[j + dy, i + dx] <= nearness:
+                free += 1
+    return np.float32(free) * np.float32(1.0 / 9.0)
+
+
+@kernel(fastmath=True)
+def shade_ground(rays, eye, ground, light_map, blurred, colours, fade_centre, picture_out):
+    """Background and ground plane for every pixel, in linear light.
+
+    # in:  rays (4, 3): direction at pixel (0, 0), its change along x, along y, and one unused row; eye (3,);
+    #      ground (3,): height [m], size of a tile [m], radius at which it has faded [m];
+    #      light_map (3, 4): world to shadow-map x, y, nearness; blurred: soft occupancy of the shadow map;
+    #      colours (4, 3): sky at the top, horizon, light tile, dark tile; fade_centre (3,)
+    # out: picture_out (height, width, 3)
+    """
+    height, width = picture_out.shape[:2]
+    for j in range(height):
+        up = np.float32(1.0) - np.float32(j) / np.float32(height)
+        for i in range(width):
+            x = rays[0, 0] + rays[1, 0] * np.float32(i) + rays[2, 0] * np.float32(j)
+            y = rays[0, 1] + rays[1, 1] * np.float32(i) + rays[2, 1] * np.float32(j)
+            z = rays[0, 2] + rays[1, 2] * np.float32(i) + rays[2, 2] * np.float32(j)
+            share, tile, shadow = np.float32(0.0), 2, np.float32(0.0)
+            t = (ground[0] - eye[1]) / y
+            if t > 0.0 and ground[2] > 0.0:
+                px, pz = eye[0] + t * x, eye[2] + t * z
+                radius = np.sqrt((px - fade_centre[0]) ** 2 + (pz - fade_centre[2]) ** 2) / ground[2]
+                if radius < 1.0:
+                    share = (np.float32(1.0) - radius * radius) ** 2
+                    odd = (int(np.floor(px / ground[1])) + int(np.floor(pz / ground[1]))) & 1
+                    tile = 2 + odd
+                    u = light_map[0, 0] * px + light_map[0, 1] * ground[0] + light_map[0, 2] * pz + light_map[0, 3]
+                    v = light_map[1, 0] * px + light_map[1, 1] * ground[0] + light_map[1, 2] * pz + light_map[1, 3]
+                    shadow = sampled(blurred, u, v)
+            for k in range(3):
+                sky = colours[1, k] + (colours[0, k] - colours[1, k]) * up
+                floor = colours[tile, k] * (np.float32(1.0) - np.float32(0.55) * shadow)
+                picture_out[j, i, k] = sky + (floor - sky) * share
+
+
+@kernel(fastmath=True)
+def shade(
+    screen, faces, face_surfaces, vertices, normals, colours, inside, eye, lights, light_map, shadow, bias,
+    face_seen, background, picture_out,
+):  # fmt: skip
+    """Colour of each pixel from the 2 x 2 samples of the visibility buffer, in linear light.
+
+    # model: faces, face_surfaces (faces,), vertices, normals (unit, outward), colours (verts, 3) linear,
+    #        inside (surfaces, 4): factor on the colour where the back of the surface is seen, share of sheen
+    # in:    screen as for `rasterise`; eye (3,); lights (4, 3): direction to the key light, to the fill light,
+    #        then sky and floor colours; light_map, shadow, bias [m] of the key light; face_seen (2 h, 2 w);
+    #        background (h, w, 3)
+    # out:   picture_out (h, w, 3)
+    """
+    height, width = picture_out.shape[:2]
+    one, zero = np.float32(1.0), np.float32(0.0)
+    for j in range(height):
+        for i in range(width):
+            red, green, blue = zero, zero, zero
+            for sample in range(4):
+                y, x = 2 * j + (sample >> 1), 2 * i + (sample & 1)
+                f = face_seen[y, x]
+                if f < 0:
+                    red += background[j, i, 0]
+                    green += background[j, i, 1]
+                    blue += background[j, i, 2]
+                    continue
+                a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+                xa, ya = screen[a, 0], screen[a, 1]
+                area = (screen[b, 0] - xa) * (screen[c, 1] - ya) - (screen[c, 0] - xa) * (screen[b, 1] - ya)
+                px, py = np.float32(x) + np.float32(0.5) - xa, np.float32(y) + np.float32(0.5) - ya
+                wb = (px * (screen[c, 1] - ya) - py * (screen[c, 0] - xa)) / area
+                wc = (py * (screen[b, 0] - xa) - px * (screen[b, 1] - ya)) / area
+                wa, wb, wc = (one - wb - wc) * screen[a, 2], wb * screen[b, 2], wc * screen[c, 2]
+                total = one / (wa + wb + wc)
+                wa, wb, wc = wa * total, wb * total, wc * total
+                nx = wa * normals[a, 0] + wb * normals[b, 0] + wc * normals[c, 0]
+                ny = wa * normals[a, 1] + wb * normals[b, 1] + wc * normals[c, 1]
+                nz = wa * normals[a, 2] + wb * normals[b, 2] + wc * normals[c, 2]
+                qx = wa * vertices[a, 0] + wb * vertices[b, 0] + wc * vertices[c, 0]
+                qy = wa * vertices[a, 1] + wb * vertices[b, 1] + wc * vertices[c, 1]
+                qz = wa * vertices[a, 2] + wb * vertices[b, 2] + wc * vertices[c, 2]
+                vx, vy, vz = eye[0] - qx, eye[1] - qy, eye[2] - qz
+                scale = one / np.sqrt(vx * vx + vy * vy + vz * vz)
+                vx, vy, vz = vx * scale, vy * scale, vz * scale
+                scale = one / (np.sqrt(nx * nx + ny * ny + nz * nz) + np.float32(1e-12))
+                back = area > zero  # y points down on the screen: what is wound clockwise there shows its back
+                if back:
+                    scale = -scale
+                nx, ny, nz = nx * scale, ny * scale, nz * scale
+                key = nx * lights[0, 0] + ny * lights[0, 1] + nz * lights[0, 2]
+                # a point a little off the surface, towards the viewer's side, is looked up in the shadow map
+                ox, oy, oz = qx + bias * nx, qy + bias * ny, qz + bias * nz
+                if key > zero:
+                    u = light_map[0, 0] * ox + light_map[0, 1] * oy + light_map[0, 2] * oz + light_map[0, 3]
+                    v = light_map[1, 0] * ox + light_map[1, 1] * oy + light_map[1, 2] * oz + light_map[1, 3]
+                    w = light_map[2, 0] * ox + light_map[2, 1] * oy + light_map[2, 2] * oz + light_map[2, 3]
+                    key *= lit_share(shadow, u, v, w + bias)
+                else:
+                    key = zero
+                fill = max(zero, nx * lights[1, 0] + ny * lights[1, 1] + nz * lights[1, 2])
+                up = np.float32(0.5) + np.float32(0.5) * ny
+                s = face_surfaces[f]
+                graze = one - min(one, abs(nx * vx + ny * vy + nz * vz))
+                sheen = inside[s, 3] * graze * graze * graze * (np.float32(0.3) + key)
+                for k in range(3):
+                    paint = wa * colours[a, k] + wb * colours[b, k] + wc * colours[c, k]
+                    if back:
+                        paint *= inside[s, k]
+                    ambient = lights[3, k] + (lights[2, k] - lights[3, k]) * up
+                    value = paint * (ambient + np.float32(0.95) * key + np.float32(0.16) * fill) + sheen
+                    if k == 0:
+                        red += value
+                    elif k == 1:
+                        green += value
+                    else:
+                        blue += value
+            picture_out[j, i, 0] = np.float32(0.25) * red
+            picture_out[j, i, 1] = np.float32(0.25) * green
+            picture_out[j, i, 2] = np.float32(0.25) * blue
+
+
+@kernel
+def encode(picture, table, bytes_out):
+    """Linear light to sRGB bytes by a table of evenly spaced values in [0, 1]."""
+    height, width = picture.shape[:2]
+    last = len(table) - 1
+    for j in range(height):
+        for i in range(width):
+            for k in range(3):
+                value = min(np.float32(1.0), max(np.float32(0.0), picture[j, i, k]))
+                bytes_out[j, i, k] = table[int(value * np.float32(last) + np.float32(0.5))]
