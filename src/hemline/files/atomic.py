@@ -53,3 +53,20 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def check_writable(path: str | Path) -> None:
+    """Refuse a path that could not be written, before hours of work.
+
+    Raises:
+        BadOutput: Its folder does not exist or cannot be written, or the path is a folder.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise BadOutput(f"cannot write {path}", "a folder", "name a file")
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            return
+    except OSError as error:
+        cure = "name a folder that exists, can be written and has room"
+        raise BadOutput(f"cannot write {path}", error.strerror or error, cure) from error

@@ -1,0 +1,46 @@
+# Two commands set everything up on a fresh machine: `make demo` and `make test`.
+PYTHON ?= python3
+VENV ?= .venv
+BIN = $(VENV)/bin
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+
+.PHONY: demo demo-from-nothing test test-all check bench clean
+
+$(VENV)/.base: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(INSTALL) --editable .
+	touch $@
+
+$(VENV)/.learn: $(VENV)/.base
+	$(INSTALL) --editable '.[learn]'
+	touch $@
+
+$(VENV)/.dev: $(VENV)/.learn
+	$(INSTALL) --editable '.[learn,usd,dev]'
+	touch $@
+
+# the shipped cape on a shipped run: cape.glb, cape.webp, report.json in out/demo
+demo: $(VENV)/.base
+	$(BIN)/hemline demo --out out/demo
+
+# the same from nothing: simulate, fit, animate, evaluate on a small budget
+demo-from-nothing: $(VENV)/.learn
+	$(BIN)/hemline demo --from-nothing --out out/demo-from-nothing
+
+test: $(VENV)/.dev
+	$(BIN)/python -m pytest -m "not slow"
+
+test-all: $(VENV)/.dev
+	$(BIN)/python -m pytest
+
+check: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+# all figures of this machine, into benchmarks/results
+bench: $(VENV)/.base
+	$(BIN)/hemline bench --all --record benchmarks/results
+
+clean:
+	rm -rf $(VENV) out build dist

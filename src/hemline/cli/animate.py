@@ -1,0 +1,65 @@
+"""`hemline animate MODEL --motion FILE -o out.glb`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from .progress import bars, note
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Play a model on a motion into a file."""
+
+    model: Annotated[str, tyro.conf.Positional]
+    """A model file, or the name of a shipped model."""
+    motion: Annotated[str, tyro.conf.arg(aliases=["-m"])]
+    """A clip (BVH, AMASS), or the name of a shipped excerpt."""
+    output: Annotated[Path | None, tyro.conf.arg(aliases=["-o"])] = None
+    """The file; its ending chooses the format. Left out: MOTION.glb beside the motion."""
+    betas: tuple[float, ...] = ()
+    """Shape of the body."""
+    body: str | None = None
+    """Another body of the same topology; left out: the model's."""
+    fps: float = 30.0
+    """Frames a second."""
+    untangle: bool = False
+    """Lift limbs out of each other first."""
+    explain: bool = False
+    """Say what was guessed about the clip."""
+
+
+def run(arguments: Arguments) -> int:
+    """Play and write."""
+    import hemline
+    from hemline import bodies, export, motions
+    from hemline.files import check_writable
+    from hemline.play import play, record
+
+    motion = motions.open_motion(arguments.motion)
+    output = arguments.output or _beside(arguments.motion)
+    export.check_format(output)
+    check_writable(output)
+    animator = hemline.load(arguments.model)
+    body = bodies.load(arguments.body or animator.body_name).shaped(arguments.betas)
+    if arguments.explain:
+        for line in motion.notes:
+            note(f"{arguments.motion}: {line}")
+    total = len(motion.resampled(arguments.fps))
+    with bars() as display:
+        task = display.add_task("animate", total=total)
+        clip = record(
+            play(animator, body, motion, fps=arguments.fps, untangle=arguments.untangle),
+            garment_name=animator.garment.name, garment_faces=animator.garment.faces, motion=motion,
+            fps=arguments.fps, keep=lambda frame: display.advance(task),
+        )  # fmt: skip
+    for path in export.write(output, clip):
+        print(path)
+    return 0
+
+
+def _beside(motion: str) -> Path:
+    path = Path(motion)
+    return path.with_suffix(".glb") if path.suffix else Path(f"{motion}.glb")

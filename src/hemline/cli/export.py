@@ -1,0 +1,43 @@
+"""`hemline export DATASET --take N -o FILE`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from hemline.errors import BadInput
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Write one simulated take, without its lead-in."""
+
+    dataset: Annotated[Path, tyro.conf.Positional]
+    """The folder that `hemline simulate` made."""
+    take: int
+    """Which of its takes, counted from 0 in the order of the index (clips by name and part)."""
+    output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
+    """The file; its ending chooses the format."""
+    lead_in: bool = False
+    """The frames before the clip as well."""
+
+
+def run(arguments: Arguments) -> int:
+    """Read the take, skin the body it was simulated against, write."""
+    from hemline import bodies, export
+    from hemline.datasets import open_dataset
+    from hemline.files import check_writable
+    from hemline.play.record import recorded_take
+
+    export.check_format(arguments.output)
+    check_writable(arguments.output)
+    dataset = open_dataset(arguments.dataset)
+    rows = [row for row in dataset.rows() if row.kind == "clip"]
+    if not 0 <= arguments.take < len(rows):
+        raise BadInput(f"{arguments.dataset} has {len(rows)} takes", f"--take {arguments.take}", "count from 0")
+    take = dataset.take(rows[arguments.take])
+    body = bodies.load(dataset.garment.body_name).shaped(take.betas)
+    for path in export.write(arguments.output, recorded_take(take, dataset.garment, body, lead_in=arguments.lead_in)):
+        print(path)
+    return 0

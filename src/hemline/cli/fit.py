@@ -1,0 +1,62 @@
+"""`hemline fit DATASET --animator ropes -o MODEL`."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from .progress import bars
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Fit an animator to a dataset."""
+
+    dataset: Annotated[Path, tyro.conf.Positional]
+    """The folder that `hemline simulate` made."""
+    output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
+    """The model file (.safetensors)."""
+    animator: Literal["ropes"] = "ropes"
+    """The animator."""
+    seed: int = 0
+    """Seed of the training; the same seed gives the same model on one machine."""
+    epochs: int | None = None
+    """Passes over the data of each network; fewer are faster and worse."""
+    json: bool = False
+    """Print the figures of the fit as one JSON object."""
+
+
+def run(arguments: Arguments) -> int:
+    """Fit and save."""
+    from dataclasses import replace
+
+    from hemline.animators import animator_class
+    from hemline.datasets import open_dataset
+    from hemline.files import check_writable
+
+    check_writable(arguments.output)
+    dataset = open_dataset(arguments.dataset)
+    kind = animator_class(arguments.animator)
+    config = kind.Config()
+    if arguments.epochs is not None:
+        config = replace(config, epochs=arguments.epochs)
+    with bars() as display:
+        tasks: dict[str, int] = {}
+
+        def progress(stage: str, done: int, total: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = display.add_task(stage, total=total)
+            display.update(tasks[stage], completed=done, total=total)
+
+        checkpoints = arguments.output.with_suffix(".fitting")
+        animator = kind.fit(dataset, config, seed=arguments.seed, progress=progress, checkpoints=checkpoints)
+    animator.save(arguments.output)
+    if arguments.json:
+        print(json.dumps({"model": str(arguments.output), "figures": animator.figures}))
+    else:
+        for name, value in animator.figures.items():
+            print(f"{name:<28} {value:.4g}")
+        print(arguments.output)
+    return 0

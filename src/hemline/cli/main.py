@@ -1,0 +1,92 @@
+"""Choose the verb, turn errors into one line and an exit status."""
+
+import contextlib
+import importlib
+import io
+import os
+import re
+import sys
+from collections.abc import Sequence
+
+from hemline.errors import BadInput, HemlineError, SimulationFailed
+
+VERBS = {
+    "simulate": "a garment against clips, into a dataset of takes",
+    "fit": "an animator to a dataset, into one model file",
+    "animate": "a model on a motion, into a file for Blender, Unity, the web",
+    "export": "one simulated take, into any format that animate knows",
+    "evaluate": "a model on a motion: milliseconds, millimetres, vertices inside",
+    "demo": "the shipped cape on a shipped run: a file, a picture, figures",
+    "bench": "time the shipped models and the simulator on this machine",
+    "warmup": "compile all kernels now, so that nothing compiles later",
+}
+DONE, FELL_SHORT, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Args:
+        arguments: The words after `hemline`; None: those of this process.
+
+    Returns:
+        The exit status: 0 done, 1 a figure or a take fell short, 2 bad input, 130 interrupted.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        return _run(words)
+    except (SimulationFailed,) as error:
+        return _say(str(error), FELL_SHORT)
+    except HemlineError as error:
+        return _say(str(error), BAD_INPUT)
+    except KeyboardInterrupt:
+        return _say("interrupted; what was finished is kept", INTERRUPTED)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+
+
+def _run(words: list[str]) -> int:
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(_overview())
+        return DONE
+    if words[0] in ("-V", "--version"):
+        from hemline import __version__
+
+        print(f"hemline {__version__}")
+        return DONE
+    verb, rest = words[0], words[1:]
+    if verb not in VERBS:
+        from difflib import get_close_matches
+
+        near = get_close_matches(verb, VERBS, 1)
+        raise BadInput("no such verb", verb, f"did you mean '{near[0]}'?" if near else f"use one of {', '.join(VERBS)}")
+    module = importlib.import_module(f"hemline.cli.{verb}")
+    return module.run(_parsed(module.Arguments, verb, rest))
+
+
+def _parsed(schema: type, verb: str, words: list[str]):
+    """Parse the flags; what tyro draws as a box becomes one line."""
+    import tyro
+
+    errors = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(errors):
+            return tyro.cli(schema, prog=f"hemline {verb}", description=VERBS[verb], args=words)
+    except SystemExit as stop:
+        if stop.code in (0, None):
+            raise
+        text = re.sub(r"\x1b\[[0-9;]*m", "", errors.getvalue())
+        lines = [re.sub(r"[─│╭╮╰╯]+", " ", line).strip() for line in text.splitlines()]
+        said = " ".join(line for line in lines if line and line != "Parsing error")
+        raise BadInput(f"hemline {verb}: {said}"[:400], " ".join(words)[:200] or "no arguments", f"see 'hemline {verb} --help'") from None
+
+
+def _overview() -> str:
+    rows = "\n".join(f"  {verb:<10}{what}" for verb, what in VERBS.items())
+    return f"usage: hemline VERB ...\n\n{rows}\n\n'hemline VERB --help' tells the flags of a verb; --version tells the version."
+
+
+def _say(text: str, status: int) -> int:
+    print(f"hemline: {text}", file=sys.stderr)
+    return status
