@@ -1,1 +1,23 @@
-"""."""
+"""Geometry on plain arrays of vertices and triangles: one function, one file."""
+
+from .boundary_loops import boundary_loops as boundary_loops
+from .checks import check_mesh as check_mesh
+from .checks import consistent_winding as consistent_winding
+from .closest_points import ClosestPoints as ClosestPoints
+from .closest_points import ClosestTree as ClosestTree
+from .closest_points import closest_points_on_mesh as closest_points_on_mesh
+from .components import components as components
+from .edges import edges as edges
+from .geodesic_distances import geodesic_distances as geodesic_distances
+from .mesh import ReadMesh as ReadMesh
+from .normals import face_areas as face_areas
+from .normals import face_normals as face_normals
+from .normals import vertex_normals as vertex_normals
+from .read_mesh import read_mesh as read_mesh
+from .read_obj import read_obj as read_obj
+
+__all__ = [
+    "ClosestPoints", "ClosestTree", "ReadMesh", "boundary_loops", "check_mesh", "closest_points_on_mesh", "components",
+    "consistent_winding", "edges", "face_areas", "face_normals", "geodesic_distances", "read_mesh", "read_obj",
+    "vertex_normals",
+]  # fmt: skip

@@ -1,0 +1,127 @@
+"""Compiled: nearest point of a triangle mesh, by a tree of boxes; exact."""
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+
+@kernel(inline="always")
+def _box_distance(point, low, high):
+    total = 0.0
+    for axis in range(3):
+        beyond = max(low[axis] - point[axis], point[axis] - high[axis], 0.0)
+        total += beyond * beyond
+    return total
+
+
+@kernel
+def corner_weights(point, a, b, c):
+    """Barycentric weights of the point of triangle a b c nearest to `point` (Ericson 2005, section 5.1.5)."""
+    ab, ac, ap = b - a, c - a, point - a
+    d1 = ab[0] * ap[0] + ab[1] * ap[1] + ab[2] * ap[2]
+    d2 = ac[0] * ap[0] + ac[1] * ap[1] + ac[2] * ap[2]
+    if d1 <= 0 and d2 <= 0:
+        return 1.0, 0.0, 0.0
+    bp = point - b
+    d3 = ab[0] * bp[0] + ab[1] * bp[1] + ab[2] * bp[2]
+    d4 = ac[0] * bp[0] + ac[1] * bp[1] + ac[2] * bp[2]
+    if d3 >= 0 and d4 <= d3:
+        return 0.0, 1.0, 0.0
+    vc = d1 * d4 - d3 * d2
+    if vc <= 0 and d1 >= 0 and d3 <= 0:
+        share = d1 / (d1 - d3)
+        return 1.0 - share, share, 0.0
+    cp = point - c
+    d5 = ab[0] * cp[0] + ab[1] * cp[1] + ab[2] * cp[2]
+    d6 = ac[0] * cp[0] + ac[1] * cp[1] + ac[2] * cp[2]
+    if d6 >= 0 and d5 <= d6:
+        return 0.0, 0.0, 1.0
+    vb = d5 * d2 - d1 * d6
+    if vb <= 0 and d2 >= 0 and d6 <= 0:
+        share = d2 / (d2 - d6)
+        return 1.0 - share, 0.0, share
+    va = d3 * d6 - d5 * d4
+    if va <= 0 and d4 - d3 >= 0 and d5 - d6 >= 0:
+        share = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        return 0.0, 1.0 - share, share
+    scale = 1.0 / (va + vb + vc)
+    return 1.0 - (vb + vc) * scale, vb * scale, vc * scale
+
+
+@kernel
+def tree_boxes(corners, order, leaf, low_out, high_out):
+    """Boxes of a complete binary tree over `order`: node n has children 2n+1 and 2n+2; the last level are leaves.
+
+    # in: corners (faces,3,3), order (faces,), leaf: triangles a leaf
+    # out: low_out, high_out (nodes,3); nodes = 2^k - 1 with 2^(k-1) leaves
+    """
+    nodes = len(low_out)
+    leaves = (nodes + 1) // 2
+    low_out[:] = np.inf
+    high_out[:] = -np.inf
+    for place in range(len(order)):
+        node = leaves - 1 + place // leaf
+        for corner in range(3):
+            for axis in range(3):
+                value = corners[order[place], corner, axis]
+                low_out[node, axis] = min(low_out[node, axis], value)
+                high_out[node, axis] = max(high_out[node, axis], value)
+    for node in range(leaves - 2, -1, -1):
+        for axis in range(3):
+            low_out[node, axis] = min(low_out[2 * node + 1, axis], low_out[2 * node + 2, axis])
+            high_out[node, axis] = max(high_out[2 * node + 1, axis], high_out[2 * node + 2, axis])
+
+
+@kernel
+def nearest_points(points, corners, order, leaf, low, high, face_out, weights_out, squared_out):
+    """Nearest triangle, barycentric weights there and squared distance, for each point.
+
+    # in: points (points,3), the tree
+    # out: face_out (points,), weights_out (points,3), squared_out (points,)
+    """
+    leaves = (len(low) + 1) // 2
+    stack = np.empty(64, np.int64)
+    for index in range(len(points)):
+        point = points[index]
+        best = np.inf
+        # the last point's answer is a good first bound: neighbours in a mesh are neighbours in space
+        face = np.int64(face_out[index - 1]) if index > 0 else np.int64(order[0])
+        a, b, c = corner_weights(point, corners[face, 0], corners[face, 1], corners[face, 2])
+        for axis in range(3):
+            weights_out[index, axis] = (a, b, c)[axis]
+        best = _squared(point, corners[face], a, b, c)
+        top = 1
+        stack[0] = 0
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            if _box_distance(point, low[node], high[node]) >= best:
+                continue
+            if node < leaves - 1:
+                left = _box_distance(point, low[2 * node + 1], high[2 * node + 1])
+                right = _box_distance(point, low[2 * node + 2], high[2 * node + 2])
+                near_first = left <= right
+                stack[top] = 2 * node + 2 if near_first else 2 * node + 1
+                stack[top + 1] = 2 * node + 1 if near_first else 2 * node + 2
+                top += 2
+                continue
+            start = (node - leaves + 1) * leaf
+            for place in range(start, min(start + leaf, len(order))):
+                candidate = order[place]
+                a, b, c = corner_weights(point, corners[candidate, 0], corners[candidate, 1], corners[candidate, 2])
+                squared = _squared(point, corners[candidate], a, b, c)
+                if squared < best:
+                    best = squared
+                    face = candidate
+                    weights_out[index, 0], weights_out[index, 1], weights_out[index, 2] = a, b, c
+        face_out[index] = face
+        squared_out[index] = best
+
+
+@kernel
+def _squared(point, corner, a, b, c):
+    total = 0.0
+    for axis in range(3):
+        offset = point[axis] - (a * corner[0, axis] + b * corner[1, axis] + c * corner[2, axis])
+        total += offset * offset
+    return total

@@ -1,0 +1,138 @@
+"""Nearest points of a triangle mesh, and signed distances to it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hemline.arrays import Faces, Float, Int, Points, Vertices
+
+from .closest_kernels import nearest_points, tree_boxes
+from .normals import face_normals
+
+_LEAF = 4
+
+
+@dataclass(frozen=True)
+class ClosestPoints:
+    """For each query its nearest point on a mesh."""
+
+    faces: Int[np.ndarray, " points"]
+    """Nearest triangle, int32."""
+    weights: Float[np.ndarray, "points 3"]
+    """Barycentric weights of the nearest point, float64."""
+    positions: Float[np.ndarray, "points 3"]
+    """Nearest points [m]."""
+    distances: Float[np.ndarray, " points"]
+    """Distances, not signed [m]."""
+
+
+@dataclass(frozen=True)
+class ClosestTree:
+    """A mesh ready for many questions of nearness: offline work, in float64."""
+
+    vertices: Float[np.ndarray, "verts 3"]
+    """Positions, float64 [m]."""
+    faces: Faces
+    """Triangles."""
+
+    @cached_property
+    def corners(self) -> Float[np.ndarray, "faces 3 3"]:
+        """Corner positions of each triangle [m]."""
+        return np.ascontiguousarray(self.vertices[self.faces], np.float64)
+
+    @cached_property
+    def _tree(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        leaves = 1 << max(0, int(np.ceil(np.log2(max(1, len(self.faces) / _LEAF)))))
+        order = _halved(self.corners.mean(axis=1), leaves)
+        low, high = np.empty((2 * leaves - 1, 3)), np.empty((2 * leaves - 1, 3))
+        tree_boxes(self.corners, order, len(order) // leaves + (len(order) % leaves > 0), low, high)
+        return order, low, high
+
+    @cached_property
+    def _pseudonormals(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Normals of triangles, of edges (opposite to each corner) and of vertices (weighted by angle)."""
+        normal = face_normals(self.corners.reshape(-1, 3), np.arange(self.faces.size).reshape(-1, 3))
+        pairs = np.sort(np.stack([self.faces[:, [1, 2]], self.faces[:, [2, 0]], self.faces[:, [0, 1]]], 1), axis=2)
+        key = pairs[..., 0].astype(np.int64) * len(self.vertices) + pairs[..., 1]
+        _, edge = np.unique(key.reshape(-1), return_inverse=True)
+        at_edge = np.zeros((edge.max() + 1, 3))
+        np.add.at(at_edge, edge, np.repeat(normal, 3, axis=0))
+        at_vertex = np.zeros((len(self.vertices), 3))
+        for corner in range(3):
+            one = self.corners[:, (corner + 1) % 3] - self.corners[:, corner]
+            two = self.corners[:, (corner + 2) % 3] - self.corners[:, corner]
+            angle = np.arctan2(np.linalg.norm(np.cross(one, two), axis=1), (one * two).sum(axis=1))
+            np.add.at(at_vertex, self.faces[:, corner], normal * angle[:, None])
+        return normal, at_edge[edge].reshape(-1, 3, 3), at_vertex
+
+    def closest(self, points: Points) -> ClosestPoints:
+        """Nearest point of the mesh for each point, exact.
+
+        Args:
+            points: Queries [m].
+
+        Returns:
+            Triangles, barycentric weights, positions and distances.
+        """
+        points = np.ascontiguousarray(points, np.float64)
+        order, low, high = self._tree
+        leaves = (len(low) + 1) // 2
+        leaf = len(order) // leaves + (len(order) % leaves > 0)
+        face = np.empty(len(points), np.int32)
+        weights, squared = np.empty((len(points), 3)), np.empty(len(points))
+        nearest_points(points, self.corners, order, leaf, low, high, face, weights, squared)
+        return ClosestPoints(face, weights, np.einsum("pc,pcx->px", weights, self.corners[face]), np.sqrt(squared))
+
+    def outward(self, closest: ClosestPoints) -> Float[np.ndarray, "points 3"]:
+        """Unit pseudo-normal of the mesh at nearest points: of the triangle, edge or vertex that they lie on.
+
+        Source: Bærentzen, Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 2005.
+        """
+        normal, at_edge, at_vertex = self._pseudonormals
+        zero = closest.weights <= 0
+        result = normal[closest.faces].copy()
+        on_edge = zero.sum(axis=1) == 1
+        result[on_edge] = at_edge[closest.faces[on_edge], zero[on_edge].argmax(axis=1)]
+        on_vertex = zero.sum(axis=1) == 2
+        corner = (~zero[on_vertex]).argmax(axis=1)
+        result[on_vertex] = at_vertex[self.faces[closest.faces[on_vertex], corner]]
+        return result / np.maximum(np.linalg.norm(result, axis=1, keepdims=True), 1e-30)
+
+    def signed_distances(self, points: Points) -> Float[np.ndarray, " points"]:
+        """Distances to a closed mesh, negative inside [m]."""
+        closest = self.closest(points)
+        side = ((points - closest.positions) * self.outward(closest)).sum(axis=1)
+        return np.where(side < 0, -closest.distances, closest.distances)
+
+
+def closest_points_on_mesh(points: Points, vertices: Vertices, faces: Faces) -> ClosestPoints:
+    """Nearest point of a mesh for each point, exact; for several calls keep a `ClosestTree`.
+
+    Args:
+        points: Queries [m].
+        vertices: Positions of the mesh [m].
+        faces: Its triangles.
+
+    Returns:
+        Triangles, barycentric weights, positions and distances.
+    """
+    return ClosestTree(np.asarray(vertices, np.float64), faces).closest(points)
+
+
+def _halved(centres: np.ndarray, leaves: int) -> np.ndarray:
+    """Order of triangles in which each half, quarter, eighth ... is compact: split along the widest axis."""
+    order = np.arange(len(centres))
+    leaf = len(order) // leaves + (len(order) % leaves > 0)
+    parts = [(0, len(order), leaves)]
+    while parts:
+        start, end, under = parts.pop()
+        if under == 1 or end - start <= leaf:
+            continue
+        part = order[start:end]
+        axis = np.ptp(centres[part], axis=0).argmax()
+        middle = leaf * (under // 2)
+        if middle < end - start:
+            order[start:end] = part[np.argpartition(centres[part, axis], middle)]
+        parts += [(start, min(start + middle, end), under // 2), (min(start + middle, end), end, under // 2)]
+    return order.astype(np.int32)

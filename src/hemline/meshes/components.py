@@ -1,0 +1,25 @@
+"""Connected parts of a triangle mesh."""
+
+import numpy as np
+
+from hemline.arrays import Faces, Int
+
+from .edges import directed_edges
+
+
+def components(faces: Faces, vertex_count: int) -> Int[np.ndarray, " verts"]:
+    """For each vertex the number of its connected part, counted by its first vertex; unreferenced vertices stand alone.
+
+    Args:
+        faces: Triangles.
+        vertex_count: Number of vertices.
+
+    Returns:
+        Part numbers from 0, int32.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    start, end = directed_edges(faces).T
+    graph = coo_matrix((np.ones(len(start), bool), (start, end)), (vertex_count, vertex_count))
+    return connected_components(graph, directed=False)[1].astype(np.int32)

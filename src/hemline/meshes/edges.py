@@ -1,0 +1,26 @@
+"""Edges of a triangle mesh."""
+
+import numpy as np
+
+from hemline.arrays import Faces, Int
+
+
+def edges(faces: Faces) -> Int[np.ndarray, "edges 2"]:
+    """Each undirected edge once, its smaller vertex first, sorted.
+
+    Args:
+        faces: Triangles.
+
+    Returns:
+        Vertex pairs, int32.
+
+    Example:
+        >>> edges(np.array([[0, 1, 2], [2, 1, 3]])).tolist()
+        [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]]
+    """
+    return np.unique(np.sort(directed_edges(faces), axis=1), axis=0).astype(np.int32)
+
+
+def directed_edges(faces: Faces) -> Int[np.ndarray, "corners 2"]:
+    """The three edges of each triangle in its own direction: all first edges, then all second, then all third."""
+    return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])

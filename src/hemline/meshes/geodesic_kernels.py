@@ -1,0 +1,74 @@
+"""Compiled: distances over a triangle mesh, from triangle to triangle."""
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+
+@kernel
+def front_distance(first, second, same_source, edge, to_first, to_second):
+    """Distance at the third corner of a triangle, from the distances at its two other corners.
+
+    # in: distances at the two corners; whether both come from one source; length of the edge between them; lengths
+    #     from the third corner to each
+    # The triangle is laid flat: corners at (0,0) and (edge,0), the third above. One source: it is a point below the
+    # edge; several: the front is straight. Where the way would leave the triangle, it runs along an edge.
+    """
+    along = min(first + to_first, second + to_second)
+    if edge <= 0.0:
+        return along
+    x = (to_first * to_first - to_second * to_second + edge * edge) / (2.0 * edge)
+    height_squared = to_first * to_first - x * x
+    if height_squared <= 0.0:
+        return along
+    y = np.sqrt(height_squared)
+    if same_source:
+        sx = (first * first - second * second + edge * edge) / (2.0 * edge)
+        below_squared = first * first - sx * sx
+        if below_squared < 0.0:
+            return along
+        sy = np.sqrt(below_squared)
+        cross = sx + (x - sx) * sy / (sy + y)
+        if cross < 0.0 or cross > edge:
+            return along
+        return min(along, np.sqrt((x - sx) ** 2 + (y + sy) ** 2))
+    slope = (second - first) / edge
+    if abs(slope) >= 1.0:
+        return along
+    rise = np.sqrt(1.0 - slope * slope)
+    cross = x - y * slope / rise
+    if cross < 0.0 or cross > edge:
+        return along
+    return min(along, first + slope * x + rise * y)
+
+
+@kernel
+def sweep_fronts(faces, lengths, order, face_start, face_list, source, distance):
+    """One pass over the vertices in `order`; returns the largest change. Distances only fall.
+
+    # in: lengths (faces,3): edge opposite to each corner; faces around each vertex as a list of lists
+    # out: distance, source (verts,) in place
+    """
+    largest = 0.0
+    for vertex in order:
+        for place in range(face_start[vertex], face_start[vertex + 1]):
+            face = face_list[place]
+            corner = 0
+            while faces[face, corner] != vertex:
+                corner += 1
+            one, two = faces[face, (corner + 1) % 3], faces[face, (corner + 2) % 3]
+            if not (np.isfinite(distance[one]) and np.isfinite(distance[two])):
+                continue
+            found = front_distance(
+                distance[one],
+                distance[two],
+                source[one] == source[two],
+                lengths[face, corner],
+                lengths[face, (corner + 2) % 3],
+                lengths[face, (corner + 1) % 3],
+            )
+            if found < distance[vertex]:
+                largest = max(largest, min(distance[vertex], 1e30) - found)
+                distance[vertex] = found
+                source[vertex] = source[one] if distance[one] <= distance[two] else source[two]
+    return largest

@@ -1,0 +1,67 @@
+"""Any common mesh file as one triangle mesh."""
+
+from pathlib import Path
+
+import numpy as np
+
+from hemline.errors import BadMesh
+
+from .mesh import ReadMesh
+from .read_obj import read_obj
+
+ENDINGS = (".obj", ".ply", ".glb", ".gltf", ".stl")
+"""Endings that `read_mesh` knows."""
+
+
+def read_mesh(path: str | Path) -> ReadMesh:
+    """Read a mesh file; OBJ by our own reader, PLY, GLB, glTF and STL through trimesh without any clean-up.
+
+    STL has no shared vertices: equal positions are merged there, which is said in the notes.
+
+    Args:
+        path: The file; its ending chooses the format.
+
+    Returns:
+        The mesh, in the unit of the file.
+
+    Raises:
+        BadMesh: Unknown ending, or the file is missing, damaged or holds no triangles.
+    """
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
+        raise BadMesh(f"{path} has no known mesh ending", repr(ending), f"use one of {' '.join(ENDINGS)}")
+    if ending == ".obj":
+        return read_obj(path)
+    if not path.is_file():
+        raise BadMesh(f"cannot read {path}", "no such file", "name a mesh file that exists")
+    return _through_trimesh(path, ending)
+
+
+def _through_trimesh(path: Path, ending: str) -> ReadMesh:
+    import trimesh
+
+    # its readers raise whatever the parser meets: ValueError, KeyError, struct.error, IndexError ...
+    try:
+        loaded = trimesh.load(path, file_type=ending[1:], process=False, maintain_order=True)
+        meshes = loaded.dump() if isinstance(loaded, trimesh.Scene) else [loaded]
+        meshes = [mesh for mesh in meshes if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
+    except Exception as error:
+        raise BadMesh(f"{path} cannot be read as {ending}", error or type(error).__name__, "export it again") from error
+    if not meshes:
+        raise BadMesh(f"{path} must have triangles", "none", "export the mesh again with faces")
+    first = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+    vertices = np.concatenate([np.asarray(mesh.vertices, np.float64) for mesh in meshes])
+    faces = np.concatenate(
+        [np.asarray(mesh.faces, np.int64) + start for mesh, start in zip(meshes, first, strict=False)]
+    )
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise BadMesh(
+            f"{path}: a face names vertex {faces.max()}", f"{len(vertices)} vertices", "export the mesh again"
+        )
+    notes = (f"{len(meshes)} meshes of the scene were joined into one",) if len(meshes) > 1 else ()
+    if ending == ".stl":
+        vertices, inverse = np.unique(vertices, axis=0, return_inverse=True)
+        faces = inverse.reshape(-1)[faces]
+        notes += ("STL has no shared vertices: equal positions were merged, vertex ids are new",)
+    return ReadMesh(vertices, faces.astype(np.int32), notes=notes)
