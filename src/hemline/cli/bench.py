@@ -1,0 +1,50 @@
+"""`hemline bench NAME`."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from hemline.errors import BadInput
+
+from .evaluate import table
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Time what ships, on this machine."""
+
+    name: Annotated[str | None, tyro.conf.Positional] = None
+    """Which benchmark; see --list."""
+    list: bool = False
+    """Name them all."""
+    all: bool = False
+    """Run them all."""
+    record: Path | None = None
+    """A folder: add a line to NAME.jsonl in it."""
+    json: bool = False
+    """Print one JSON object a benchmark."""
+
+
+def run(arguments: Arguments) -> int:
+    """Time and print."""
+    from hemline.play.bench import BENCHMARKS, run_benchmark
+
+    if arguments.list:
+        for name, benchmark in BENCHMARKS.items():
+            print(f"{name:<18}{(benchmark.__doc__ or '').splitlines()[0]}")
+        return 0
+    names = list(BENCHMARKS) if arguments.all else [arguments.name]
+    for name in names:
+        if name not in BENCHMARKS:
+            raise BadInput("no such benchmark", name, f"use one of {', '.join(BENCHMARKS)}")
+    for name in names:
+        row = run_benchmark(name)
+        print(json.dumps(row) if arguments.json else table(row))
+        if arguments.record is not None:
+            arguments.record.mkdir(parents=True, exist_ok=True)
+            with (arguments.record / f"{name}.jsonl").open("a") as stream:
+                stream.write(json.dumps(row) + "\n")
+    return 0

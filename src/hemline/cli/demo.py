@@ -1,0 +1,36 @@
+"""`hemline demo --out DIR`."""
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from .evaluate import table
+from .progress import note
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Play the shipped cape on a shipped run."""
+
+    out: Path = Path("out/demo")
+    """Where cape.glb, cape.webp and report.json go."""
+    from_nothing: bool = False
+    """Simulate, fit, animate and evaluate a light cape instead (about ten minutes on two cores, needs torch)."""
+    json: bool = False
+    """Print the figures as one JSON object."""
+
+
+def run(arguments: Arguments) -> int:
+    """Play, write, print the figures; status 1 if a vertex was inside the body."""
+    from hemline.play.demo import demo, demo_from_nothing
+
+    began = time.perf_counter()
+    make = demo_from_nothing if arguments.from_nothing else demo
+    figures = make(arguments.out, say=note)
+    if arguments.json:
+        print(json.dumps(figures))
+    else:
+        print(table(figures))
+        note(f"{time.perf_counter() - began:.1f} s")
+    return 0 if figures["inside_percent"]["after"] == 0 else 1

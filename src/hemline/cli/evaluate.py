@@ -1,0 +1,71 @@
+"""`hemline evaluate MODEL --motion FILE`."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tyro
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Measure a model on a motion."""
+
+    model: Annotated[str, tyro.conf.Positional]
+    """A model file, or the name of a shipped model."""
+    motion: Annotated[str, tyro.conf.arg(aliases=["-m"])]
+    """A clip, or the name of a shipped excerpt."""
+    betas: tuple[float, ...] = ()
+    """Shape of the body."""
+    truth: Path | None = None
+    """A dataset with simulated takes of this clip, to measure errors against."""
+    drive: Literal["own", "truth"] = "own"
+    """Bones from the animator's own ropes, or from the truth."""
+    fps: float = 30.0
+    """Frames a second, where there is no truth."""
+    untangle: bool = False
+    """Lift limbs out of each other first."""
+    picture: Path | None = None
+    """A PNG of the worst frame, beside the truth where there is one."""
+    json: bool = False
+    """Print one JSON object and nothing else on stdout."""
+
+
+def run(arguments: Arguments) -> int:
+    """Measure and print; status 1 if a vertex was inside the body after the projection."""
+    import hemline
+    from hemline import bodies, datasets, motions
+    from hemline.files import check_writable
+    from hemline.play import evaluate
+    from hemline.play.worst import draw_worst
+
+    if arguments.picture is not None:
+        check_writable(arguments.picture)
+    motion = motions.open_motion(arguments.motion)
+    truth = None if arguments.truth is None else datasets.open_dataset(arguments.truth)
+    animator = hemline.load(arguments.model)
+    body = bodies.load(animator.body_name).shaped(arguments.betas)
+    evaluation = evaluate(
+        animator, body, motion, truth=truth, drive=arguments.drive, fps=arguments.fps, untangle=arguments.untangle
+    )
+    figures = {"model": arguments.model} | evaluation.figures
+    if arguments.picture is not None:
+        draw_worst(arguments.picture, evaluation, animator.garment.faces)
+    print(json.dumps(figures) if arguments.json else table(figures))
+    return 0 if figures["inside_percent"]["after"] == 0 else 1
+
+
+def table(figures: dict[str, Any]) -> str:
+    """Figures as lines of name and value, nested names joined by a dot."""
+    return "\n".join(f"{name:<34} {_shown(value)}" for name, value in _flat(figures, ""))
+
+
+def _flat(value: Any, name: str) -> list[tuple[str, Any]]:
+    if isinstance(value, dict):
+        return [row for key, inner in value.items() for row in _flat(inner, f"{name}.{key}" if name else key)]
+    return [(name, value)]
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else "-" if value is None else str(value)
