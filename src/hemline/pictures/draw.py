@@ -19,7 +19,7 @@ def picture_of(
     view: str | Sequence[str] = "three_quarter",
     *,
     size: tuple[int, int] = (640, 640),
-    ground: float | None | str = "lowest",
+    ground: float | str | None = "lowest",
 ) -> Picture:
     """A picture of meshes, framed so that all is seen; several views come out in a row.
 
@@ -46,7 +46,7 @@ def draw(
     view: str | Sequence[str] = "three_quarter",
     *,
     size: tuple[int, int] = (640, 640),
-    ground: float | None | str = "lowest",
+    ground: float | str | None = "lowest",
 ) -> None:
     """Write `picture_of` these meshes as PNG.
 

@@ -41,7 +41,8 @@ def write_webp(path: str | Path, frames: Sequence[Picture], fps: float, *, quali
     from PIL import Image
 
     if not len(frames) or not 0 < fps <= 1000:
-        raise BadOutput(f"cannot write {path}", f"{len(frames)} frames at {fps} a second", "give frames, at most 1000 a second")
+        got = f"{len(frames)} frames at {fps} a second"
+        raise BadOutput(f"cannot write {path}", got, "give at least one frame, and at most 1000 a second")
     ends_ms = np.round(1000 / fps * np.arange(len(frames) + 1)).astype(int)
     images = [Image.fromarray(np.ascontiguousarray(frame, np.uint8)) for frame in frames]
     with written_whole(path) as temporary:

@@ -60,7 +60,7 @@ def rasterise(screen, faces, depth_out, face_out):
 
 @kernel
 def box_blur(image, radius, sums, blurred_out):
-    """Mean over a square of 2 radius + 1 pixels, by running sums; zero outside the picture."""
+    """Mean over a square of 2 radius + 1 pixels, by running sums; zero outside the picture. `sums` is scratch."""
     height, width = image.shape
     weight = np.float32(1.0) / np.float32(2 * radius + 1)
     for y in range(height):
@@ -166,7 +166,19 @@ def shade(
     for j in range(height):
         for i in range(width):
             red, green, blue = zero, zero, zero
-            for sample in range(4):
+            first, second = face_seen[2 * j, 2 * i], face_seen[2 * j, 2 * i + 1]
+            third, fourth = face_seen[2 * j + 1, 2 * i], face_seen[2 * j + 1, 2 * i + 1]
+            if first < 0 and second < 0 and third < 0 and fourth < 0:
+                for k in range(3):
+                    picture_out[j, i, k] = background[j, i, k]
+                continue
+            stride, weight = 1, np.float32(0.25)
+            if first >= 0 and second >= 0 and third >= 0 and fourth >= 0:
+                surface = face_surfaces[first]
+                same = face_surfaces[second] == surface and face_surfaces[third] == surface
+                if same and face_surfaces[fourth] == surface:  # no outline runs here: the diagonal is enough
+                    stride, weight = 3, np.float32(0.5)
+            for sample in range(0, 4, stride):
                 y, x = 2 * j + (sample >> 1), 2 * i + (sample & 1)
                 f = face_seen[y, x]
                 if f < 0:
@@ -224,9 +236,9 @@ def shade(
                         green += value
                     else:
                         blue += value
-            picture_out[j, i, 0] = np.float32(0.25) * red
-            picture_out[j, i, 1] = np.float32(0.25) * green
-            picture_out[j, i, 2] = np.float32(0.25) * blue
+            picture_out[j, i, 0] = weight * red
+            picture_out[j, i, 1] = weight * green
+            picture_out[j, i, 2] = weight * blue
 
 
 @kernel

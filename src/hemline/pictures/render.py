@@ -23,9 +23,9 @@ TRUTH = (0.20, 0.42, 0.62)
 Picture = Int[np.ndarray, "height width 3"]
 """sRGB bytes, rows from the top."""
 
-_SHADOW_SIZE = 768
-_TO_KEY_LIGHT = np.array([0.45, 1.0, 0.62]) / np.linalg.norm([0.45, 1.0, 0.62])
-_TO_FILL_LIGHT = np.array([-0.8, 0.25, 0.55]) / np.linalg.norm([-0.8, 0.25, 0.55])
+_SHADOW_SIZE = 640
+_TO_KEY_LIGHT, _TO_FILL_LIGHT = (0.85, 0.95, 0.45), (-0.8, 0.25, 0.55)
+"""Directions to the two lights: to the camera's right, up in the world, to the camera. They go with the camera."""
 _SKY_LIGHT, _FLOOR_LIGHT = (0.50, 0.54, 0.60), (0.24, 0.22, 0.20)
 _BACKGROUND = ((0.90, 0.92, 0.94), (0.975, 0.975, 0.97), (0.91, 0.905, 0.895), (0.86, 0.855, 0.845))
 """Sky at the top, horizon, light tile, dark tile (sRGB)."""
@@ -93,14 +93,16 @@ def render(
     screen = camera.projected(vertices, (2 * width, 2 * height))
     screen[:, 2] = np.where(screen[:, 2] > 0.02, 1 / np.maximum(screen[:, 2], 0.02), -1)
     screen = screen.astype(np.float32)
-    faces_seen, depth = np.full((2 * height, 2 * width), -1, np.int32), np.zeros((2 * height, 2 * width), np.float32)
+    depth, faces_seen = np.zeros((2 * height, 2 * width), np.float32), np.full((2 * height, 2 * width), -1, np.int32)
     kernels.rasterise(screen, faces, depth, faces_seen)
-    light_map, shadow = _shadow_map(vertices, faces)
+    to_lights = _to_lights(camera)
+    box = _bounds(vertices)
+    light_map, shadow = _shadow_map(vertices, faces, to_lights[0])
     eye = np.array(camera.eye, np.float32)
     background = np.empty((height, width, 3), np.float32)
-    _shade_ground(camera, ground, vertices, light_map, shadow, background)
+    _shade_ground(camera, ground, box, light_map, shadow, background)
     picture = np.empty_like(background)
-    lights = np.array([_TO_KEY_LIGHT, _TO_FILL_LIGHT, _SKY_LIGHT, _FLOOR_LIGHT], np.float32)
+    lights = np.array([*to_lights, _SKY_LIGHT, _FLOOR_LIGHT], np.float32)
     kernels.shade(
         screen, faces, face_surfaces, vertices, normals, colours, inside, eye, lights, light_map, shadow,
         np.float32(_BIAS), faces_seen, background, picture,
@@ -116,14 +118,27 @@ def linear(srgb: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
-def _shadow_map(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _to_lights(camera: Camera) -> Float[np.ndarray, "2 3"]:
+    right = camera.axes[0]
+    frame = np.stack([right, [0.0, 1.0, 0.0], np.cross(right, [0.0, 1.0, 0.0])])
+    lights = np.array([_TO_KEY_LIGHT, _TO_FILL_LIGHT]) @ frame
+    return lights / np.linalg.norm(lights, axis=1, keepdims=True)
+
+
+def _bounds(points: np.ndarray) -> Float[np.ndarray, "2 3"]:
+    if not len(points):
+        return np.zeros((2, 3), np.float32)
+    return np.array([[axis.min() for axis in points.T], [axis.max() for axis in points.T]], np.float32)
+
+
+def _shadow_map(vertices: np.ndarray, faces: np.ndarray, to_light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """World -> (x, y [texels], nearness to the key light [m]) as (3, 4), and the nearness of what it sees."""
     shadow = np.full((_SHADOW_SIZE, _SHADOW_SIZE), -1e9, np.float32)
     if not len(vertices):
         return np.zeros((3, 4), np.float32), shadow
-    axes = Camera(tuple(_TO_KEY_LIGHT.tolist()), (0.0, 0.0, 0.0)).axes
+    axes = Camera(tuple(to_light.tolist()), (0.0, 0.0, 0.0)).axes
     seen = vertices @ axes.T.astype(np.float32)
-    low, high = seen.min(axis=0), seen.max(axis=0)
+    low, high = _bounds(seen)
     rim = 40  # texels that stay free, so that blurred shadows end inside the map
     scale = (_SHADOW_SIZE - 2 * rim) / max(float((high - low)[:2].max()), 1e-6)
     middle = 0.5 * (low + high)
@@ -136,7 +151,7 @@ def _shadow_map(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np
     return light_map, shadow
 
 
-def _shade_ground(camera, ground, vertices, light_map, shadow, background) -> None:
+def _shade_ground(camera, ground, box, light_map, shadow, background) -> None:
     height, width = background.shape[:2]
     occupied = (shadow > 0).astype(np.float32)
     blurred, sums = np.empty_like(occupied), np.empty_like(occupied)
@@ -147,9 +162,9 @@ def _shade_ground(camera, ground, vertices, light_map, shadow, background) -> No
     pixel = 2 * np.tan(0.5 * camera.field_of_view) / height
     corner = -back + (0.5 - 0.5 * width) * pixel * right + (0.5 * height - 0.5) * pixel * up
     rays = np.array([corner, right * pixel, -up * pixel, np.zeros(3)], np.float32)
-    extent = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 1.0
+    extent = float((box[1] - box[0]).max())
     floor = np.array([ground or 0.0, _TILE, 0.0 if ground is None else 1.6 * extent + 1.0], np.float32)
-    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0)) if len(vertices) else np.zeros(3, np.float32)
+    middle = 0.5 * (box[0] + box[1])
     colours = linear(np.array(_BACKGROUND, np.float32))
     eye = np.array(camera.eye, np.float32)
     kernels.shade_ground(rays, eye, floor, light_map, occupied, colours, middle, background)
