@@ -1,0 +1,1 @@
+"""Body models: shape and pose to joints, skin and mesh."""

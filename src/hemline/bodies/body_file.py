@@ -1,0 +1,58 @@
+"""Bodies on disk: our own safetensors container. `docs/format.md` specifies it."""
+
+from pathlib import Path
+
+import numpy as np
+
+from hemline.errors import BadBody
+from hemline.files import read_tensors, write_tensors
+
+from .body import Body
+
+_FLOATS = ("template", "joints", "joint_shapedirs", "weights", "rest_offsets")
+_SHAPEDIRS_MAX = 32767
+
+
+def write_body(path: str | Path, body: Body) -> None:
+    """Write a body; shapedirs as int16 with one scale a beta (rounded by at most 1/65534 of their largest value).
+
+    Args:
+        path: The file, `.safetensors`.
+        body: The body.
+
+    Raises:
+        BadOutput: The path cannot be written.
+    """
+    largest = np.abs(body.shapedirs).max(axis=(1, 2), initial=0.0)
+    scales = np.where(largest > 0, largest / _SHAPEDIRS_MAX, 1.0).astype(np.float32)
+    arrays = {field: getattr(body, field) for field in _FLOATS} | {
+        "shapedirs": np.rint(body.shapedirs / scales[:, None, None]).astype(np.int16),
+        "shapedirs_scales": scales,
+        "faces": body.faces.astype(np.uint32 if len(body.template) > 65535 else np.uint16),
+        "weight_indices": body.weight_indices.astype(np.uint8),
+        "parents": body.parents.astype(np.int8),
+    }
+    write_tensors(path, arrays, {"kind": "body", "name": body.name, "licence": body.licence})
+
+
+def read_body(path: str | Path) -> Body:
+    """Read a body that `write_body` wrote.
+
+    Args:
+        path: The file.
+
+    Raises:
+        BadBody: Missing, truncated, a pickle, of another kind or a future version, or its content contradicts itself.
+    """
+    arrays, metadata = read_tensors(path, "body", error=BadBody)
+    needed = {*_FLOATS, "shapedirs", "shapedirs_scales", "faces", "weight_indices", "parents"}
+    if missing := sorted(needed - arrays.keys()):
+        raise BadBody(f"{path} lacks arrays", ", ".join(missing), "make or copy the body file again")
+    scales, steps = arrays.pop("shapedirs_scales"), arrays["shapedirs"]
+    if scales.shape != steps.shape[:1] or steps.dtype != np.int16:
+        got = f"{steps.dtype} {steps.shape} and {scales.shape}"
+        raise BadBody(f"{path}: shapedirs must be int16 with one scale each", got, "make or copy the body file again")
+    arrays["shapedirs"] = steps * scales.astype(np.float32)[(...,) + (None,) * (steps.ndim - 1)]
+    integers = {field: arrays[field].astype(np.int64) for field in ("faces", "weight_indices", "parents")}
+    name, licence = str(metadata.get("name", Path(path).stem)), str(metadata.get("licence", ""))
+    return Body(name=name, licence=licence, **{field: arrays[field] for field in needed & arrays.keys()} | integers)
