@@ -1,1 +1,10 @@
-"""."""
+"""Garment and body, frame by frame, as files that other programs read: one format, one file."""
+
+from .clip import Clip as Clip
+from .clip import Part as Part
+from .clip import Skeleton as Skeleton
+from .write import FORMATS as FORMATS
+from .write import check_path as check_path
+from .write import write as write
+
+__all__ = ["FORMATS", "Clip", "Part", "Skeleton", "check_path", "write"]

@@ -14,9 +14,10 @@ from .render import BODY as BODY
 from .render import CLOTH as CLOTH
 from .render import TRUTH as TRUTH
 from .render import Surface as Surface
+from .render import linear as linear
 from .render import render as render
 
 __all__ = [
     "BODY", "CLOTH", "TRUTH", "VIEWS_DEG", "Camera", "Surface", "captioned", "draw", "frame_clip", "frame_points",
-    "picture_of", "render", "side_by_side", "write_png", "write_webp",
+    "linear", "picture_of", "render", "side_by_side", "write_png", "write_webp",
 ]  # fmt: skip

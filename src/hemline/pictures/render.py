@@ -112,7 +112,7 @@ def render(
     return bytes_out
 
 
-def linear(srgb: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
+def linear(srgb: Float[np.ndarray, "... 3"] | tuple[float, float, float]) -> Float[np.ndarray, "... 3"]:
     """Linear light of sRGB values in [0, 1] (IEC 61966-2-1)."""
     srgb = np.asarray(srgb, np.float32)
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4).astype(np.float32)

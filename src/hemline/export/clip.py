@@ -1,0 +1,122 @@
+"""What is exported: one garment and the body under it, frame by frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hemline.arrays import Faces, Float, FramesOfVertices, Int, Joints, Vertices
+from hemline.errors import BadInput
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """How the body's vertices follow from joints, so that formats with skins can hold it small.
+
+    Attributes:
+        joints: Rest positions [m].
+        parents: Parent of each joint, before it in order; -1 for the root.
+        transforms: Skin transforms of each frame, rest to posed: rotations of a chain, no scale.
+        vertices: Rest positions of the body's vertices [m].
+        weight_indices: Joints that move each vertex.
+        weights: Their weights; each row sums to 1.
+        names: Names of the joints.
+    """
+
+    joints: Joints
+    parents: Int[np.ndarray, " joints"]
+    transforms: Float[np.ndarray, "frames joints 3 4"]
+    vertices: Vertices
+    weight_indices: Int[np.ndarray, "verts influences"]
+    weights: Float[np.ndarray, "verts influences"]
+    names: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Part:
+    """One mesh of a clip."""
+
+    name: str
+    suffix: str
+    """What a format with one mesh a file puts after the stem of its name."""
+    vertices: FramesOfVertices
+    faces: Faces
+    colour: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A garment over time, with the body that it was moved against.
+
+    Attributes:
+        vertices: The garment [m].
+        faces: Its triangles.
+        fps: Frames a second.
+        body_vertices: The body in the same frames [m], or None.
+        body_faces: Its triangles, or None.
+        name: Name of the garment.
+        colour: Of the garment, sRGB from 0 to 1.
+        body_colour: Of the body.
+        notices: Licence of the body, acknowledgement of the motion: lines that formats with room for text carry on.
+        skeleton: How the body follows from joints, or None.
+
+    Raises:
+        BadInput: Arrays contradict each other, or hold NaN.
+    """
+
+    vertices: FramesOfVertices
+    faces: Faces
+    fps: float
+    body_vertices: FramesOfVertices | None = None
+    body_faces: Faces | None = None
+    name: str = "garment"
+    colour: tuple[float, float, float] = (0.72, 0.23, 0.17)
+    body_colour: tuple[float, float, float] = (0.70, 0.68, 0.66)
+    notices: tuple[str, ...] = ()
+    skeleton: Skeleton | None = None
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.fps) and self.fps > 0):
+            raise BadInput("a clip's fps must be positive", self.fps, "give frames a second, such as 30.0")
+        if (self.body_vertices is None) != (self.body_faces is None):
+            raise BadInput("a body needs vertices and faces", "only one of them", "give both, or neither")
+        for part in self.parts:
+            _check_part(part)
+        if self.body_vertices is not None and len(self.body_vertices) != len(self.vertices):
+            got = f"{len(self.vertices)} and {len(self.body_vertices)}"
+            raise BadInput("garment and body must have the same number of frames", got, "cut both to the same frames")
+        if self.skeleton is not None:
+            _check_skeleton(self.skeleton, self.body_vertices)
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The garment, then the body if there is one."""
+        garment = Part(self.name, "", self.vertices, self.faces, self.colour)
+        if self.body_vertices is None or self.body_faces is None:
+            return (garment,)
+        return garment, Part("body", "_body", self.body_vertices, self.body_faces, self.body_colour)
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames the clip has."""
+        return len(self.vertices)
+
+
+def _check_part(part: Part) -> None:
+    vertices, faces = part.vertices, part.faces
+    if vertices.ndim != 3 or vertices.shape[2] != 3 or 0 in vertices.shape:
+        raise BadInput(f"'{part.name}' needs vertices (frames, verts, 3)", vertices.shape, "give at least one frame")
+    if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
+        raise BadInput(f"'{part.name}' needs faces (faces, 3)", faces.shape, "give at least one triangle")
+    if faces.min() < 0 or faces.max() >= vertices.shape[1]:
+        got = f"indices {faces.min()} to {faces.max()} for {vertices.shape[1]} vertices"
+        raise BadInput(f"'{part.name}': a face points past the last vertex", got, "count vertices from 0")
+    if not np.isfinite(vertices).all():
+        frame = int(np.argmin(np.isfinite(vertices).all(axis=(1, 2))))
+        raise BadInput(f"'{part.name}': vertices must be finite", f"NaN or infinity in frame {frame}", "play it again")
+
+
+def _check_skeleton(skeleton: Skeleton, body_vertices: np.ndarray | None) -> None:
+    expected = None if body_vertices is None else body_vertices.shape[:2]
+    got = len(skeleton.transforms), len(skeleton.vertices)
+    if expected != got:
+        raise BadInput(f"a skeleton must fit its body of (frames, verts) {expected}", got, "take both from one body")

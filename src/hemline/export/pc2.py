@@ -1,0 +1,29 @@
+"""PC2: the point cache of 3ds Max, read by Blender's Mesh Cache modifier and by Houdini."""
+
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from .clip import Clip, Part
+from .point_cache import write_caches
+
+
+def write_pc2(path: Path, clip: Clip) -> tuple[Path, ...]:
+    """Write point caches of format 1 (little-endian float32) and OBJ files of the first frame.
+
+    Layout: `POINTCACHE2\\0`, version 1, points, first frame 0, one sample a frame, samples; then the positions [m], y
+    up, one sample after another. The format has no frames a second: set the scene's to the clip's. In Blender choose
+    forward `Z`, up `-Y` as axes of the modifier where the OBJ was imported y up.
+
+    Raises:
+        BadOutput: The path cannot be written.
+    """
+    return write_caches(path, clip, pc2_bytes)
+
+
+def pc2_bytes(part: Part, fps: float) -> bytes:
+    """The bytes of one cache. `fps` has no place in them."""
+    frames, points = part.vertices.shape[:2]
+    header = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, points, 0.0, 1.0, frames)
+    return header + np.ascontiguousarray(part.vertices, "<f4").tobytes()

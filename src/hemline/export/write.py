@@ -1,0 +1,75 @@
+"""The ending of a path chooses the format."""
+
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from hemline.errors import BadOutput
+
+from .clip import Clip
+from .glb import write_glb
+from .images import write_moving, write_still
+from .mdd import write_mdd
+from .npz import write_npz
+from .obj import write_obj
+from .pc2 import write_pc2
+from .usd import write_usd
+
+FORMATS: dict[str, Callable[..., tuple[Path, ...]]] = {
+    ".glb": write_glb,
+    ".mdd": write_mdd,
+    ".npz": write_npz,
+    ".obj": write_obj,
+    ".pc2": write_pc2,
+    ".png": write_still,
+    ".usdc": write_usd,
+    ".webp": write_moving,
+}
+"""What writes each ending."""
+
+
+def write(
+    path: str | Path, clip: Clip, *, view: str = "three_quarter", size: tuple[int, int] = (640, 640)
+) -> tuple[Path, ...]:
+    """Write a clip in the format that the path's ending names, whole or not at all.
+
+    Args:
+        path: Where to; its folder must exist.
+        clip: What.
+        view: From where pictures are taken: one of `hemline.pictures.VIEWS_DEG`.
+        size: Width and height of pictures [pixels].
+
+    Returns:
+        The files written: one, or more where a format holds one mesh or one frame a file.
+
+    Raises:
+        BadOutput: The ending names no format, or the path cannot be written.
+        BadInput: The view has no such name.
+        MissingExtra: The format needs a library that is not installed.
+    """
+    path = Path(path)
+    check_path(path)
+    writer = FORMATS[path.suffix.lower()]
+    if writer in (write_still, write_moving):
+        writer = partial(writer, view=view, size=size)
+    return writer(path, clip)
+
+
+def check_path(path: str | Path) -> None:
+    """Refuse a path that `write` could not write, before the work is done.
+
+    Raises:
+        BadOutput: The ending names no format, or the folder cannot be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise BadOutput(f"cannot write {path}", f"the ending '{path.suffix}'", f"choose one of {' '.join(FORMATS)}")
+    if path.is_dir():
+        raise BadOutput(f"cannot write {path}", "a folder of that name", "choose another name")
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        cure = "name a folder that exists and can be written"
+        raise BadOutput(f"cannot write {path}", error.strerror or error, cure) from error
