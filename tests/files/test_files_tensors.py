@@ -16,7 +16,9 @@ def file(tmp_path):
     return tmp_path / "a.safetensors"
 
 
-@pytest.mark.parametrize("layout", [lambda x: x.T, lambda x: x[::-1], np.asfortranarray, lambda x: x[:, ::2], lambda x: x])
+@pytest.mark.parametrize(
+    "layout", [lambda x: x.T, lambda x: x[::-1], np.asfortranarray, lambda x: x[:, ::2], lambda x: x]
+)
 def test_any_layout_comes_back_as_it_was(file, layout):
     array = layout(np.arange(24, dtype=np.float32).reshape(4, 6))
     write_tensors(file, {"a": array}, {"kind": "body"})
@@ -55,8 +57,14 @@ HOSTILE = {
     "no metadata": (_header({}), "without a readable header"),
     "metadata of others": (_header({"__metadata__": {"format": "pt"}}), "without a readable header"),
     "no JSON": (_header({"__metadata__": {"hemline": "{"}}), "without a readable header"),
-    "version no number": (_header({"__metadata__": {"hemline": '{"kind": "body", "format": "1"}'}}), "without a readable header"),
-    "future": (_header({"__metadata__": {"hemline": '{"kind": "body", "format": 99}'}}), "newer format; got version 99"),
+    "version no number": (
+        _header({"__metadata__": {"hemline": '{"kind": "body", "format": "1"}'}}),
+        "without a readable header",
+    ),
+    "future": (
+        _header({"__metadata__": {"hemline": '{"kind": "body", "format": 99}'}}),
+        "newer format; got version 99",
+    ),
     "other kind": (_header({"__metadata__": {"hemline": '{"kind": "take", "format": 1}'}}), "a take file"),
 }
 

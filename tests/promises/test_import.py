@@ -16,7 +16,10 @@ import hemline
 seconds = time.perf_counter() - before
 print(json.dumps([seconds, [name for name in {HEAVY!r} if name in sys.modules]]))
 """
-    runs = [json.loads(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout) for _ in range(3)]
+    runs = [
+        json.loads(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout)
+        for _ in range(3)
+    ]
     assert runs[0][1] == []
     # numpy itself takes 0.1 s or so and is in everybody's process; 0.3 s is asked for the whole
     assert min(seconds for seconds, _ in runs) < 0.2

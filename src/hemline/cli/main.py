@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         return _run(words)
-    except (SimulationFailed,) as error:
+    except SimulationFailed as error:
         return _say(str(error), FELL_SHORT)
     except HemlineError as error:
         return _say(str(error), BAD_INPUT)
@@ -79,7 +79,9 @@ def _parsed(schema: type, verb: str, words: list[str]):
         text = re.sub(r"\x1b\[[0-9;]*m", "", errors.getvalue())
         lines = [re.sub(r"[─│╭╮╰╯]+", " ", line).strip() for line in text.splitlines()]
         said = " ".join(line for line in lines if line and line != "Parsing error")
-        raise BadInput(f"hemline {verb}: {said}"[:400], " ".join(words)[:200] or "no arguments", f"see 'hemline {verb} --help'") from None
+        raise BadInput(
+            f"hemline {verb}: {said}"[:400], " ".join(words)[:200] or "no arguments", f"see 'hemline {verb} --help'"
+        ) from None
 
 
 def _overview() -> str:

@@ -84,7 +84,11 @@ def run(arguments: Arguments) -> int:
         print(json.dumps(takes))
     else:
         for take in takes:
-            state = f"failed: {take['reason']}" if take["failed"] else "  ".join(f"{k} {v:.3g}" for k, v in take["figures"].items())
+            state = (
+                f"failed: {take['reason']}"
+                if take["failed"]
+                else "  ".join(f"{k} {v:.3g}" for k, v in take["figures"].items())
+            )
             print(f"{take['clip']:<16} part {take['part']}  {take['frames']:>4} frames  {state}")
     return 1 if any(take["failed"] for take in takes) else 0
 

@@ -110,7 +110,9 @@ class Dataset:
             if row.kind == "rest" and np.array_equal(np.trim_zeros(np.asarray(row.betas, np.float32), "b"), asked):
                 return self.take(row)
         raise BadDataset(
-            f"{self.folder} holds no rest state for these betas", asked.tolist(), "run 'hemline simulate' with these betas"
+            f"{self.folder} holds no rest state for these betas",
+            asked.tolist(),
+            "run 'hemline simulate' with these betas",
         )
 
     def split(self, which: str, *, fractions: tuple[float, float, float] = (0.8, 0.1, 0.1)) -> list[Row]:
@@ -126,7 +128,9 @@ class Dataset:
         for row in self.rows():
             if _sha256(self.path(row.name)) != row.sha256:
                 raise BadDataset(
-                    f"take {row.name} does not match its checksum", "other bytes", "delete it and run 'hemline simulate' again"
+                    f"take {row.name} does not match its checksum",
+                    "other bytes",
+                    "delete it and run 'hemline simulate' again",
                 )
 
     def log_timing(self, entry: dict[str, Any]) -> None:
@@ -182,7 +186,9 @@ def create(folder: str | Path, garment: Garment) -> Dataset:
     try:
         (folder / "takes").mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise BadOutput(f"cannot make {folder}", error.strerror or error, "name a folder that can be written") from error
+        raise BadOutput(
+            f"cannot make {folder}", error.strerror or error, "name a folder that can be written"
+        ) from error
     garment.save(folder / "garment.safetensors")
     return Dataset(folder, garment)
 

@@ -46,7 +46,9 @@ class Take:
         lengths = {"vertices": len(self.vertices), "lead_in": len(self.lead_in), "pinched": len(self.pinched)}
         wrong = {name: length for name, length in lengths.items() if length != frames}
         if wrong:
-            raise BadDataset("a take's arrays must have one row a frame", f"{wrong} for {frames} frames", "make it again")
+            raise BadDataset(
+                "a take's arrays must have one row a frame", f"{wrong} for {frames} frames", "make it again"
+            )
         if self.kind not in ("clip", "rest"):
             raise BadDataset("a take's kind is 'clip' or 'rest'", repr(self.kind), "name one of them")
 

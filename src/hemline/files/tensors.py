@@ -131,7 +131,9 @@ def _open(path: str | Path, kind: str, error: type[BadInput], *, whole: bool) ->
     except (ValueError, KeyError, TypeError, RecursionError) as reason:
         raise error(f"{path} is no hemline {kind} file", _what_it_is(content), cure) from reason
     if version > FORMAT_VERSION:
-        raise error(f"{path} has a newer format", f"version {version}", f"this hemline reads up to {FORMAT_VERSION}; upgrade it")
+        raise error(
+            f"{path} has a newer format", f"version {version}", f"this hemline reads up to {FORMAT_VERSION}; upgrade it"
+        )
     if found != kind:
         raise error(f"{path} must be a {kind} file", f"a {found} file", cure)
     return metadata, content

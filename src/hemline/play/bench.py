@@ -76,7 +76,9 @@ def machine() -> str:
     model = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
     if info.exists():
-        named = [line.split(":", 1)[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")]
+        named = [
+            line.split(":", 1)[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")
+        ]
         model = named[0] if named else model
     return f"{model}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
 
@@ -135,7 +137,12 @@ def _simulated(name: str) -> dict[str, Any]:
     rest = sim.rest_drape(garment, body, sim.SimSettings())
     stamps = []
     take = sim.simulate(
-        garment, body, motion[:45], sim.SimSettings(), start=rest, progress=lambda *_: stamps.append(time.perf_counter())
+        garment,
+        body,
+        motion[:45],
+        sim.SimSettings(),
+        start=rest,
+        progress=lambda *_: stamps.append(time.perf_counter()),
     )
     spans = np.diff(stamps)[take.lead_in.sum() :] * 1e3
     return {

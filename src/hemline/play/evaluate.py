@@ -10,7 +10,7 @@ from hemline.bodies.shaped import ShapedBody
 from hemline.collide.winding import inside
 from hemline.datasets import Dataset, Take
 from hemline.errors import BadInput
-from hemline.metrics import deepest_mm, edge_strain, frame_ms, jerk_m_s3, vertex_error_mm
+from hemline.metrics import deepest_mm, edge_strain
 from hemline.motions.motion import Motion
 
 from .play import Frame, play
@@ -44,7 +44,9 @@ def takes_of(truth: Dataset, motion: Motion, betas: np.ndarray) -> list[Take]:
     if not rows:
         held = ", ".join(sorted({row.clip for row in truth.clips()})) or "nothing"
         raise BadInput(
-            f"the truth holds no take of clip '{motion.name}' on this body", f"takes of {held}", "simulate it with 'hemline simulate'"
+            f"the truth holds no take of clip '{motion.name}' on this body",
+            f"takes of {held}",
+            "simulate it with 'hemline simulate'",
         )
     return [truth.take(row) for row in rows]
 
@@ -128,7 +130,9 @@ class _Tally:
         self.pinched.append(len(frame.report.pinched))
         self.depth_before.append(deepest_mm(posed.vertices, faces, frame.animated, inside_before))
         self.depth_after.append(deepest_mm(posed.vertices, faces, frame.vertices, inside_after))
-        self.strain.append(edge_strain.strains(frame.vertices, self.animator.garment.faces, self.animator.garment.rest_edges))
+        self.strain.append(
+            edge_strain.strains(frame.vertices, self.animator.garment.faces, self.animator.garment.rest_edges)
+        )
         badness = float(inside_before.sum())
         if truth is not None:
             error = np.linalg.norm(frame.vertices - truth, axis=1) * 1e3

@@ -66,7 +66,9 @@ def play(
     """
     if body.body.name != animator.body_name:
         raise BadModel(
-            f"the model was fitted on body '{animator.body_name}'", f"body '{body.body.name}'", "load that body, or fit again"
+            f"the model was fitted on body '{animator.body_name}'",
+            f"body '{body.body.name}'",
+            "load that body, or fit again",
         )
     if fps is not None and not 0 < fps <= 1000:
         raise BadInput("fps must lie between 0 and 1000", fps, "leave it out for 30")
@@ -74,7 +76,9 @@ def play(
     motion = motion if fps is None or fps == motion.fps else motion.resampled(fps)
     motion = body.untangled_motion(motion) if untangle else motion
     if truth is not None and len(truth) != len(motion):
-        raise BadInput("the truth must have one row a frame", f"{len(truth)} for {len(motion)} frames", "use the take's motion")
+        raise BadInput(
+            "the truth must have one row a frame", f"{len(truth)} for {len(motion)} frames", "use the take's motion"
+        )
     dt = 1.0 / motion.fps
     projector = Projector.prepare(body, animator.garment.vertices, animator.garment.faces, guarantee=guarantee)
     first = body.posed(motion[0])
@@ -94,4 +98,6 @@ def play(
         projected, vertices, report = projector.project(projected, posed, animated, dt=dt)
         clock.append(time.perf_counter())
         spans = [(after - before) * 1e3 for before, after in zip(clock, clock[1:], strict=False)]
-        yield Frame(vertices, animated, posed, report, dict(zip(("body", "animator", "projection"), spans, strict=True)))
+        yield Frame(
+            vertices, animated, posed, report, dict(zip(("body", "animator", "projection"), spans, strict=True))
+        )

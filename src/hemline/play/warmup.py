@@ -29,7 +29,9 @@ def _pictures() -> None:
     cape = _animator()
     body = bodies.load(cape.body_name).shaped()
     motion = motions.load("run")[:2]
-    clip = record(play(cape, body, motion), garment_name="cape", garment_faces=cape.garment.faces, motion=motion, fps=30)
+    clip = record(
+        play(cape, body, motion), garment_name="cape", garment_faces=cape.garment.faces, motion=motion, fps=30
+    )
     with tempfile.TemporaryDirectory() as folder:
         export.write(Path(folder) / "warm.png", clip)
 
