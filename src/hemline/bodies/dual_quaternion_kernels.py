@@ -1,0 +1,61 @@
+"""Compiled dual-quaternion skinning. Plain arrays: in, then out."""
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+
+@kernel
+def dual_quaternions(transforms, duals_out):
+    """Unit dual quaternions of rigid transforms. in: transforms (joints, 3, 4). out: duals (joints, 8), wxyz twice."""
+    for j in range(len(transforms)):
+        m = transforms[j]
+        squares = np.array([
+            1 + m[0, 0] + m[1, 1] + m[2, 2], 1 + m[0, 0] - m[1, 1] - m[2, 2],
+            1 - m[0, 0] + m[1, 1] - m[2, 2], 1 - m[0, 0] - m[1, 1] + m[2, 2],
+        ])  # fmt: skip
+        best = np.argmax(squares)
+        a, b, c = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
+        d, e, f = m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1]
+        if best == 0:
+            w, x, y, z = squares[0], a, b, c
+        elif best == 1:
+            w, x, y, z = a, squares[1], d, e
+        elif best == 2:
+            w, x, y, z = b, d, squares[2], f
+        else:
+            w, x, y, z = c, e, f, squares[3]
+        scale = 1 / np.sqrt(w * w + x * x + y * y + z * z)
+        w, x, y, z = w * scale, x * scale, y * scale, z * scale
+        tx, ty, tz = m[0, 3], m[1, 3], m[2, 3]
+        duals_out[j, 0], duals_out[j, 1], duals_out[j, 2], duals_out[j, 3] = w, x, y, z
+        duals_out[j, 4] = -0.5 * (tx * x + ty * y + tz * z)
+        duals_out[j, 5] = 0.5 * (tx * w + ty * z - tz * y)
+        duals_out[j, 6] = 0.5 * (ty * w + tz * x - tx * z)
+        duals_out[j, 7] = 0.5 * (tz * w + tx * y - ty * x)
+
+
+@kernel(fastmath={"contract"})
+def skin_dual(duals, weight_indices, weights, points, points_out):
+    """Dual-quaternion skinning. in: duals (joints, 8), points at rest. out: points posed."""
+    for v in range(len(points)):
+        first = weight_indices[v, 0]
+        w = x = y = z = dw = dx = dy = dz = np.float32(0)
+        for i in range(weights.shape[1]):
+            share = weights[v, i]
+            if share == 0:
+                break
+            q = duals[np.uintp(weight_indices[v, i])]
+            near = duals[first, 0] * q[0] + duals[first, 1] * q[1] + duals[first, 2] * q[2] + duals[first, 3] * q[3]
+            if near < 0:
+                share = -share
+            w, x, y, z = w + share * q[0], x + share * q[1], y + share * q[2], z + share * q[3]
+            dw, dx, dy, dz = dw + share * q[4], dx + share * q[5], dy + share * q[6], dz + share * q[7]
+        scale = np.float32(1) / np.sqrt(w * w + x * x + y * y + z * z)
+        w, x, y, z = w * scale, x * scale, y * scale, z * scale
+        dw, dx, dy, dz = dw * scale, dx * scale, dy * scale, dz * scale
+        a, b, c = points[v, 0], points[v, 1], points[v, 2]
+        ux, uy, uz = y * c - z * b + w * a, z * a - x * c + w * b, x * b - y * a + w * c
+        points_out[v, 0] = a + 2 * (y * uz - z * uy + w * dx - dw * x + y * dz - z * dy)
+        points_out[v, 1] = b + 2 * (z * ux - x * uz + w * dy - dw * y + z * dx - x * dz)
+        points_out[v, 2] = c + 2 * (x * uy - y * ux + w * dz - dw * z + x * dy - y * dx)

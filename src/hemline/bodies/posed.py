@@ -1,0 +1,62 @@
+"""A shaped body in one pose: joints at once, the mesh when it is first asked for."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.arrays import Faces, Joints, Normals, Transforms, Vertices
+from hemline.motions import Pose
+
+from .skinning import Blending, skin_points
+from .skinning_kernels import area_normals, turn_normals
+
+if TYPE_CHECKING:
+    from .shaped import ShapedBody
+
+
+@dataclass(frozen=True, eq=False)
+class PosedBody:
+    """A body that has a shape and a pose.
+
+    Attributes:
+        shaped: The body at its betas.
+        pose: The pose.
+        transforms: Skin transforms [G_j O_j | x_j - G_j O_j J_j], from rest to world.
+        joints: Joints in the world [m].
+        blending: How the skin follows: `linear` or `dual`.
+    """
+
+    shaped: "ShapedBody"
+    pose: Pose
+    transforms: Transforms
+    joints: Joints
+    blending: Blending = "linear"
+
+    @property
+    def faces(self) -> Faces:
+        """Triangles of the mesh."""
+        return self.shaped.body.faces
+
+    @cached_property
+    def vertices(self) -> Vertices:
+        """The mesh in the world [m]."""
+        body = self.shaped.body
+        return skin_points(
+            self.transforms, body.weight_indices, body.weights, self.shaped.vertices, blending=self.blending
+        )
+
+    @cached_property
+    def normals(self) -> Normals:
+        """Normals of the posed mesh, weighted by area: what the triangles truly say."""
+        normals = np.empty_like(self.vertices)
+        area_normals(self.vertices, self.faces, normals)
+        return normals
+
+    @cached_property
+    def skinned_normals(self) -> Normals:
+        """Rest normals turned with the joints: cheaper, without the vertices, and smooth where the skin creases."""
+        body, normals = self.shaped.body, np.empty_like(self.shaped.normals)
+        turn_normals(self.transforms, body.weight_indices, body.weights, self.shaped.normals, normals)
+        return normals
