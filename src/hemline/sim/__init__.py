@@ -1,0 +1,31 @@
+"""The offline simulator: the truth that everything else is fitted to and measured against."""
+
+from .produce import Clip as Clip
+from .produce import produce as produce
+from .rest import rest_drape as rest_drape
+from .settings import SimSettings as SimSettings
+from .sheet import Elastic as Elastic
+from .sheet import Sheet as Sheet
+from .sheet import make_sheet as make_sheet
+from .simulate import simulate as simulate
+from .stepper import ClothState as ClothState
+from .stepper import Scene as Scene
+from .stepper import Stepper as Stepper
+from .surface import Skin as Skin
+from .surface import Surface as Surface
+
+__all__ = [
+    "Clip",
+    "ClothState",
+    "Elastic",
+    "Scene",
+    "Sheet",
+    "SimSettings",
+    "Skin",
+    "Stepper",
+    "Surface",
+    "make_sheet",
+    "produce",
+    "rest_drape",
+    "simulate",
+]  # fmt: skip

@@ -1,0 +1,129 @@
+"""Membrane of St. Venant-Kirchhoff triangles: strains, forces at the corners, blocks of the Hessian."""
+
+from hemline.compiled import kernel, prange
+
+FAST = {"contract", "nsz", "arcp"}
+
+
+@kernel(parallel=True, fastmath=FAST)
+def green_strain(vertices, faces, shape, strain_out):
+    """Green strain (uu, vv, 2 uv) of each triangle on its rest metric."""
+    for f in prange(faces.shape[0]):
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        uu = vv = uv = 0.0
+        for c in range(3):
+            d1 = vertices[j, c] - vertices[i, c]
+            d2 = vertices[k, c] - vertices[i, c]
+            u = d1 * shape[f, 1, 0] + d2 * shape[f, 2, 0]
+            v = d1 * shape[f, 1, 1] + d2 * shape[f, 2, 1]
+            uu += u * u
+            vv += v * v
+            uv += u * v
+        strain_out[f, 0] = 0.5 * (uu - 1.0)
+        strain_out[f, 1] = 0.5 * (vv - 1.0)
+        strain_out[f, 2] = uv
+
+
+@kernel(parallel=True, fastmath=FAST)
+def membrane(
+    vertices, faces, shape, area, strain_start, lame, shear, viscous,
+    corner_out, frame_out, tension_out, energy_out,
+):  # fmt: skip
+    """Forces at corners (as gradient), columns of F, the tensile part of the stress, and the energy.
+
+    # model: S = C : (E + viscous (E - E_start)), energy = area / 2 (E : C : E + viscous dE : C : dE)
+    # in:  lame, shear: plane-stress constants [N/m]; viscous: damping time over step
+    # out: corner (faces, 9), frame (faces, 6), tension = area S+ as (uu, vv, uv) (faces, 3), energy (faces)
+    """
+    c11 = lame + 2.0 * shear
+    for f in prange(faces.shape[0]):
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        g1u, g1v, g2u, g2v = shape[f, 1, 0], shape[f, 1, 1], shape[f, 2, 0], shape[f, 2, 1]
+        uu = vv = uv = 0.0
+        for c in range(3):
+            d1 = vertices[j, c] - vertices[i, c]
+            d2 = vertices[k, c] - vertices[i, c]
+            u = d1 * g1u + d2 * g2u
+            v = d1 * g1v + d2 * g2v
+            frame_out[f, c] = u
+            frame_out[f, 3 + c] = v
+            uu += u * u
+            vv += v * v
+            uv += u * v
+        euu, evv, euv = 0.5 * (uu - 1.0), 0.5 * (vv - 1.0), uv
+        duu, dvv, duv = euu - strain_start[f, 0], evv - strain_start[f, 1], euv - strain_start[f, 2]
+        a = area[f]
+        energy_out[f] = 0.5 * a * (
+            c11 * (euu * euu + evv * evv) + 2.0 * lame * euu * evv + shear * euv * euv
+            + viscous * (c11 * (duu * duu + dvv * dvv) + 2.0 * lame * duu * dvv + shear * duv * duv)
+        )  # fmt: skip
+        suu, svv, suv = euu + viscous * duu, evv + viscous * dvv, euv + viscous * duv
+        suu, svv, suv = a * (c11 * suu + lame * svv), a * (c11 * svv + lame * suu), a * shear * suv
+        w1u, w1v = suu * g1u + suv * g1v, suv * g1u + svv * g1v
+        w2u, w2v = suu * g2u + suv * g2v, suv * g2u + svv * g2v
+        for c in range(3):
+            one = frame_out[f, c] * w1u + frame_out[f, 3 + c] * w1v
+            two = frame_out[f, c] * w2u + frame_out[f, 3 + c] * w2v
+            corner_out[f, c] = -one - two
+            corner_out[f, 3 + c] = one
+            corner_out[f, 6 + c] = two
+        middle, half = 0.5 * (suu + svv), 0.5 * (suu - svv)
+        radius = (half * half + suv * suv) ** 0.5
+        if middle - radius < 0.0:
+            scale = 0.0
+            if middle + radius > 0.0:
+                scale = (middle + radius) / (2.0 * radius)
+            low = middle - radius
+            suu, svv, suv = scale * (suu - low), scale * (svv - low), scale * suv
+        tension_out[f, 0], tension_out[f, 1], tension_out[f, 2] = suu, svv, suv
+
+
+@kernel(parallel=True, fastmath=FAST)
+def membrane_blocks(
+    edge_starts, edge_corners, edge_slots, shape, area, frame, tension, lame, shear, ring_bending, blocks_out
+):
+    """Off-diagonal blocks of the Hessian, both (i, j) and its transpose (j, i); bending entries included.
+
+    # model: K_ij = sum over shared triangles of sum_pq k_pq f_p f_q^T + (g_i . S+ g_j) I
+    # in:  lame, shear: constants with viscosity [N/m]; frame, tension: from `membrane`
+    # out: blocks (ring, 9) float32
+    """
+    c11 = lame + 2.0 * shear
+    for e in prange(edge_slots.shape[0]):
+        ij, ji = edge_slots[e, 0], edge_slots[e, 1]
+        xx = yy = zz = ring_bending[ij]
+        xy = xz = yx = yz = zx = zy = 0.0
+        for entry in range(edge_starts[e], edge_starts[e + 1]):
+            code = edge_corners[entry]
+            f = code // 9
+            i, j = code % 9 // 3, code % 3
+            iu, iv, ju, jv = shape[f, i, 0], shape[f, i, 1], shape[f, j, 0], shape[f, j, 1]
+            a = area[f]
+            kuu = a * (c11 * iu * ju + shear * iv * jv)
+            kvv = a * (c11 * iv * jv + shear * iu * ju)
+            kuv = a * (lame * iu * jv + shear * iv * ju)
+            kvu = a * (lame * iv * ju + shear * iu * jv)
+            s = iu * (tension[f, 0] * ju + tension[f, 2] * jv) + iv * (tension[f, 2] * ju + tension[f, 1] * jv)
+            u0, u1, u2 = frame[f, 0], frame[f, 1], frame[f, 2]
+            v0, v1, v2 = frame[f, 3], frame[f, 4], frame[f, 5]
+            # K = u (kuu u + kuv v)^T + v (kvu u + kvv v)^T
+            a0, a1, a2 = kuu * u0 + kuv * v0, kuu * u1 + kuv * v1, kuu * u2 + kuv * v2
+            b0, b1, b2 = kvu * u0 + kvv * v0, kvu * u1 + kvv * v1, kvu * u2 + kvv * v2
+            xx += u0 * a0 + v0 * b0 + s
+            xy += u0 * a1 + v0 * b1
+            xz += u0 * a2 + v0 * b2
+            yx += u1 * a0 + v1 * b0
+            yy += u1 * a1 + v1 * b1 + s
+            yz += u1 * a2 + v1 * b2
+            zx += u2 * a0 + v2 * b0
+            zy += u2 * a1 + v2 * b1
+            zz += u2 * a2 + v2 * b2 + s
+        blocks_out[ij, 0], blocks_out[ij, 1], blocks_out[ij, 2] = xx, xy, xz
+        blocks_out[ij, 3], blocks_out[ij, 4], blocks_out[ij, 5] = yx, yy, yz
+        blocks_out[ij, 6], blocks_out[ij, 7], blocks_out[ij, 8] = zx, zy, zz
+        blocks_out[ji, 0], blocks_out[ji, 1], blocks_out[ji, 2] = xx, yx, zx
+        blocks_out[ji, 3], blocks_out[ji, 4], blocks_out[ji, 5] = xy, yy, zy
+        blocks_out[ji, 6], blocks_out[ji, 7], blocks_out[ji, 8] = xz, yz, zz
+
+
+__all__ = ["FAST", "green_strain", "membrane", "membrane_blocks"]

@@ -1,0 +1,74 @@
+"""The drape in the body's rest pose, from which every take starts."""
+
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.datasets.take import Take
+from hemline.errors import SimulationFailed
+from hemline.garments.garment import Garment
+from hemline.motions.motion import Motion
+
+from .dressed_body import DressedBody
+from .figures import mean_or_zero, strain_figures
+from .frame_end import FrameEnd
+from .settings import SimSettings
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+STILL = 0.002
+"""Mean speed below which the cloth is taken to be settled [m/s]."""
+
+KEPT_SPEED = 0.9
+"""Share of the velocity that is kept from step to step while settling."""
+
+
+def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Take:
+    """Settle a garment in the rest pose of a body, without wind.
+
+    Args:
+        garment: The garment, on this body shape.
+        shaped: The body.
+        settings: Settings; the wind is ignored.
+
+    Returns:
+        A take of kind `rest` with one frame.
+
+    Raises:
+        SimulationFailed: The garment cannot be settled from where it starts.
+    """
+    settings = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0))
+    dressed = DressedBody(garment, shaped, settings)
+    pose = shaped.rest_pose
+    state, end = dressed.stepper.start(garment.vertices), FrameEnd(dressed)
+    residuals: list[float] = []
+    step = 1 / settings.fps
+    for frame in range(round(settings.settle * settings.fps)):
+        try:
+            state, reports, posed = dressed.frame(state, pose, pose, substeps=2, seconds=step)
+        except SimulationFailed as reason:
+            raise SimulationFailed(f"settling '{garment.name}' in the rest pose, frame {frame}: {reason}") from reason
+        cleaned = end.clean(posed, state.positions, step)
+        state = dressed.fed_back(state, cleaned.positions, cleaned.pinched)
+        state = replace(state, velocities=KEPT_SPEED * state.velocities)
+        residuals = [report.residual_share for report in reports]
+        if frame > 5 and float(np.linalg.norm(state.velocities, axis=1).mean()) < STILL:
+            break
+    motion = Motion(
+        pose.rotations[None], pose.translation[None], fps=settings.fps, leg_length=shaped.leg_length, name="rest"
+    )
+    vertices = state.positions.astype(np.float32)[None]
+    figures = strain_figures(dressed.sheet, vertices) | {
+        "inside": float(cleaned.inside), "deepest_mm": cleaned.deepest_mm, "pinched": float(len(cleaned.pinched)),
+        "residual_share": mean_or_zero(residuals),
+    }  # fmt: skip
+    inputs = {
+        "garment": garment.hash, "body": shaped.body.hash, "betas": [float(b) for b in shaped.betas],
+        "settings": asdict(settings), "clip": "", "part": 0,
+    }  # fmt: skip
+    return Take(
+        kind="rest", vertices=vertices, motion=motion, betas=shaped.betas, lead_in=np.zeros(1, bool),
+        pinched=np.array([len(cleaned.pinched)], np.int32), figures=figures, inputs=inputs,
+    )  # fmt: skip

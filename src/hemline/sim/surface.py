@@ -1,0 +1,125 @@
+"""The body as contact sees it: a triangle mesh that moves within a step."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from hemline.arrays import Faces, Normals, Vertices
+
+from .sheet import Rows, incidence
+from .touch_kernels import closest_faces, contact_planes, fill_grid
+
+
+@dataclass(frozen=True)
+class Skin:
+    """The body's surface at one moment, float32."""
+
+    vertices: Vertices
+    normals: Normals
+
+
+@dataclass(frozen=True)
+class Anchors:
+    """Where on the surface each cloth vertex is nearest to.
+
+    Attributes:
+        nearest: Nearest body vertex within reach, -1 for none.
+        face: Closest body face, -1 for none.
+        weights: Barycentric weights of its corners 1 and 2.
+    """
+
+    nearest: Int[np.ndarray, " verts"]
+    face: Int[np.ndarray, " verts"]
+    weights: Float[np.ndarray, "verts 2"]
+
+
+@dataclass(frozen=True)
+class Planes:
+    """Tangent planes of the body under the cloth at the end of a step.
+
+    Attributes:
+        normal: Unit normals; 0 where there is no contact.
+        point: Points on the body [m].
+        carried: Where the body would carry each vertex during the step [m].
+        stiffness: Contact stiffness [N/m]; 0 where there is no contact.
+    """
+
+    normal: Float[np.ndarray, "verts 3"]
+    point: Float[np.ndarray, "verts 3"]
+    carried: Float[np.ndarray, "verts 3"]
+    stiffness: Float[np.ndarray, " verts"]
+
+    def gap(self, positions: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, " verts"]:
+        """Signed distance from the planes [m], infinite where there is none."""
+        distance = np.einsum("vi,vi->v", self.normal, positions - self.point)
+        return np.where(self.stiffness > 0, distance, np.inf)
+
+
+class Surface:
+    """Topology of the body's mesh, and the searches on it."""
+
+    def __init__(self, faces: Faces, *, reach: float):
+        self.faces = np.ascontiguousarray(faces, np.int32)
+        self.reach = reach
+        self.star: Rows = incidence(self.faces.ravel(), np.arange(self.faces.size) // 3, int(faces.max()) + 1)
+
+    def anchors(
+        self,
+        positions: Float[np.ndarray, "verts 3"],
+        skin: Skin,
+        fixed: Bool[np.ndarray, " verts"],
+        known: Anchors | None = None,
+    ) -> Anchors:
+        """The closest point on the surface for every cloth vertex that is not fixed.
+
+        Args:
+            positions: The cloth [m].
+            skin: The surface.
+            fixed: Vertices that need none.
+            known: Earlier anchors; they speed the search and do not change its result.
+        """
+        count = len(positions)
+        low = skin.vertices.min(axis=0).astype(np.float64)
+        high = skin.vertices.max(axis=0).astype(np.float64)
+        size = ((high - low) / self.reach).astype(np.int64) + 1
+        starts, order = np.empty(int(size.prod()) + 2, np.int32), np.empty(len(skin.vertices), np.int32)
+        fill_grid(skin.vertices, low, self.reach, size, starts, order)
+        nearest = np.full(count, -1, np.int32) if known is None else known.nearest.copy()
+        face, weights = np.empty(count, np.int32), np.zeros((count, 2))
+        closest_faces(
+            positions, skin.vertices, self.faces, self.star.starts, self.star.columns, low, self.reach, size, starts,
+            order, self.reach, fixed, nearest, face, weights,
+        )  # fmt: skip
+        return Anchors(nearest, face, weights)
+
+    def planes(
+        self,
+        anchors: Anchors,
+        start: Float[np.ndarray, "verts 3"],
+        then: Skin,
+        now: Skin,
+        push: Float[np.ndarray, " verts"],
+    ) -> Planes:
+        """Contact planes at the end of a step, from anchors found at its start or at its end.
+
+        Args:
+            anchors: Closest points.
+            start: The cloth at the step's start [m].
+            then: The surface at the step's start.
+            now: The surface at its end.
+            push: Stiffness of each vertex in contact [N/m].
+        """
+        count = len(start)
+        normal, point, carried, stiffness = (np.zeros(shape) for shape in ((count, 3), (count, 3), (count, 3), count))
+        contact_planes(
+            start, anchors.face, anchors.weights, self.faces, then.vertices, now.vertices, now.normals, push,
+            normal, point, carried, stiffness,
+        )  # fmt: skip
+        return Planes(normal, point, carried, stiffness)
+
+
+def no_planes(count: int) -> Planes:
+    """No contact at all."""
+    nothing = np.zeros((count, 3))
+    return Planes(nothing, nothing, nothing, np.zeros(count))

@@ -1,0 +1,159 @@
+"""Closest points of cloth vertices on a moving triangle mesh, and the contact planes there."""
+
+from hemline.compiled import kernel, prange
+
+
+@kernel
+def fill_grid(points, low, cell, size, starts_out, order_out):
+    """Sort points into cubic cells: cell c holds order[starts[c]:starts[c + 1]]; points off the grid are left out."""
+    count = points.shape[0]
+    starts_out[:] = 0
+    for i in range(count):
+        c = cell_of(points, i, low, cell, size)
+        if c >= 0:
+            starts_out[c + 2] += 1
+    for c in range(2, starts_out.shape[0]):
+        starts_out[c] += starts_out[c - 1]
+    for i in range(count):
+        c = cell_of(points, i, low, cell, size)
+        if c >= 0:
+            order_out[starts_out[c + 1]] = i
+            starts_out[c + 1] += 1
+
+
+@kernel(inline="always")
+def cell_of(points, i, low, cell, size):
+    """Number of the cell that point i lies in, -1 off the grid."""
+    a, b, c = (points[i, 0] - low[0]) / cell, (points[i, 1] - low[1]) / cell, (points[i, 2] - low[2]) / cell
+    if a < 0 or b < 0 or c < 0 or a >= size[0] or b >= size[1] or c >= size[2]:
+        return -1
+    return (int(a) * size[1] + int(b)) * size[2] + int(c)
+
+
+@kernel
+def closest_on_triangle(px, py, pz, a, b, c):
+    """Barycentric coordinates of the point of triangle a b c closest to p, and the squared distance (Ericson 2005)."""
+    abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    acx, acy, acz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    apx, apy, apz = px - a[0], py - a[1], pz - a[2]
+    d1, d2 = abx * apx + aby * apy + abz * apz, acx * apx + acy * apy + acz * apz
+    aa, bb, ab = abx * abx + aby * aby + abz * abz, acx * acx + acy * acy + acz * acz, abx * acx + aby * acy + abz * acz
+    d3, d4, d5, d6 = d1 - aa, d2 - ab, d1 - ab, d2 - bb
+    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
+    if d1 <= 0.0 and d2 <= 0.0:
+        v, w = 0.0, 0.0
+    elif d3 >= 0.0 and d4 <= d3:
+        v, w = 1.0, 0.0
+    elif d6 >= 0.0 and d5 <= d6:
+        v, w = 0.0, 1.0
+    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        v, w = d1 / (d1 - d3), 0.0
+    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        v, w = 0.0, d2 / (d2 - d6)
+    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        v = 1.0 - w
+    else:
+        over = 1.0 / (va + vb + vc)
+        v, w = vb * over, vc * over
+    x, y, z = apx - v * abx - w * acx, apy - v * aby - w * acy, apz - v * abz - w * acz
+    return v, w, x * x + y * y + z * z
+
+
+@kernel(parallel=True)
+def closest_faces(
+    x, vertices, faces, star_starts, star, low, cell, size, cell_starts, order, reach, fixed,
+    nearest_out, face_out, weights_out,
+):  # fmt: skip
+    """For each free cloth vertex the closest face within reach and the weights of its corners; face -1: none.
+
+    # in:  nearest_out holds the last nearest body vertices: they bound the search, they do not change its result
+    # out: nearest body vertex (-1: none), face, weights of corners 1 and 2
+    """
+    for i in prange(x.shape[0]):
+        face_out[i] = -1
+        if fixed[i]:
+            continue
+        px, py, pz = x[i, 0], x[i, 1], x[i, 2]
+        best, found = reach * reach, -1
+        known = nearest_out[i]
+        if known >= 0:
+            d0, d1, d2 = vertices[known, 0] - px, vertices[known, 1] - py, vertices[known, 2] - pz
+            d = d0 * d0 + d1 * d1 + d2 * d2
+            if d <= best:
+                best, found = d, known
+        radius = best**0.5
+        a0, a1 = int(max((px - radius - low[0]) / cell, 0.0)), int(min((px + radius - low[0]) / cell, size[0] - 1.0))
+        b0, b1 = int(max((py - radius - low[1]) / cell, 0.0)), int(min((py + radius - low[1]) / cell, size[1] - 1.0))
+        c0, c1 = int(max((pz - radius - low[2]) / cell, 0.0)), int(min((pz + radius - low[2]) / cell, size[2] - 1.0))
+        for a in range(a0, a1 + 1):
+            for b in range(b0, b1 + 1):
+                row = (a * size[1] + b) * size[2]
+                for entry in range(cell_starts[row + c0], cell_starts[row + c1 + 1]):
+                    j = order[entry]
+                    d0, d1, d2 = vertices[j, 0] - px, vertices[j, 1] - py, vertices[j, 2] - pz
+                    d = d0 * d0 + d1 * d1 + d2 * d2
+                    if d < best or (d == best and j < found):
+                        best, found = d, j
+        nearest_out[i] = found
+        if found < 0:
+            continue
+        best, face, bv, bw = 1e30, -1, 0.0, 0.0
+        centre = found
+        for _ in range(4):
+            improved = False
+            for entry in range(star_starts[centre], star_starts[centre + 1]):
+                f = star[entry]
+                v, w, d = closest_on_triangle(
+                    px, py, pz, vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+                )
+                if d < best:
+                    best, face, bv, bw, improved = d, f, v, w, True
+            if not improved or face < 0:
+                break
+            # go on around the corner that the closest point is nearest to
+            corner = 0
+            if bv > 1.0 - bv - bw and bv >= bw:
+                corner = 1
+            elif bw > 1.0 - bv - bw and bw > bv:
+                corner = 2
+            if faces[face, corner] == centre:
+                break
+            centre = faces[face, corner]
+        face_out[i], weights_out[i, 0], weights_out[i, 1] = face, bv, bw
+
+
+@kernel(parallel=True)
+def contact_planes(
+    start, face, weights, faces, vertices_then, vertices_now, normals_now, push, normal_out, point_out, carried_out,
+    stiffness_out,
+):  # fmt: skip
+    """Plane of the body under each vertex at the step's end, and where the body carries the vertex's start.
+
+    # out: unit normal (interpolated), point on the body, start + motion of that point, stiffness (0: no contact)
+    """
+    for i in prange(start.shape[0]):
+        f = face[i]
+        stiffness_out[i] = 0.0
+        if f < 0:
+            continue
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        v, w = weights[i, 0], weights[i, 1]
+        u = 1.0 - v - w
+        length = 0.0
+        for k in range(3):
+            now = u * vertices_now[a, k] + v * vertices_now[b, k] + w * vertices_now[c, k]
+            then = u * vertices_then[a, k] + v * vertices_then[b, k] + w * vertices_then[c, k]
+            n = u * normals_now[a, k] + v * normals_now[b, k] + w * normals_now[c, k]
+            point_out[i, k] = now
+            carried_out[i, k] = start[i, k] + (now - then)
+            normal_out[i, k] = n
+            length += n * n
+        if length > 1e-12:
+            stiffness_out[i] = push[i]
+            over = 1.0 / length**0.5
+            for k in range(3):
+                normal_out[i, k] *= over
+
+
+__all__ = ["cell_of", "closest_faces", "closest_on_triangle", "contact_planes", "fill_grid"]
