@@ -49,14 +49,14 @@ def write(
         MissingExtra: The format needs a library that is not installed.
     """
     path = Path(path)
-    check_path(path)
+    check_format(path)
     writer = FORMATS[path.suffix.lower()]
     if writer in (write_still, write_moving):
         writer = partial(writer, view=view, size=size)
     return writer(path, clip)
 
 
-def check_path(path: str | Path) -> None:
+def check_format(path: str | Path) -> None:
     """Refuse a path that `write` could not write, before the work is done.
 
     Raises:

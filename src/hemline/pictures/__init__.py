@@ -4,6 +4,8 @@ from .camera import VIEWS_DEG as VIEWS_DEG
 from .camera import Camera as Camera
 from .camera import frame_clip as frame_clip
 from .camera import frame_points as frame_points
+from .compare import compare as compare
+from .compare import compared as compared
 from .draw import draw as draw
 from .draw import picture_of as picture_of
 from .images import captioned as captioned
@@ -18,6 +20,6 @@ from .render import linear as linear
 from .render import render as render
 
 __all__ = [
-    "BODY", "CLOTH", "TRUTH", "VIEWS_DEG", "Camera", "Surface", "captioned", "draw", "frame_clip", "frame_points",
-    "linear", "picture_of", "render", "side_by_side", "write_png", "write_webp",
+    "BODY", "CLOTH", "TRUTH", "VIEWS_DEG", "Camera", "Surface", "captioned", "compare", "compared", "draw",
+    "frame_clip", "frame_points", "linear", "picture_of", "render", "side_by_side", "write_png", "write_webp",
 ]  # fmt: skip

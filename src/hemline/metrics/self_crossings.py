@@ -1,0 +1,55 @@
+"""Where a garment passes through itself."""
+
+import numpy as np
+
+from hemline.arrays import Faces, Vertices
+from hemline.meshes import edges
+
+from . import crossing_kernels as kernels
+
+_CELLS_AT_MOST = 1 << 21
+
+
+def self_crossings(vertices: Vertices, faces: Faces) -> dict[str, float]:
+    """Count triangles that cross another one of the same mesh, in one frame.
+
+    Two triangles cross if an edge of one passes through the other; those that share a vertex are left out, and so is
+    mere contact in one plane. Decided in float64.
+
+    Args:
+        vertices: Positions [m].
+        faces: Triangles.
+
+    Returns:
+        `pairs`: crossing pairs of triangles; `edge_percent`: edges that pass through a triangle, in percent of all.
+    """
+    points = np.ascontiguousarray(vertices, np.float64)
+    faces = np.ascontiguousarray(faces, np.int32)
+    if not len(faces):
+        return {"pairs": 0, "edge_percent": 0.0}
+    low, high, starts, members = _grid(points, faces)
+    crossing = np.zeros((len(faces), 3), np.uint8)
+    pairs = kernels.count_crossings(points, faces, low, high, starts, members, crossing)
+    directed = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)[crossing > 0]
+    crossed = np.unique(np.sort(directed, axis=1), axis=0)
+    return {"pairs": int(pairs), "edge_percent": 100 * len(crossed) / len(edges(faces))}
+
+
+def _grid(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """First and last cell of each triangle, where each cell's members start (after the grid's size), members."""
+    corners = points[faces]
+    origin, top = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    extent = top - origin
+    size = max(float(np.ptp(corners, axis=1).max(axis=1).mean()), float(extent.max()) / 1000, 1e-9)
+    while np.prod(extent // size + 1) > _CELLS_AT_MOST:
+        size *= 1.26
+    low, high = np.empty((len(faces), 3), np.int64), np.empty((len(faces), 3), np.int64)
+    kernels.cell_ranges(points, faces, origin, size, low, high)
+    shape = high.max(axis=0) + 1
+    counts = np.zeros(int(np.prod(shape)), np.int64)
+    header = np.concatenate([shape, np.zeros(len(counts) + 1, np.int64)])
+    kernels.fill_cells(low, high, counts, header, np.empty(0, np.int32))
+    header[4:] = np.cumsum(counts)
+    members = np.empty(int(header[-1]), np.int32)
+    kernels.fill_cells(low, high, counts, header, members)
+    return low, high, header, members
