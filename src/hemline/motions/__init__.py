@@ -1,8 +1,27 @@
 """Clips of motion on the 24-joint skeleton: read, resample, cut; never a mesh."""
 
+from .clean import longest_clean as longest_clean
 from .motion import JOINT_NAMES as JOINT_NAMES
 from .motion import PARENTS as PARENTS
 from .motion import Motion as Motion
 from .motion import Pose as Pose
+from .read import open_motion as open_motion
+from .read import read as read
+from .shipped import load as load
+from .shipped import names as names
+from .store import write as write
+from .subjects import subject_of as subject_of
 
-__all__ = ["JOINT_NAMES", "PARENTS", "Motion", "Pose"]
+__all__ = [
+    "JOINT_NAMES",
+    "PARENTS",
+    "Motion",
+    "Pose",
+    "load",
+    "longest_clean",
+    "names",
+    "open_motion",
+    "read",
+    "subject_of",
+    "write",
+]

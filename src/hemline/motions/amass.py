@@ -1,0 +1,83 @@
+"""Read AMASS clips: SMPL-H and SMPL-X poses in npz files."""
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from hemline.errors import BadMotion
+
+from .motion import JOINT_COUNT, Motion
+from .quaternions import continuous, from_axis_angle, multiply, rotate
+
+_JOINTS = 22
+_Z_UP_TO_Y_UP = np.array([np.sqrt(0.5), -np.sqrt(0.5), 0, 0])
+_PELVIS = np.array([0.0, -0.22, 0.03])
+_MEAN_LEG = 0.81
+_RATES = ("mocap_framerate", "mocap_frame_rate")
+_LICENCE = "AMASS: see amass.is.tue.mpg.de; non-commercial unless licensed"
+
+
+def read_amass(path: str | Path) -> Motion:
+    """Read an AMASS npz: 22 body joints, hands at rest, from z up to y up.
+
+    AMASS turns the body about its own pelvis, which lies at J0(betas) from its origin, and adds `trans`: the pelvis is
+    at `trans` + J0. J0 and the leg length are those of the mean SMPL body, since the betas mean nothing without it.
+
+    Raises:
+        BadMotion: The file is missing, damaged, holds objects (pickles), lacks a key or has wrong shapes.
+
+    Source: Mahmood et al., "AMASS: Archive of motion capture as surface shapes", ICCV 2019.
+        Differs: shape and soft-tissue coefficients are not used.
+    """
+    path = Path(path)
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            rotvecs, translations = _rotation_vectors(archive, path), archive["trans"].astype(np.float64)
+            rate = next((name for name in _RATES if name in archive), None)
+            if rate is None:
+                raise KeyError(_RATES[0])
+            fps = float(archive[rate])
+    except OSError as reason:
+        raise BadMotion(f"cannot read {path}", reason.strerror or reason, "name an AMASS npz file") from reason
+    except KeyError as reason:
+        raise BadMotion(
+            f"{path} is no AMASS clip", f"no array {reason}", "name a file with poses and trans"
+        ) from reason
+    except (ValueError, TypeError, EOFError, zipfile.BadZipFile) as reason:
+        cure = "copy it again; files that hold pickled objects are not read"
+        raise BadMotion(f"{path} is damaged or no AMASS clip", reason, cure) from reason
+    if translations.shape != (len(rotvecs), 3):
+        what = f"trans of {path} must be {(len(rotvecs), 3)}"
+        raise BadMotion(what, translations.shape, "make poses and trans agree")
+    if not (np.isfinite(rotvecs).all() and np.isfinite(translations).all()):
+        raise BadMotion(f"{path} must hold finite numbers", "NaN or infinity", "cut or mend those frames")
+    rotations = np.zeros((len(rotvecs), JOINT_COUNT, 4))
+    rotations[..., 0] = 1
+    rotations[:, :_JOINTS] = from_axis_angle(rotvecs)
+    rotations[:, 0] = multiply(_Z_UP_TO_Y_UP, rotations[:, 0])
+    return Motion(
+        rotations=continuous(rotations),
+        translations=rotate(_Z_UP_TO_Y_UP, translations + _PELVIS),
+        fps=fps,
+        leg_length=_MEAN_LEG,
+        name=path.stem,
+        source=f"AMASS {path.name}",
+        licence=_LICENCE,
+        notes=(
+            "z up turned to y up",
+            f"the mean SMPL body is assumed: legs of {_MEAN_LEG} m; betas are not used",
+            "hands and fingers are left at rest",
+        ),
+    )
+
+
+def _rotation_vectors(archive: np.lib.npyio.NpzFile, path: Path) -> np.ndarray:
+    if "poses" in archive:
+        poses = archive["poses"]
+    else:
+        poses = np.concatenate([archive["root_orient"], archive["pose_body"]], axis=1)
+    if poses.ndim != 2 or poses.shape[1] < 3 * _JOINTS or poses.shape[1] % 3 or len(poses) < 1:
+        cure = f"give at least {_JOINTS} rotation vectors in each of one or more frames"
+        raise BadMotion(f"poses of {path} must be (frames, 156), (frames, 165) or the like", poses.shape, cure)
+    return poses[:, : 3 * _JOINTS].reshape(-1, _JOINTS, 3).astype(np.float64)

@@ -1,0 +1,184 @@
+"""Read Biovision hierarchies: any joints, any order of channels."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from hemline.errors import BadMotion
+
+from .quaternions import from_euler
+
+_ROTATIONS = {"Xrotation": "X", "Yrotation": "Y", "Zrotation": "Z"}
+_POSITIONS = {"Xposition": 0, "Yposition": 1, "Zposition": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """The hierarchy of a BVH file, in the file's own unit and axes.
+
+    Attributes:
+        names: Joint names, root first, a parent before its children.
+        parents: Index of each joint's parent; -1 for the root.
+        offsets: Place of each joint relative to its parent in the zero pose [file's unit].
+        ends: Offset of the End Site of a leaf joint, by joint index [file's unit].
+        channels: The channels of each joint, as listed.
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    offsets: Float[np.ndarray, "joints 3"]
+    ends: dict[int, np.ndarray]
+    channels: tuple[tuple[str, ...], ...]
+
+    @property
+    def zero_positions(self) -> Float[np.ndarray, "joints 3"]:
+        """Where the joints are when all rotations are zero [file's unit]."""
+        positions = self.offsets.copy()
+        for joint, parent in enumerate(self.parents):
+            if parent >= 0:
+                positions[joint] += positions[parent]
+        return positions
+
+
+@dataclass(frozen=True, eq=False)
+class Bvh:
+    """A BVH file: hierarchy, local rotations (unit quaternions wxyz) and root positions [file's unit]."""
+
+    skeleton: Skeleton
+    rotations: Float[np.ndarray, "frames joints 4"]
+    root_positions: Float[np.ndarray, "frames 3"]
+    fps: float
+
+
+def read_bvh(path: str | Path) -> Bvh:
+    """Read a BVH file as it stands: nothing is renamed, scaled or turned.
+
+    Raises:
+        BadMotion: The file is missing, truncated or no BVH, a number is no number, NaN or infinite, or the numbers do
+            not fill the frames and channels that are declared.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError as reason:
+        raise BadMotion(f"cannot read {path}", reason.strerror or reason, "name a BVH file") from reason
+    head, found, tail = text.partition("MOTION")
+    if not found or not head.lstrip().startswith("HIERARCHY"):
+        got = "no section HIERARCHY" if "HIERARCHY" not in head else "no section MOTION"
+        raise BadMotion(f"{path} is no whole BVH file", got, "copy it again from where it was made")
+    skeleton = _hierarchy(head.split(), path)
+    values, fps = _frames(tail, sum(map(len, skeleton.channels)), path)
+    return Bvh(skeleton, _rotations(skeleton, values), _root_positions(skeleton, values), fps)
+
+
+def _hierarchy(words: list[str], path: Path) -> Skeleton:
+    names: list[str] = []
+    parents: list[int] = []
+    offsets: list[list[float]] = []
+    ends: dict[int, np.ndarray] = {}
+    channels: list[tuple[str, ...]] = []
+    open_joints: list[int] = []  # -1 stands for an End Site
+    place = 1
+    try:
+        while place < len(words):
+            word = words[place]
+            if word in ("ROOT", "JOINT"):
+                brace = words.index("{", place)
+                parents.append(open_joints[-1] if open_joints else -1)
+                open_joints.append(len(names))
+                names.append(" ".join(words[place + 1 : brace]))
+                offsets.append([0.0, 0.0, 0.0])
+                channels.append(())
+                place = brace + 1
+            elif word == "End":
+                open_joints.append(-1)
+                place = words.index("{", place) + 1
+            elif word == "OFFSET":
+                offset = [float(number) for number in words[place + 1 : place + 4]]
+                _, _, _ = offset
+                if open_joints[-1] == -1:
+                    ends[open_joints[-2]] = np.array(offset)
+                else:
+                    offsets[open_joints[-1]] = offset
+                place += 4
+            elif word == "CHANNELS":
+                count = int(words[place + 1])
+                listed = tuple(words[place + 2 : place + 2 + count])
+                if any(name not in _ROTATIONS and name not in _POSITIONS for name in listed) or len(listed) != count:
+                    raise ValueError(f"CHANNELS {count} {' '.join(listed)}")
+                channels[open_joints[-1]] = listed
+                place += 2 + count
+            elif word == "}":
+                open_joints.pop()
+                place += 1
+            else:
+                raise ValueError(f"'{word}'")
+        if open_joints or not names:
+            raise ValueError("an end inside a joint")
+        if parents.count(-1) > 1:
+            raise ValueError("two roots")
+        if not np.isfinite(offsets).all():
+            raise ValueError("an OFFSET that is NaN or infinite")
+    except (ValueError, IndexError) as reason:
+        raise BadMotion(f"the hierarchy of {path} cannot be read", reason, "export the file again") from reason
+    if len(set(names)) != len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise BadMotion(f"joints of {path} must have different names", f"'{twice}' twice", "rename one of them")
+    return Skeleton(tuple(names), tuple(parents), np.array(offsets), ends, tuple(channels))
+
+
+def _frames(text: str, channel_count: int, path: Path) -> tuple[np.ndarray, float]:
+    again = "copy the file again from where it was made"
+    lines = text.lstrip().split("\n", 2)
+    try:
+        if not (lines[0].startswith("Frames:") and lines[1].strip().startswith("Frame Time:")):
+            raise ValueError("no 'Frames:' or no 'Frame Time:'")
+        frame_count, frame_time = int(lines[0].split(":")[1]), float(lines[1].split(":")[1])
+        if frame_count < 1 or not (np.isfinite(frame_time) and frame_time > 0):
+            raise ValueError(f"{frame_count} frames of {frame_time} s")
+        body = lines[2] if len(lines) > 2 else ""
+        values = np.array(list(map(float, body.split())))
+    except (ValueError, IndexError) as reason:
+        raise BadMotion(f"the motion of {path} cannot be read", reason, again) from reason
+    in_first = len(body.lstrip().partition("\n")[0].split())
+    if in_first != channel_count and len(values) != frame_count * channel_count:
+        what = f"each frame of {path} must have {channel_count} numbers, one a channel"
+        raise BadMotion(what, f"{in_first} in the first", "make CHANNELS and the lines of numbers agree")
+    if len(values) != frame_count * channel_count:
+        got = f"{len(values)} numbers, enough for {len(values) / channel_count:.6g}"
+        raise BadMotion(f"{path} declares {frame_count} frames", got, again)
+    if not np.isfinite(values).all():
+        frame = int(np.argmax(~np.isfinite(values))) // channel_count
+        raise BadMotion(
+            f"{path} must hold finite numbers", f"NaN or infinity in frame {frame}", "cut or mend that frame"
+        )
+    fps = 1 / frame_time  # frame times are printed with few digits: 0.0083333 is 120 a second
+    whole = round(fps)
+    return values.reshape(frame_count, channel_count), float(whole) if abs(fps - whole) < 1e-3 * fps else fps
+
+
+def _rotations(skeleton: Skeleton, values: np.ndarray) -> np.ndarray:
+    rotations = np.zeros((len(values), len(skeleton.names), 4))
+    rotations[..., 0] = 1
+    by_order: dict[str, list[tuple[int, list[int]]]] = {}
+    column = 0
+    for joint, channels in enumerate(skeleton.channels):
+        turns = [column + index for index, name in enumerate(channels) if name in _ROTATIONS]
+        order = "".join(_ROTATIONS[name] for name in channels if name in _ROTATIONS)
+        by_order.setdefault(order, []).append((joint, turns))
+        column += len(channels)
+    for order, entries in by_order.items():
+        joints, turns = [joint for joint, _ in entries], [columns for _, columns in entries]
+        if order:
+            rotations[:, joints] = from_euler(np.radians(values[:, turns]), order)
+    return rotations
+
+
+def _root_positions(skeleton: Skeleton, values: np.ndarray) -> np.ndarray:
+    positions = np.tile(skeleton.offsets[0], (len(values), 1))
+    for column, name in enumerate(skeleton.channels[0]):
+        if name in _POSITIONS:
+            positions[:, _POSITIONS[name]] = values[:, column]
+    return positions

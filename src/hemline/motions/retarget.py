@@ -1,0 +1,104 @@
+"""Bring a clip of any humanoid rig onto the 24 joints."""
+
+import numpy as np
+from jaxtyping import Float
+
+from .bvh import Bvh
+from .motion import JOINT_NAMES, PARENTS, Motion
+from .names import Found, find_joints
+from .offsets import IDENTITY, limb_offsets
+from .quaternions import Quaternion, angle, continuous, inverse, multiply, slerp
+from .rig import Rig, stood_upright
+from .units import UNITS, unit_of
+
+_TPOSE_DEG = 3.0
+_RUN_IN_DEG_S = 400.0
+
+
+def retarget(bvh: Bvh, *, unit: str | None = None, name: str = "", source: str = "", licence: str = "") -> Motion:
+    r"""A motion on our joints: T-pose convention, metres, y up.
+
+    $$G'_j = G_j O_j, \qquad R'_j = {G'_p}^{-1} G'_j$$
+
+    with $G_j$ the global rotation of the source's joint and $O_j$ the constant that takes the bone of our T-pose onto
+    the bone of the source's zero pose (`limb_offsets`). The pelvis is put midway between the source's hip joints, since
+    these carry the legs, whose length the translation is later scaled by.
+
+    Args:
+        bvh: The clip as read.
+        unit: `m`, `cm`, `mm`, `inch` or `cmu`; None to guess it from the size.
+        name: What to call it.
+        source: Where it comes from.
+        licence: Terms, in short.
+
+    Raises:
+        BadMotion: A joint that is needed is missing, or the unit contradicts the size.
+    """
+    found = find_joints(bvh.skeleton, name)
+    start = _tpose_frames(bvh, found)
+    rig = stood_upright(bvh, found, start)
+    leg = float(np.mean([_leg(rig, "left"), _leg(rig, "right")]))
+    unit, unit_note = unit_of(leg, unit, name)
+    rotations = _global_rotations(rig)
+    for joint in reversed(range(1, len(PARENTS))):
+        rotations[:, joint] = multiply(inverse(rotations[:, PARENTS[joint]]), rotations[:, joint])
+    hips = [rig.positions[:, found.joints[hip]] for hip in ("left_hip", "right_hip")]
+    tpose_note = f"frames 0 to {start - 1} lead out of a T-pose and were dropped" if start else ""
+    return Motion(
+        rotations=continuous(rotations),
+        translations=np.mean(hips, axis=0) * UNITS[unit],
+        fps=bvh.fps,
+        leg_length=leg * UNITS[unit],
+        name=name,
+        source=source,
+        licence=licence,
+        notes=tuple(note for note in (unit_note, rig.note, tpose_note, _ignored(rig)) if note),
+    )
+
+
+def _leg(rig: Rig, side: str) -> float:
+    thigh, shank = rig.bone(f"{side}_hip", f"{side}_knee"), rig.bone(f"{side}_knee", f"{side}_ankle")
+    return float(np.linalg.norm(thigh) + np.linalg.norm(shank))
+
+
+def _global_rotations(rig: Rig) -> Float[np.ndarray, "frames 24 4"]:
+    joints, offsets = rig.found.joints, limb_offsets(rig)
+    rotations = np.empty((len(rig.rotations), len(JOINT_NAMES), 4))
+    for joint, name in enumerate(JOINT_NAMES):
+        if name.startswith("spine"):
+            rotations[:, joint] = _spine(rig, int(name[-1]))
+        elif name in joints:
+            rotations[:, joint] = multiply(rig.rotations[:, joints[name]], offsets.get(name, IDENTITY))
+        elif name == "neck":
+            rotations[:, joint] = slerp(rotations[:, PARENTS[joint]], rig.rotations[:, joints["head"]], 0.5)
+        else:
+            rotations[:, joint] = rotations[:, PARENTS[joint]]
+    return rotations
+
+
+def _spine(rig: Rig, level: int) -> Quaternion:
+    """Global rotation of spine joint 1, 2 or 3, spread evenly over the joints that the rig has."""
+    chain = (0, *rig.found.spine)
+    place = level * len(rig.found.spine) / 3
+    below = min(int(place + 1e-9), len(chain) - 2)
+    return slerp(rig.rotations[:, chain[below]], rig.rotations[:, chain[below + 1]], place - below)
+
+
+def _ignored(rig: Rig) -> str:
+    used = {0, *rig.found.joints.values(), *rig.found.spine}
+    names = [name for joint, name in enumerate(rig.skeleton.names) if joint not in used]
+    return f"joints that only carry others, or are ignored: {', '.join(names)}" if names else ""
+
+
+def _tpose_frames(bvh: Bvh, found: Found) -> int:
+    """How many frames at the start are a T-pose and the run from it into the motion."""
+    used = sorted({*found.joints.values(), *found.spine})
+    rotations = bvh.rotations[:, used]
+    if len(rotations) < 2:
+        return 0
+    first, second = np.degrees(angle(rotations[:2])).mean(axis=1)
+    if first > _TPOSE_DEG or second < first + _TPOSE_DEG:
+        return 0
+    speeds = np.degrees(angle(multiply(inverse(rotations[:-1]), rotations[1:]))).mean(axis=1) * bvh.fps
+    calm = speeds[1:] < _RUN_IN_DEG_S
+    return 1 + int(np.argmax(calm)) if calm.any() else 1

@@ -1,0 +1,36 @@
+"""The short clips that come with the package."""
+
+import difflib
+import functools
+from pathlib import Path
+
+from hemline.errors import BadMotion
+
+from .motion import Motion
+from .store import read_many
+
+SHIPPED = Path(__file__).parents[1] / "models" / "excerpts.safetensors"
+"""Where they lie; `python -m hemline.motions.excerpts FOLDER` makes them, `excerpts.NOTICE.md` says whose they are."""
+
+
+@functools.cache
+def _excerpts() -> dict[str, Motion]:
+    return read_many(SHIPPED)
+
+
+def names() -> tuple[str, ...]:
+    """Names of the shipped clips."""
+    return tuple(_excerpts())
+
+
+def load(name: str) -> Motion:
+    """A shipped clip.
+
+    Raises:
+        BadMotion: No clip has that name.
+    """
+    if name not in names():
+        near = difflib.get_close_matches(name, names(), n=1, cutoff=0.0)[0]
+        cure = f"the nearest name is '{near}'; a file is read with motions.read"
+        raise BadMotion("no motion of that name ships", f"'{name}'", cure)
+    return _excerpts()[name]

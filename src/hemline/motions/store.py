@@ -1,0 +1,71 @@
+"""Motions in hemline's own container."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hemline.errors import BadMotion, BadOutput
+from hemline.files import read_tensors, write_tensors
+
+from .motion import Motion
+
+_ARRAYS = ("rotations", "translations")
+_FIELDS = ("fps", "leg_length", "name", "source", "licence", "notes")
+
+
+def write(path: str | Path, motion: Motion) -> None:
+    """Write a motion in hemline's own format, whole or not at all.
+
+    Raises:
+        BadOutput: The ending is not `.safetensors`, or the path cannot be written.
+    """
+    if Path(path).suffix.lower() != ".safetensors":
+        raise BadOutput(
+            f"no motion is written to {path}", f"the ending '{Path(path).suffix}'", "let it end in .safetensors"
+        )
+    arrays = {name: getattr(motion, name) for name in _ARRAYS}
+    write_tensors(path, arrays, {"kind": "motion"} | _described(motion))
+
+
+def write_many(path: str | Path, motions: Mapping[str, Motion]) -> None:
+    """Write several motions into one file, each under its key."""
+    arrays = {f"{key}.{name}": getattr(motion, name) for key, motion in motions.items() for name in _ARRAYS}
+    described = {key: _described(motion) for key, motion in motions.items()}
+    write_tensors(path, arrays, {"kind": "motions", "motions": described})
+
+
+def read_stored(path: str | Path) -> Motion:
+    """Read what `write` wrote.
+
+    Raises:
+        BadMotion: The file is missing, damaged, of another kind or a future version, or its content is no motion.
+    """
+    arrays, metadata = read_tensors(path, "motion", error=BadMotion)
+    return _motion(path, arrays, metadata)
+
+
+def read_many(path: str | Path) -> dict[str, Motion]:
+    """Read what `write_many` wrote.
+
+    Raises:
+        BadMotion: As for `read_stored`.
+    """
+    arrays, metadata = read_tensors(path, "motions", error=BadMotion)
+    motions = {}
+    for key, described in metadata["motions"].items():
+        own = {name: arrays[f"{key}.{name}"] for name in _ARRAYS if f"{key}.{name}" in arrays}
+        motions[key] = _motion(path, own, described)
+    return motions
+
+
+def _described(motion: Motion) -> dict[str, Any]:
+    return {field: getattr(motion, field) for field in _FIELDS}
+
+
+def _motion(path: str | Path, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Motion:
+    missing = [name for name in _ARRAYS if name not in arrays] + [name for name in _FIELDS if name not in metadata]
+    if missing:
+        raise BadMotion(f"{path} lacks a part of a motion", f"no '{missing[0]}'", "write it again with hemline")
+    return Motion(**{name: arrays[name] for name in _ARRAYS}, **{field: metadata[field] for field in _FIELDS})
