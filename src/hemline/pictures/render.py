@@ -24,7 +24,7 @@ Picture = Int[np.ndarray, "height width 3"]
 """sRGB bytes, rows from the top."""
 
 _SHADOW_SIZE = 640
-_TO_KEY_LIGHT, _TO_FILL_LIGHT = (0.85, 0.95, 0.45), (-0.8, 0.25, 0.55)
+_TO_KEY_LIGHT, _TO_FILL_LIGHT = (0.75, 1.35, 0.5), (-0.8, 0.25, 0.55)
 """Directions to the two lights: to the camera's right, up in the world, to the camera. They go with the camera."""
 _SKY_LIGHT, _FLOOR_LIGHT = (0.50, 0.54, 0.60), (0.24, 0.22, 0.20)
 _BACKGROUND = ((0.90, 0.92, 0.94), (0.975, 0.975, 0.97), (0.91, 0.905, 0.895), (0.86, 0.855, 0.845))
