@@ -86,7 +86,8 @@ def _parsed(schema: type, verb: str, words: list[str]):
 
 def _overview() -> str:
     rows = "\n".join(f"  {verb:<10}{what}" for verb, what in VERBS.items())
-    return f"usage: hemline VERB ...\n\n{rows}\n\n'hemline VERB --help' tells the flags of a verb; --version tells the version."
+    more = "'hemline VERB --help' tells the flags of a verb; --version tells the version."
+    return f"usage: hemline VERB ...\n\n{rows}\n\n{more}"
 
 
 def _say(text: str, status: int) -> int:

@@ -26,7 +26,7 @@ def bench_cape() -> dict[str, Any]:
 def bench_projection_cape() -> dict[str, Any]:
     """Body skinning and exact projection of the shipped cape, on the six shipped excerpts, one core."""
     _one_thread()
-    frames, before, inside, pinched = [], 0, 0, 0
+    frames, before, pinched = [], 0, 0
     for frame in _played():
         times = frame.milliseconds
         frames.append({"body": times["body"], "projection": times["projection"]})

@@ -1,5 +1,6 @@
 """The figures of a model on a motion: milliseconds, millimetres, vertices inside."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,6 +62,7 @@ def evaluate(
     fps: float = 30.0,
     guarantee: str = "exact",
     untangle: bool = False,
+    keep: Callable[[Frame], None] | None = None,
 ) -> Evaluation:
     """Play a motion and measure.
 
@@ -74,6 +76,7 @@ def evaluate(
         fps: Frames a second, where there is no truth.
         guarantee: As for `play`.
         untangle: As for `play`.
+        keep: Called with each frame, to record it.
 
     Returns:
         Figures and the worst frame.
@@ -85,10 +88,10 @@ def evaluate(
         raise BadInput("drive must be 'own' or 'truth'", repr(drive), "name one of them")
     if drive == "truth" and truth is None:
         raise BadInput("drive 'truth' needs simulated takes", "none", "name a dataset with --truth")
-    tally = _Tally(animator)
+    tally = _Tally(animator, keep)
     if truth is None:
         for frame in play(animator, body, motion, fps=fps, guarantee=guarantee, untangle=untangle):
-            tally.add(frame, None)
+            tally.add(frame, None, fps)
     else:
         takes = takes_of(truth, motion, body.betas)
         fps = takes[0].motion.fps
@@ -97,54 +100,104 @@ def evaluate(
             frames = play(animator, body, take.motion, fps=None, guarantee=guarantee, placed=True, truth=driven)
             for index, frame in enumerate(frames):
                 if not take.lead_in[index]:
-                    tally.add(frame, take.vertices[index])
+                    tally.add(frame, take.vertices[index], fps)
     return tally.evaluation(fps, drive)
 
 
 class _Tally:
-    """Sums over frames; a clip's length does not grow the memory but by a few numbers a frame."""
+    """Figures gathered frame by frame: what is kept of a frame is a few numbers and one error a vertex."""
 
-    def __init__(self, animator: Animator):
-        self.animator = animator
+    def __init__(self, animator: Animator, keep: Callable[[Frame], None] | None):
+        self.animator, self.keep = animator, keep
         self.milliseconds: list[dict[str, float]] = []
         self.before: list[int] = []
         self.after: list[int] = []
         self.pinched: list[int] = []
-        self.depth_before: list[float] = []
-        self.depth_after: list[float] = []
-        self.strain: list[np.ndarray] = []
-        self.errors: list[np.ndarray] = []
-        self.recent: list[np.ndarray] = []
-        self.recent_truth: list[np.ndarray] = []
+        self.depth_mm: list[tuple[float, float]] = []
+        self.strains: list[np.ndarray] = []
+        self.errors_mm: list[np.ndarray] = []
         self.jerks: list[tuple[float, float]] = []
-        self.worst: tuple[float, int, Frame, np.ndarray | None] | None = None
+        self.recent: list[tuple[np.ndarray, np.ndarray]] = []
+        self.badness = -1.0
+        self.worst: tuple[int, Frame, np.ndarray | None] | None = None
 
-    def add(self, frame: Frame, truth: np.ndarray | None) -> None:
-        posed, faces = frame.body, frame.body.shaped.body.faces
-        inside_before = inside(posed.vertices, faces, frame.animated)
-        inside_after = inside(posed.vertices, faces, frame.vertices)
-        inside_after[frame.report.pinched] = False
+    def add(self, frame: Frame, truth: np.ndarray | None, fps: float) -> None:
+        posed, garment = frame.body, self.animator.garment
+        faces = posed.shaped.body.faces
+        before = inside(posed.vertices, faces, frame.animated)
+        after = inside(posed.vertices, faces, frame.vertices)
+        after[frame.report.pinched] = False
         self.milliseconds.append(dict(frame.milliseconds))
-        self.before.append(int(inside_before.sum()))
-        self.after.append(int(inside_after.sum()))
+        self.before.append(int(before.sum()))
+        self.after.append(int(after.sum()))
         self.pinched.append(len(frame.report.pinched))
-        self.depth_before.append(deepest_mm(posed.vertices, faces, frame.animated, inside_before))
-        self.depth_after.append(deepest_mm(posed.vertices, faces, frame.vertices, inside_after))
-        self.strain.append(
-            edge_strain.strains(frame.vertices, self.animator.garment.faces, self.animator.garment.rest_edges)
+        self.depth_mm.append(
+            (
+                deepest_mm(posed.vertices, faces, frame.animated, before),
+                deepest_mm(posed.vertices, faces, frame.vertices, after),
+            )
         )
-        badness = float(inside_before.sum())
+        self.strains.append(edge_strains(frame.vertices, garment.faces, garment.rest_edges).astype(np.float32))
         if truth is not None:
-            error = np.linalg.norm(frame.vertices - truth, axis=1) * 1e3
-            self.errors.append(error)
-            badness = float(error.mean())
-        self._jerk(frame, truth)
-        if self.worst is None or badness > self.worst[0]:
-            self.worst = (badness, len(self.before) - 1, frame, truth)
+            self.errors_mm.append((np.linalg.norm(frame.vertices - truth, axis=1) * 1e3).astype(np.float32))
+            self._add_jerk(frame.vertices, truth, fps)
+        badness = float(self.errors_mm[-1].mean() if truth is not None else before.sum())
+        if badness > self.badness:
+            self.badness, self.worst = badness, (len(self.before) - 1, frame, truth)
+        if self.keep is not None:
+            self.keep(frame)
 
-    def _jerk(self, frame: Frame, truth: np.ndarray | None) -> None:
-        self.recent = [*self.recent[-3:], frame.vertices]
-        self.recent_truth = [] if truth is None else [*self.recent_truth[-3:], truth]
+    def _add_jerk(self, vertices: np.ndarray, truth: np.ndarray, fps: float) -> None:
+        self.recent = [*self.recent[-3:], (vertices, truth)]
+        if len(self.recent) == 4:
+            ours, theirs = (np.stack(each) for each in zip(*self.recent, strict=True))
+            figures = jerk_m_s3(ours, fps, theirs)
+            self.jerks.append((figures["mean"] or 0.0, (figures["mean"] or 0.0) / (figures["ratio"] or 1.0)))
 
     def evaluation(self, fps: float, drive: str) -> Evaluation:
-        raise RuntimeError
+        if self.worst is None:
+            raise BadInput("a motion must have a frame", "none after the lead-in", "take a longer stretch")
+        index, frame, truth = self.worst
+        counts = np.array([self.before, self.after, self.pinched], np.float64)
+        percent = 100.0 * counts / len(frame.vertices)
+        own, theirs = np.mean(self.jerks, axis=0) if self.jerks else (0.0, 0.0)
+        figures: dict[str, Any] = {
+            "animator": self.animator.name,
+            "drive": drive,
+            "vertices": len(frame.vertices),
+            "frames": len(self.before),
+            "fps": fps,
+            "threads": threads(),
+            "frame_ms": frame_ms(self.milliseconds),
+            "inside_percent": {
+                "before": percent[0].mean(), "after": percent[1].mean(), "worst_frame_after": percent[1].max(),
+                "pinched": percent[2].mean(),
+            },
+            "deepest_mm": {"before": max(d[0] for d in self.depth_mm), "after": max(d[1] for d in self.depth_mm)},
+            "edge_strain": edge_strain(np.stack(self.strains)),
+            "vertex_error_mm": _error(self.errors_mm),
+            "jerk_m_s3": {"mean": own, "ratio": own / theirs} if self.jerks and theirs else None,
+            "worst_frame": index,
+        }  # fmt: skip
+        return Evaluation(_plain(figures), frame, index, truth)
+
+
+def threads() -> int:
+    """Threads that kernels may use now."""
+    import numba
+
+    return numba.get_num_threads()
+
+
+def _error(errors_mm: list[np.ndarray]) -> dict[str, float] | None:
+    if not errors_mm:
+        return None
+    every = np.stack(errors_mm)
+    return {"mean": every.mean(dtype=np.float64), "p95": np.percentile(every, 95), "max": every.max()}
+
+
+def _plain(value: Any) -> Any:
+    """NumPy's numbers as Python's, for JSON."""
+    if isinstance(value, dict):
+        return {key: _plain(inner) for key, inner in value.items()}
+    return value.item() if isinstance(value, np.generic) else value

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 from hemline.animators.base import Animator
 from hemline.arrays import FramesOfVertices, Vertices
@@ -97,7 +98,7 @@ def play(
         clock.append(time.perf_counter())
         projected, vertices, report = projector.project(projected, posed, animated, dt=dt)
         clock.append(time.perf_counter())
-        spans = [(after - before) * 1e3 for before, after in zip(clock, clock[1:], strict=False)]
+        spans = [(after - before) * 1e3 for before, after in pairwise(clock)]
         yield Frame(
             vertices, animated, posed, report, dict(zip(("body", "animator", "projection"), spans, strict=True))
         )
