@@ -1,0 +1,109 @@
+"""Bad input: exit status 2, one line on stderr (what, got, cure), nothing written."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from hemline.cli import main
+from hemline.cli.main import VERBS
+
+BVH = """HIERARCHY
+ROOT Hips
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation
+  End Site
+  {
+    OFFSET 0 1 0
+  }
+}
+MOTION
+Frames: 2
+Frame Time: 0.0083333
+0 0 0 0 0 0
+0 0 0 0 0 0
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "one_joint.bvh").write_text(BVH)
+    (tmp_path / "cut.bvh").write_text(BVH[:300])
+    (tmp_path / "empty.bvh").write_text("")
+    (tmp_path / "nan.obj").write_text("v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n")
+    (tmp_path / "past.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")
+    (tmp_path / "points.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
+    (tmp_path / "model.safetensors").write_bytes(pickle.dumps({"weights": [1, 2]}))
+    (tmp_path / "text.safetensors").write_text("not a model")
+    np.savez(tmp_path / "other.npz", a=np.zeros(3))
+    return tmp_path
+
+
+CASES = {
+    "no such verb": (["simulat", "x"], "did you mean 'simulate'"),
+    "no such flag": (["animate", "cape", "--motions", "run"], "hemline animate"),
+    "no motion": (["simulate", "cape-light", "-o", "d"], "hemline simulate"),
+    "missing clip": (["simulate", "cape-light", "-m", "no.bvh", "-o", "d"], "no.bvh"),
+    "clip without joints": (["simulate", "cape-light", "-m", "one_joint.bvh", "-o", "d"], "one_joint.bvh"),
+    "truncated clip": (["simulate", "cape-light", "-m", "cut.bvh", "-o", "d"], "cut.bvh"),
+    "empty clip": (["simulate", "cape-light", "-m", "empty.bvh", "-o", "d"], "empty.bvh"),
+    "npz of something else": (["simulate", "cape-light", "-m", "other.npz", "-o", "d"], "other.npz"),
+    "no such garment": (["simulate", "cap", "-m", "run", "-o", "d"], "cape"),
+    "mesh with NaN": (["simulate", "nan.obj", "-m", "run", "-o", "d"], "nan.obj"),
+    "face past the last vertex": (["simulate", "past.obj", "-m", "run", "-o", "d"], "past.obj"),
+    "no faces": (["simulate", "points.obj", "-m", "run", "-o", "d"], "points.obj"),
+    "too many betas": (["simulate", "cape-light", "-m", "run", "-o", "d", "--betas", *["0"] * 17], "betas"),
+    "jobs": (["simulate", "cape-light", "-m", "run", "-o", "d", "--jobs", "0"], "--jobs must be at least 1"),
+    "seconds": (["simulate", "cape-light", "-m", "run", "-o", "d", "--seconds", "-1"], "--seconds must be positive"),
+    "no such body": (["simulate", "cape-light", "-m", "run", "-o", "d", "--body", "anny25"], "anny24"),
+    "no dataset": (["fit", "nothing", "-o", "m.safetensors"], "is no dataset"),
+    "no folder for the model": (["fit", "nothing", "-o", "no/m.safetensors"], "cannot write"),
+    "no such animator": (["fit", "nothing", "-o", "m.safetensors", "--animator", "rope"], "hemline fit"),
+    "no such model": (["animate", "kape", "-m", "run", "-o", "a.npz"], "cape"),
+    "pickle inside": (["animate", "model.safetensors", "-m", "run", "-o", "a.npz"], "pickle"),
+    "no model at all": (["animate", "text.safetensors", "-m", "run", "-o", "a.npz"], "text.safetensors"),
+    "format": (["animate", "cape", "-m", "run", "-o", "a.fbx"], ".glb"),
+    "folder of the output": (["animate", "cape", "-m", "run", "-o", "no/a.glb"], "cannot write"),
+    "no such excerpt": (["animate", "cape", "-m", "rum", "-o", "a.glb"], "run"),
+    "drive truth without one": (["evaluate", "cape", "-m", "run", "--drive", "truth"], "--truth"),
+    "truth that is none": (["evaluate", "cape", "-m", "run", "--truth", "nothing"], "is no dataset"),
+    "export from nothing": (["export", "nothing", "--take", "0", "-o", "a.glb"], "is no dataset"),
+    "no such benchmark": (["bench", "capes"], "projection-cape"),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_bad_input_is_one_line_status_two_and_nothing_written(folder, capsys, name):
+    arguments, said = CASES[name]
+    before = sorted(path.name for path in folder.rglob("*"))
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("hemline: ") and err.count("\n") == 1, err
+    assert said in err
+    assert sorted(path.name for path in folder.rglob("*")) == before
+
+
+def test_help_and_version(capsys):
+    assert main(["--version"]) == 0
+    assert main([]) == 0
+    out = capsys.readouterr().out
+    assert "hemline 0." in out and all(verb in out for verb in VERBS)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_each_verb_tells_its_flags(verb, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main([verb, "--help"])
+    assert stop.value.code in (0, None)
+    assert f"hemline {verb}" in capsys.readouterr().out
+
+
+def test_benchmarks_are_listed(capsys):
+    assert main(["bench", "--list"]) == 0
+    out = capsys.readouterr().out
+    assert all(name in out for name in ("cape", "projection-cape", "sim-4k", "sim-12k"))
+
+
