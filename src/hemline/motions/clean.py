@@ -8,16 +8,22 @@ from .quaternions import angle, inverse, multiply
 JUMP_DEG_S = 3000.0
 """A joint of the body that turns faster than this was lost by the cameras [deg/s]."""
 
-_UNJUDGED = ("head", "left_foot", "right_foot", "left_wrist", "right_wrist", "left_hand", "right_hand")
-_JUDGED = [index for index, name in enumerate(JOINT_NAMES) if name not in _UNJUDGED]
+_UNJUDGED = ("head", "collar", "foot", "wrist", "hand")
+_JUDGED = [index for index, name in enumerate(JOINT_NAMES) if not name.endswith(_UNJUDGED)]
+_COLLARS, _SHOULDERS = (
+    [JOINT_NAMES.index(f"{side}_{name}") for side in ("left", "right")] for name in ("collar", "shoulder")
+)
 
 
 def longest_clean(motion: Motion) -> tuple[int, int]:
     """First frame of the longest stretch without a jump, and the one after its last: `motion[first:end]`.
 
-    Judged are trunk and limbs; head, hands and toes are not, since they are noisy in most recordings.
+    Judged are trunk and limbs, the upper arms against the chest; head, hands and toes are not, since they are noisy in
+    most recordings.
     """
-    rotations = motion.rotations[:, _JUDGED].astype(np.float64)
+    rotations = motion.rotations.astype(np.float64)
+    rotations[:, _SHOULDERS] = multiply(rotations[:, _COLLARS], rotations[:, _SHOULDERS])
+    rotations = rotations[:, _JUDGED]
     speeds_deg_s = np.degrees(angle(multiply(inverse(rotations[:-1]), rotations[1:]))) * motion.fps
     jumps = np.flatnonzero((speeds_deg_s > JUMP_DEG_S).any(axis=1))
     borders = np.concatenate([[0], jumps + 1, [len(motion)]])

@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .bvh import Bvh
+from .collars import carried_by_arm, stand_still
 from .motion import JOINT_NAMES, PARENTS, Motion
 from .names import Found, find_joints
 from .offsets import IDENTITY, limb_offsets
@@ -22,7 +23,8 @@ def retarget(bvh: Bvh, *, unit: str | None = None, name: str = "", source: str =
 
     with $G_j$ the global rotation of the source's joint and $O_j$ the constant that takes the bone of our T-pose onto
     the bone of the source's zero pose (`limb_offsets`). The pelvis is put midway between the source's hip joints, since
-    these carry the legs, whose length the translation is later scaled by.
+    these carry the legs, whose length the translation is later scaled by. Collars that stand still throughout, as in
+    the CMU recordings, go with the arms (`carried_by_arm`).
 
     Args:
         bvh: The clip as read.
@@ -39,7 +41,7 @@ def retarget(bvh: Bvh, *, unit: str | None = None, name: str = "", source: str =
     rig = stood_upright(bvh, found, start)
     leg = float(np.mean([_leg(rig, "left"), _leg(rig, "right")]))
     unit, unit_note = unit_of(leg, unit, name)
-    rotations = _global_rotations(rig)
+    rotations, collar_note = _global_rotations(rig)
     for joint in reversed(range(1, len(PARENTS))):
         rotations[:, joint] = multiply(inverse(rotations[:, PARENTS[joint]]), rotations[:, joint])
     hips = [rig.positions[:, found.joints[hip]] for hip in ("left_hip", "right_hip")]
@@ -52,7 +54,7 @@ def retarget(bvh: Bvh, *, unit: str | None = None, name: str = "", source: str =
         name=name,
         source=source,
         licence=licence,
-        notes=tuple(note for note in (unit_note, rig.note, tpose_note, _ignored(rig)) if note),
+        notes=tuple(note for note in (unit_note, rig.note, tpose_note, collar_note, _ignored(rig)) if note),
     )
 
 
@@ -61,7 +63,7 @@ def _leg(rig: Rig, side: str) -> float:
     return float(np.linalg.norm(thigh) + np.linalg.norm(shank))
 
 
-def _global_rotations(rig: Rig) -> Float[np.ndarray, "frames 24 4"]:
+def _global_rotations(rig: Rig) -> tuple[Float[np.ndarray, "frames 24 4"], str]:
     joints, offsets = rig.found.joints, limb_offsets(rig)
     rotations = np.empty((len(rig.rotations), len(JOINT_NAMES), 4))
     for joint, name in enumerate(JOINT_NAMES):
@@ -73,7 +75,13 @@ def _global_rotations(rig: Rig) -> Float[np.ndarray, "frames 24 4"]:
             rotations[:, joint] = slerp(rotations[:, PARENTS[joint]], rig.rotations[:, joints["head"]], 0.5)
         else:
             rotations[:, joint] = rotations[:, PARENTS[joint]]
-    return rotations
+    note = ""
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        chest, collar, shoulder = (JOINT_NAMES.index(name) for name in ("spine3", f"{side}_collar", f"{side}_shoulder"))
+        if stand_still(multiply(inverse(rotations[:, chest]), rotations[:, collar])):
+            rotations[:, collar] = carried_by_arm(rotations[:, chest], rotations[:, shoulder], sign)
+            note = "the collars of the recording stand still: raised and lowered with the arms"
+    return rotations, note
 
 
 def _spine(rig: Rig, level: int) -> Quaternion:
