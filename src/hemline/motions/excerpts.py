@@ -32,11 +32,11 @@ class Excerpt:
 
 EXCERPTS = {
     "run": Excerpt("02_03.bvh", 0.0, 4.0, looped=True),
-    "walk": Excerpt("49_01.bvh", 0.0, 5.0),
-    "jump": Excerpt("01_01.bvh", 2.0, 6.0),
-    "turn": Excerpt("05_11.bvh", 0.0, 4.9),
-    "kick": Excerpt("86_01.bvh", 8.0, 6.0),
-    "dance": Excerpt("60_08.bvh", 20.0, 7.0),
+    "walk": Excerpt("06_01.bvh", 0.0, 4.1),
+    "jump": Excerpt("01_01.bvh", 1.5, 6.0),
+    "turn": Excerpt("05_13.bvh", 1.2, 4.8),
+    "kick": Excerpt("daz_rig/135_07.bvh", 0.1, 6.9),
+    "dance": Excerpt("60_08.bvh", 32.3, 7.0),
 }
 
 
