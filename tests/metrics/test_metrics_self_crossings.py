@@ -23,7 +23,10 @@ def together(*meshes):
 
 def meets(p, q, a, b, c):
     """Whether segment and triangle meet, from the solution of p + t (q - p) = a + u (b - a) + v (c - a)."""
-    t, u, v = np.linalg.solve(np.stack([p - q, b - a, c - a], axis=1), p - a)
+    matrix = np.stack([p - q, b - a, c - a], axis=1)
+    if abs(np.linalg.det(matrix)) < 1e-14:  # in or beside the triangle's plane
+        return False
+    t, u, v = np.linalg.solve(matrix, p - a)
     return 0 < t < 1 and u >= 0 and v >= 0 and u + v <= 1
 
 
