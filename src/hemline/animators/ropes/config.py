@@ -1,0 +1,58 @@
+"""Options of a fit."""
+
+from dataclasses import dataclass, fields
+
+from hemline.errors import BadInput
+
+
+@dataclass(frozen=True)
+class RopesConfig:
+    """How rope chains and their two networks are fitted."""
+
+    components: int = 100
+    """Principal components of the skinning network."""
+    shape_components: int = 100
+    """Principal components of the shape network."""
+    second_columns: int = 8
+    """Modes of the skinning basis that get 16 bits instead of 8."""
+    hidden: int = 500
+    """Neurons in each of the two hidden layers."""
+    epochs: int = 200
+    """Passes over the data of each network, on the data term alone."""
+    collision_epochs: int = 30
+    """Passes after that, on both terms."""
+    batch: int = 128
+    """Frames a step of the optimiser."""
+    skinning_rate: float = 1e-3
+    """First learning rate of Adam for the skinning network; a cosine takes it to zero."""
+    shape_rate: float = 3e-4
+    """The same for the shape network."""
+    data_weight: float = 0.1
+    """Weight of the mean square distance to the truth."""
+    collision_weight: float = 1000.0
+    """Weight of the mean square distance to the pushed-out place, for vertices that are inside."""
+    expansion: float = 0.004
+    """Distance that vertices should keep from the body in the collision term [m]."""
+    collision_vertices: int = 1024
+    """Vertices drawn for the collision term in each step."""
+    bone_noise: float = 0.004
+    """Standard deviation of noise on the simulated bones during training [m]."""
+    rope_share: float = 0.0
+    """Share of the training frames whose bones come from the ropes instead of the truth."""
+    checkpoint_epochs: int = 10
+    """The state of the training is kept every so many passes."""
+    threads: int = 2
+    """Threads of the training."""
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if each.type in (int, "int"):
+                least = 0 if each.name in ("second_columns", "collision_epochs") else 1
+                if not isinstance(value, int) or not least <= value <= 100_000:
+                    cure = f"use a whole number from {least} to 100000"
+                    raise BadInput(f"option '{each.name}' is a count", repr(value), cure)
+            elif not isinstance(value, int | float) or not 0 <= value < 1e6:
+                raise BadInput(f"option '{each.name}' is a finite number", repr(value), "use one that is not negative")
+        if self.rope_share > 1:
+            raise BadInput("option 'rope_share' is a share", self.rope_share, "use a number from 0 to 1")

@@ -1,0 +1,81 @@
+"""A small network at run time: float32, no torch."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from hemline.animators.model_file import AGAIN, array_of
+from hemline.arrays import Float
+from hemline.errors import BadModel
+
+from .mlp_kernels import layer
+
+LAYERS = 3
+"""Two hidden layers and the output."""
+
+
+@dataclass(frozen=True)
+class Mlp:
+    r"""$y = W_3\,\mathrm{relu}(W_2\,\mathrm{relu}(W_1 x + b_1) + b_2) + b_3$.
+
+    Weights hold values that float16 can hold, so that saving and loading changes no bit.
+    """
+
+    weights: tuple[Float[np.ndarray, "outs ins"], ...]
+    biases: tuple[Float[np.ndarray, " outs"], ...]
+
+    @classmethod
+    def rounded(cls, weights: list[np.ndarray], biases: list[np.ndarray]) -> Self:
+        """Round trained weights to float16; biases stay float32.
+
+        Raises:
+            BadModel: A weight is too large for float16, or not finite: the training diverged.
+        """
+        halves = [np.clip(w, -7e4, 7e4).astype(np.float32) for w in weights]
+        if not all(np.isfinite(w).all() and np.abs(w).max(initial=0) < 6.5e4 for w in weights):
+            raise BadModel("the training diverged", "weights beyond float16", "lower the learning rate")
+        return cls(
+            tuple(np.ascontiguousarray(w.astype(np.float16).astype(np.float32)) for w in halves),
+            tuple(np.ascontiguousarray(b, np.float32) for b in biases),
+        )
+
+    def __call__(self, inputs: Float[np.ndarray, " ins"]) -> Float[np.ndarray, " outs"]:
+        """The output for one input."""
+        value = inputs
+        for i, (weights, biases) in enumerate(zip(self.weights, self.biases, strict=True)):
+            outputs = np.empty(len(biases), np.float32)
+            layer(weights, biases, value, i < LAYERS - 1, outputs)
+            value = outputs
+        return value
+
+    def many(self, inputs: Float[np.ndarray, "rows ins"]) -> Float[np.ndarray, "rows outs"]:
+        """The outputs for many inputs, in NumPy; equal to `__call__` up to rounding."""
+        value = np.asarray(inputs, np.float32)
+        for i, (weights, biases) in enumerate(zip(self.weights, self.biases, strict=True)):
+            value = value @ weights.T + biases
+            value = np.maximum(value, 0) if i < LAYERS - 1 else value
+        return value
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What a model file holds: `weight0..2` float16, `bias0..2` float32."""
+        halves = {f"weight{i}": weights.astype(np.float16) for i, weights in enumerate(self.weights)}
+        return halves | {f"bias{i}": biases for i, biases in enumerate(self.biases)}
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, np.ndarray], *, inputs: int, outputs: int) -> Self:
+        """Read one back.
+
+        Raises:
+            BadModel: An array is missing or of another type or shape than the layers before and after ask for.
+        """
+        weights, biases, width = [], [], inputs
+        for i in range(LAYERS):
+            weight = array_of(arrays, f"weight{i}", "float16", (outputs if i == LAYERS - 1 else None, width))
+            width = len(weight)
+            weights.append(weight.astype(np.float32))
+            biases.append(array_of(arrays, f"bias{i}", "float32", (width,)))
+        if width == 0:
+            raise BadModel("a network of the model has no outputs", 0, AGAIN)
+        return cls(tuple(weights), tuple(biases))

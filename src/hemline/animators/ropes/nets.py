@@ -1,0 +1,254 @@
+"""Training of one network with torch: coefficients from bones, on the data term and then on both terms."""
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from hemline.arrays import Float, Int
+from hemline.errors import BadModel
+from hemline.files import read_tensors, write_tensors
+
+from .collision import Distances, pushed_out
+from .config import RopesConfig
+from .mlp import Mlp
+
+SMALLEST_DEVIATION = 0.005
+"""Inputs that hardly move are divided by at least this, so that they are not blown up [m]."""
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """What one network learns from."""
+
+    stage: str
+    """`skinning` or `shape`: the name of the checkpoint."""
+    bones: Float[np.ndarray, "frames ins"]
+    """Displacements of all bones in the key frame [m], float32."""
+    rope_bones: Float[np.ndarray, "frames ins"] | None
+    """The same, from simulated ropes."""
+    free: Float[np.ndarray, " ins"]
+    """1 where an input belongs to a simulated bone, 0 for those that the body carries: noise goes on the first."""
+    coefficients: Float[np.ndarray, "frames modes"]
+    """What should come out [m]."""
+    deviations: Float[np.ndarray, " modes"]
+    """Root mean square of each coefficient [m]."""
+    train: Int[np.ndarray, " train"]
+    """Frames to learn from."""
+    val: Int[np.ndarray, " val"]
+    """Frames that choose the moment to stop."""
+    vertex_count: int
+
+
+@dataclass(frozen=True)
+class Contact:
+    """What the collision term needs to see of the frames."""
+
+    basis: Float[np.ndarray, "modes rows"]
+    """Basis vectors as they are played."""
+    before: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    """Positions in the key frame (frames, rows) without this network, at some frames and rows [m]."""
+    truth: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    """True positions in the key frame at some frames and rows [m]."""
+    distances: Distances
+
+
+def train_network(
+    lesson: Lesson,
+    contact: Contact | None,
+    config: RopesConfig,
+    *,
+    rate: float,
+    seed: int,
+    mark: str,
+    progress: Callable[[int, int], None],
+    folder: Path | None,
+) -> Mlp:
+    r"""Fit a network of two hidden layers.
+
+    The data term is the mean square distance of the vertices. With an orthonormal basis it is, up to a constant, that
+    of the coefficients: $\sum_k (c_k - c^*_k)^2 / V$, which costs a hundredth.
+
+    Args:
+        lesson: Inputs, outputs and the split.
+        contact: For the collision term; None leaves it out.
+        config: Options.
+        rate: First learning rate of Adam; a cosine takes it to zero.
+        seed: Seed of the weights, of the order of frames and of the noise.
+        mark: Hash of all that the training depends on; a checkpoint with another one is not used.
+        progress: Called with the passes done and in all.
+        folder: Where the checkpoint is kept; None: nowhere.
+
+    Returns:
+        The network, with the scales of inputs and outputs folded in.
+
+    Raises:
+        BadModel: The loss is no longer finite.
+
+    Source: Jin et al., "Rope chains", 2024, Sections 7 to 9. Differs: inputs and outputs are scaled to unit deviation,
+        which bears (and wants) ten to thirty times their learning rates; noise on the bones; the pass with the least
+        validation error is kept before the collision term comes in, which acts in the last passes only.
+    """
+    trainer = _Trainer(lesson, contact, config, rate, seed)
+    total = config.epochs + (config.collision_epochs if contact else 0)
+    checkpoint = folder / f"{lesson.stage}.safetensors" if folder else None
+    done = trainer.restore(checkpoint, mark) if checkpoint else 0
+    while done < total:
+        trainer.set_rate(0.5 * rate * (1 + math.cos(math.pi * done / total)))
+        trainer.run_epoch(done, collide=done >= config.epochs)
+        done += 1
+        if done <= config.epochs:
+            trainer.remember_best()
+        if done == config.epochs:
+            trainer.return_to_best()
+        if checkpoint and (done % config.checkpoint_epochs == 0 or done == total):
+            trainer.keep(checkpoint, mark, done)
+        progress(done, total)
+    return trainer.network()
+
+
+class _Trainer:
+    def __init__(self, lesson: Lesson, contact: Contact | None, config: RopesConfig, rate: float, seed: int):
+        torch.set_num_threads(config.threads)
+        self.lesson, self.contact, self.config, self.seed = lesson, contact, config, seed
+        trained = lesson.bones[lesson.train]
+        self.mean = trained.mean(axis=0)
+        self.spread = np.maximum(trained.std(axis=0), SMALLEST_DEVIATION).astype(np.float32)
+        self.deviations = np.maximum(lesson.deviations, 1e-6).astype(np.float32)
+        generator = torch.Generator().manual_seed(seed)
+        sizes = (lesson.bones.shape[1], config.hidden, config.hidden, lesson.coefficients.shape[1])
+        self.layers = [_layer(a, b, generator) for a, b in itertools.pairwise(sizes)]
+        with torch.no_grad():
+            self.layers[-1][0].zero_()  # a network begins as no change at all: the second one can only mend
+        self.parameters = [p for layer in self.layers for p in layer]
+        self.adam = torch.optim.Adam(self.parameters, lr=rate)
+        self.scale = torch.from_numpy(self.deviations)
+        self.best = [p.detach().clone() for p in self.parameters]
+        self.best_loss = math.inf
+
+    def set_rate(self, rate: float) -> None:
+        for group in self.adam.param_groups:
+            group["lr"] = rate
+
+    def coefficients(self, bones: torch.Tensor) -> torch.Tensor:
+        value = (bones - torch.from_numpy(self.mean)) / torch.from_numpy(self.spread)
+        for i, (weight, bias) in enumerate(self.layers):
+            value = torch.nn.functional.linear(value, weight, bias)
+            value = torch.relu(value) if i < len(self.layers) - 1 else value
+        return value * self.scale
+
+    def run_epoch(self, epoch: int, *, collide: bool) -> None:
+        # a generator of its own for each pass: a training that was resumed goes the same way
+        random = np.random.default_rng((self.seed, epoch))
+        order = random.permutation(self.lesson.train)
+        for first in range(0, len(order), self.config.batch):
+            frames = np.sort(order[first : first + self.config.batch])
+            loss = self.loss(frames, random, collide=collide)
+            self.adam.zero_grad()
+            loss.backward()
+            self.adam.step()
+        if not math.isfinite(float(loss.detach())):
+            raise BadModel(
+                f"the training of the {self.lesson.stage} network diverged",
+                "a loss that is not finite",
+                "lower its learning rate",
+            )
+
+    def loss(self, frames: np.ndarray, random: np.random.Generator, *, collide: bool) -> torch.Tensor:
+        found = self.coefficients(torch.from_numpy(self.inputs(frames, random)))
+        wanted = torch.from_numpy(self.lesson.coefficients[frames])
+        loss = self.config.data_weight * ((found - wanted) ** 2).sum(dim=1).mean() / self.lesson.vertex_count
+        if collide and self.contact:
+            loss = loss + self.config.collision_weight * self.collision(frames, found, random)
+        return loss
+
+    def inputs(self, frames: np.ndarray, random: np.random.Generator) -> np.ndarray:
+        lesson, config = self.lesson, self.config
+        bones = lesson.bones[frames]
+        if lesson.rope_bones is not None:
+            roped = random.random(len(frames)) < config.rope_share
+            bones = np.where(roped[:, None], lesson.rope_bones[frames], bones)
+        noise = random.standard_normal(bones.shape, np.float32) * np.float32(config.bone_noise)
+        return bones + noise * lesson.free
+
+    def collision(self, frames: np.ndarray, found: torch.Tensor, random: np.random.Generator) -> torch.Tensor:
+        """Mean over random vertices of the square distance to where they should be; unbiased in the choice."""
+        assert self.contact is not None
+        count = min(self.config.collision_vertices, self.lesson.vertex_count)
+        vertices = np.sort(random.choice(self.lesson.vertex_count, count, replace=False))
+        rows = (3 * vertices[:, None] + np.arange(3)).reshape(-1)
+        base = torch.from_numpy(self.contact.before(frames, rows))
+        points = (base + found @ torch.from_numpy(self.contact.basis[:, rows])).reshape(len(frames), count, 3)
+        targets = self.targets(frames, rows, points.detach().numpy())
+        return ((points - torch.from_numpy(targets)) ** 2).sum(dim=2).mean()
+
+    def targets(self, frames: np.ndarray, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
+        assert self.contact is not None
+        truth = self.contact.truth(frames, rows).reshape(points.shape)
+        targets = np.empty_like(points)
+        for i, frame in enumerate(frames):
+            both = self.contact.distances(int(frame), np.concatenate([points[i], truth[i]]))
+            targets[i] = pushed_out(points[i], truth[i], *np.split(both, 2), self.config.expansion)
+        return targets
+
+    def remember_best(self) -> None:
+        frames = self.lesson.val if len(self.lesson.val) else self.lesson.train
+        with torch.no_grad():
+            found = self.coefficients(torch.from_numpy(self.lesson.bones[frames]))
+            loss = float(((found - torch.from_numpy(self.lesson.coefficients[frames])) ** 2).sum(dim=1).mean())
+        if loss < self.best_loss:
+            self.best_loss = loss
+            self.best = [p.detach().clone() for p in self.parameters]
+
+    def return_to_best(self) -> None:
+        with torch.no_grad():
+            for parameter, best in zip(self.parameters, self.best, strict=True):
+                parameter.copy_(best)
+
+    def network(self) -> Mlp:
+        weights = [layer[0].detach().numpy().astype(np.float64) for layer in self.layers]
+        biases = [layer[1].detach().numpy().astype(np.float64) for layer in self.layers]
+        biases[0] = biases[0] - weights[0] @ (self.mean / self.spread)
+        weights[0] = weights[0] / self.spread
+        weights[-1] = weights[-1] * self.deviations[:, None]
+        biases[-1] = biases[-1] * self.deviations
+        return Mlp.rounded(weights, biases)
+
+    def keep(self, path: Path, mark: str, done: int) -> None:
+        arrays = {f"parameter{i}": p.detach().numpy() for i, p in enumerate(self.parameters)}
+        arrays |= {f"best{i}": p.numpy() for i, p in enumerate(self.best)}
+        for i, parameter in enumerate(self.parameters):
+            moments = self.adam.state[parameter]
+            arrays |= {f"first{i}": moments["exp_avg"].numpy(), f"second{i}": moments["exp_avg_sq"].numpy()}
+        steps = float(self.adam.state[self.parameters[0]]["step"])
+        best = self.best_loss if math.isfinite(self.best_loss) else None
+        write_tensors(path, arrays, {"kind": "training", "mark": mark, "done": done, "steps": steps, "best": best})
+
+    def restore(self, path: Path, mark: str) -> int:
+        """Go on from a checkpoint of the same training; the passes done, 0 without one."""
+        if not path.exists():
+            return 0
+        arrays, metadata = read_tensors(path, "training", error=BadModel)
+        if metadata.get("mark") != mark:
+            return 0
+        with torch.no_grad():
+            for i, parameter in enumerate(self.parameters):
+                parameter.copy_(torch.from_numpy(arrays[f"parameter{i}"]))
+                self.adam.state[parameter] = {
+                    "step": torch.tensor(metadata["steps"]),
+                    "exp_avg": torch.from_numpy(arrays[f"first{i}"]),
+                    "exp_avg_sq": torch.from_numpy(arrays[f"second{i}"]),
+                }
+        self.best = [torch.from_numpy(arrays[f"best{i}"]) for i in range(len(self.parameters))]
+        self.best_loss = math.inf if metadata["best"] is None else metadata["best"]
+        return int(metadata["done"])
+
+
+def _layer(ins: int, outs: int, generator: torch.Generator) -> tuple[torch.Tensor, torch.Tensor]:
+    """Weights drawn evenly within +-sqrt(6 / ins) (He et al. 2015), biases zero."""
+    weight = (torch.rand((outs, ins), generator=generator) * 2 - 1) * math.sqrt(6 / ins)
+    return weight.requires_grad_(), torch.zeros(outs).requires_grad_()
