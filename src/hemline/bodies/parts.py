@@ -1,0 +1,96 @@
+"""The body cut into nine closed parts: torso with head, upper arms, forearms with hands, thighs, shanks with feet."""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Int
+
+from hemline.motions import JOINT_NAMES
+
+from .body import Body
+
+PART_ROOTS = (
+    "pelvis", "left_shoulder", "left_elbow", "right_shoulder", "right_elbow", "left_hip", "left_knee", "right_hip",
+    "right_knee",
+)  # fmt: skip
+"""The joint that each part hangs from."""
+
+CREASE = 1.5
+"""Radii of the cut within which two neighbours touch by nature, and are not tested against each other."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One part of the mesh, its cuts closed by cones.
+
+    Attributes:
+        faces: Its triangles; indices from the number of vertices up are apexes.
+        rims: Vertices of each cut, whose mean is the apex, one array a cut.
+        tested: Vertices of other parts, but for those at the crease beside it.
+    """
+
+    faces: Int[np.ndarray, "faces 3"]
+    rims: tuple[Int[np.ndarray, " rim"], ...]
+    tested: Int[np.ndarray, " tested"]
+
+
+@functools.lru_cache(maxsize=8)
+def part_of_joint(body: Body) -> tuple[int, ...]:
+    """Which part each joint belongs to."""
+    parts: list[int] = []
+    for joint, parent in enumerate(body.parents):
+        name = JOINT_NAMES[joint]
+        parts.append(PART_ROOTS.index(name) if name in PART_ROOTS else parts[parent])
+    return tuple(parts)
+
+
+@functools.lru_cache(maxsize=8)
+def part_of_vertex(body: Body) -> Int[np.ndarray, " verts"]:
+    """The part that moves each vertex most."""
+    shares = np.zeros((len(body.template), len(PART_ROOTS)))
+    columns = np.array(part_of_joint(body))[body.weight_indices]
+    np.add.at(shares, (np.arange(len(shares))[:, None], columns), body.weights)
+    return np.argmax(shares, axis=1)
+
+
+@functools.lru_cache(maxsize=8)
+def closed_parts(body: Body) -> tuple[Part, ...]:
+    """All parts of a body, in the order of `PART_ROOTS`."""
+    part, apex = part_of_vertex(body), len(body.template)
+    # a triangle belongs to the part of two of its corners
+    owners = np.median(part[body.faces], axis=1).astype(np.int64)
+    parts = []
+    for index in range(len(PART_ROOTS)):
+        faces = body.faces[owners == index]
+        caps, rims = _caps(faces, apex)
+        apex += len(rims)
+        tested = np.flatnonzero((part != index) & ~_at_crease(body, rims)).astype(np.int32)
+        parts.append(Part(np.concatenate([faces, caps]).astype(np.int32), rims, tested))
+    return tuple(parts)
+
+
+def _caps(faces: np.ndarray, first_apex: int) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+    """Triangles from each boundary edge to the apex of its cut, and the vertices of each cut."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    there = {(int(a), int(b)) for a, b in edges}
+    open_edges = np.array([(a, b) for a, b in edges if (int(b), int(a)) not in there])
+    count = first_apex + 1
+    graph = coo_array((np.ones(len(open_edges)), tuple(open_edges.T)), shape=(count, count))
+    labels = connected_components(graph, directed=False)[1][open_edges[:, 0]]
+    names, cut = np.unique(labels, return_inverse=True)
+    caps = np.column_stack([open_edges[:, 1], open_edges[:, 0], first_apex + cut])
+    return caps, tuple(np.unique(open_edges[cut == index]).astype(np.int32) for index in range(len(names)))
+
+
+def _at_crease(body: Body, rims: tuple[np.ndarray, ...]) -> Bool[np.ndarray, " verts"]:
+    """Vertices within `CREASE` radii of a cut, at rest."""
+    near = np.zeros(len(body.template), dtype=bool)
+    for rim in rims:
+        centre = body.template[rim].mean(axis=0)
+        radius = np.linalg.norm(body.template[rim] - centre, axis=1).mean()
+        near |= np.linalg.norm(body.template - centre, axis=1) < CREASE * radius
+    return near
