@@ -22,8 +22,8 @@ def write_npz(path: Path, clip: Clip) -> tuple[Path, ...]:
     if clip.body_vertices is not None and clip.body_faces is not None:
         arrays["body_vertices"] = np.ascontiguousarray(clip.body_vertices, np.float32)
         arrays["body_faces"] = _whole_numbers(clip.body_faces)
-    with written_whole(path) as temporary:
-        np.savez(temporary, **arrays, fps=np.float64(clip.fps))
+    with written_whole(path) as temporary, temporary.open("wb") as stream:  # savez would add .npz to a path in capitals
+        np.savez(stream, **arrays, fps=np.float64(clip.fps))
     return (path,)
 
 
