@@ -34,7 +34,7 @@ def add_skin(document: dict, buffer: Buffer, part: Part, skeleton: Skeleton, tim
         "joints": list(range(first, first + len(joints))),
         "skeleton": first + root,
     }
-    document.setdefault("skins", []).append(skin | {"name": part.name})
+    document.setdefault("skins", []).append(skin | {"name": f"{part.name} skeleton"})
     mesh_node = len(document["nodes"])
     document["nodes"].append({"name": part.name, "mesh": len(document["meshes"]), "skin": len(document["skins"]) - 1})
     document["scenes"][0]["nodes"] += [mesh_node, first + root]

@@ -13,8 +13,8 @@ def write_pc2(path: Path, clip: Clip) -> tuple[Path, ...]:
     """Write point caches of format 1 (little-endian float32) and OBJ files of the first frame.
 
     Layout: `POINTCACHE2\\0`, version 1, points, first frame 0, one sample a frame, samples; then the positions [m], y
-    up, one sample after another. The format has no frames a second: set the scene's to the clip's. In Blender choose
-    forward `Z`, up `-Y` as axes of the modifier where the OBJ was imported y up.
+    up, one sample after another. The format has no frames a second: set the scene's to the clip's. In Blender the
+    Mesh Cache modifier of the imported OBJ keeps its default axes.
 
     Raises:
         BadOutput: The path cannot be written.
