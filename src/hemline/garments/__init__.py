@@ -1,0 +1,31 @@
+"""Garments: cloth, pins and material, made or read."""
+
+from pathlib import Path
+
+from .cape import CapeCut as CapeCut
+from .cape import make_cape as make_cape
+from .garment import Garment as Garment
+from .garment_toml import GarmentFile as GarmentFile
+from .material import MATERIALS as MATERIALS
+from .material import Material as Material
+from .pins import Pins as Pins
+from .read import read as read
+from .shipped import explain as explain
+from .shipped import load as load
+from .shipped import names as names
+from .shipped import open_garment as open_garment
+
+
+def write(path: str | Path, garment: Garment) -> None:
+    """Write a garment to a hemline file (safetensors); `read` reads it back.
+
+    Raises:
+        BadOutput: The path cannot be written.
+    """
+    garment.save(path)
+
+
+__all__ = [
+    "MATERIALS", "CapeCut", "Garment", "GarmentFile", "Material", "Pins", "explain", "load", "make_cape", "names",
+    "open_garment", "read", "write",
+]  # fmt: skip

@@ -1,0 +1,125 @@
+"""A cape, cut and hung on any shape of a body."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.errors import BadGarment
+
+from .cape_drape import folded, hanging_columns
+from .cape_rim import cape_rim, joint
+from .clearance import cleared
+from .dressing import CLEARANCE, body_tree
+from .garment import Garment
+from .material import Material
+from .pins import Pins
+from .rest_metric import rest_edges_of_mesh
+from .sector import grid_faces, grid_size, sector_pattern
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+PAPER_VERTEX_COUNT = 12690
+"""Vertices of the cape of Jin et al. 2024 (Fig. 2): here 90 rows of 141."""
+LIGHT_VERTEX_COUNT = 4000
+"""Vertices of the light cape: 50 rows of 80."""
+
+_ASPECT = 141 / 90
+_PINNED_ROWS = 2
+_FLAT = 0.06
+"""Way behind the pins in which folds begin [m]."""
+
+
+@dataclass(frozen=True)
+class CapeCut:
+    """How a cape is cut and laid."""
+
+    opening: float = 1.1
+    """Angle of the flat ring sector: how much it flares [rad]."""
+    spread: float = 0.7
+    """Half of the angle by which it fans out on the back, seen from above [rad]."""
+    tilt: float = 0.32
+    """Angle to the vertical at which it hangs at the start [rad]."""
+    folds: int = 8
+    """Folds at the start; at least ten columns make one."""
+    height: float = 0.004
+    """Height of the pinned rim above the skin [m]."""
+    length: float | None = None
+    """From the rim to the hem; None: to the middle of the calf [m]."""
+
+
+def make_cape(
+    shaped: "ShapedBody",
+    *,
+    vertex_count: int = PAPER_VERTEX_COUNT,
+    rows: int | None = None,
+    columns: int | None = None,
+    material: Material | str = "cotton",
+    cut: CapeCut | None = None,
+    name: str = "cape",
+) -> Garment:
+    """A cape open in front: a flat ring sector, pinned across the shoulders and behind the neck, laid in folds.
+
+    Vertex r * columns + c lies in row r (0 is the rim, pinned with the row below) and column c, from the wearer's
+    right to the left. The rest metric is the flat cut, so the cloth is flat at rest.
+
+    Args:
+        shaped: The body to wear it, any shape.
+        vertex_count: Number of vertices wanted; the nearest grid of rows and columns is made.
+        rows: Number of rows; with `columns` in place of `vertex_count`.
+        columns: Number of columns.
+        material: A material, or the name of one.
+        cut: How it is cut; None: `CapeCut()`.
+        name: Name of the garment.
+
+    Returns:
+        The cape at its start: outside the body by at least 3 mm, edges within a few percent of the cut.
+
+    Raises:
+        BadGarment: Fewer than 6 rows or 10 columns, a cut that cannot be made, or a body without shoulders.
+
+    Source: Jin et al., "Rope chains", 2024, Fig. 2 (12,690 vertices; its cut is not given, this one is ours).
+    """
+    cut = cut or CapeCut()
+    if (rows is None) != (columns is None):
+        raise BadGarment("a cape's size must be rows and columns, or vertex_count", "only one of the two", "give both")
+    if rows is None or columns is None:
+        rows, columns = grid_size(vertex_count, _ASPECT) if vertex_count > 0 else (0, 0)
+    if rows < 6 or columns < 10:
+        raise BadGarment(
+            "a cape needs at least 6 rows and 10 columns", f"{rows} rows, {columns} columns", "ask for more vertices"
+        )
+    if not (0.3 <= cut.opening <= 3.0 and 0 < cut.tilt < 1.2 and cut.folds >= 1 and cut.height >= 0.001):
+        raise BadGarment("a cape's cut cannot be made", cut, "stay near the defaults of CapeCut")
+    tree = body_tree(shaped)
+    rim = cape_rim(shaped, tree, columns, cut.height)
+    length = cut.length or float(
+        rim[:, 1].mean() - (joint(shaped, "left_knee")[1] + joint(shaped, "left_ankle")[1]) / 2
+    )
+    step, clearance = length / (rows - 1), max(cut.height, CLEARANCE) + 0.0015
+    sheet = hanging_columns(rim, tree, step=step, count=rows, spread=cut.spread, tilt=cut.tilt, clearance=clearance)
+    width = float(np.linalg.norm(np.diff(rim, axis=0), axis=1).sum())
+    way = length * np.linspace(0, 1, rows)
+    ease = np.clip((way - step) / _FLAT, 0, 1)
+    laid = folded(sheet, width + cut.opening * way, ease * ease * (3 - 2 * ease), min(cut.folds, columns // 10))
+    vertices = cleared(laid.reshape(-1, 3), tree, CLEARANCE + 0.0002)
+    faces = grid_faces(rows, columns)
+    flat = sector_pattern(rows, columns, rim=width, length=length, opening=cut.opening)
+    ids = np.arange(_PINNED_ROWS * columns)
+    pins = Pins.bound(ids, vertices[ids], tree, shaped.normals)
+    vertices[ids] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces)
+    asked = f"size: {vertex_count} vertices were asked for, {rows} rows of {columns} are {rows * columns}"
+    return Garment(
+        name=name,
+        vertices=vertices.astype(np.float32),
+        faces=faces,
+        rest_edges=rest_edges_of_mesh(np.concatenate([flat, np.zeros((len(flat), 1))], axis=1), faces),
+        material=material if isinstance(material, Material) else Material.of(material),
+        pins=pins,
+        key_joint="neck",
+        body_name=shaped.body.name,
+        body_betas=np.array(shaped.betas, np.float32),
+        flat_rest=True,
+        notes=() if rows * columns == vertex_count or vertex_count == PAPER_VERTEX_COUNT else (asked,),
+    )

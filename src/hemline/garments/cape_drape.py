@@ -1,0 +1,119 @@
+"""How a cape hangs at the start: laid over the shoulders, then down in folds that keep its cut."""
+
+import numpy as np
+
+from hemline.arrays import Float, Points
+from hemline.meshes import ClosestTree
+
+_CLINGS = 0.026
+"""Way over which the cloth follows the skin exactly [m]."""
+_FIRST_DOWN = 0.17
+"""Angle below the horizontal at which it leaves the rim [rad]."""
+_STEEP_AFTER = 0.16
+"""Way after which the cloth hangs as steeply as it will [m]."""
+
+
+def hanging_columns(
+    rim: Points, tree: ClosestTree, *, step: float, count: int, spread: float, tilt: float, clearance: float
+) -> Float[np.ndarray, "rows columns 3"]:
+    """Lines that run down from each point of the rim, over the body where it is in the way.
+
+    Each line heads backward, turned outward by up to `spread` at the ends of the rim, and steepens over the first
+    16 cm from 10 degrees below the horizontal to `tilt` off the vertical. Steps that would come nearer to the skin
+    than the clearance follow its tangent plane.
+
+    Args:
+        rim: Their starts, right to left [m].
+        tree: The body's surface.
+        step: Length of a step [m].
+        count: Points a line, the start included.
+        spread: Half of the angle between the outermost lines, seen from above [rad].
+        tilt: Angle to the vertical at which they hang [rad].
+        clearance: Least distance to the skin [m].
+
+    Returns:
+        Points, row by row [m].
+    """
+    turn = spread * np.linspace(-1, 1, len(rim))
+    outward = np.stack([np.sin(turn), np.zeros_like(turn), -np.cos(turn)], axis=1)
+    rows, room = [rim], np.zeros(len(rim))
+    for row in range(1, count):
+        share = min(1.0, row * step / _STEEP_AFTER)
+        share = share * share * (3 - 2 * share)
+        down = _FIRST_DOWN * (1 - share) + (np.pi / 2 - tilt) * share
+        heading = outward * np.cos(down) + np.array([0, -np.sin(down), 0])
+        there = rows[-1] + step * heading
+        # a line that was `room` away from the skin can be `step` nearer now, not more
+        room = room - step
+        near = np.flatnonzero(room < clearance)
+        clings = row * step < _CLINGS or row == 1
+        there[near], room[near] = _beside_body(rows[-1][near], there[near], tree, step, clearance, clings)
+        rows.append(there)
+    return np.stack(rows)
+
+
+def _beside_body(
+    start: np.ndarray, there: np.ndarray, tree: ClosestTree, step: float, clearance: float, clings: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of steps moved out of the body, or onto its skin where they cling, length kept, and their distances to the skin."""
+    for _ in range(6):
+        closest = tree.closest(there)
+        normal = tree.outward(closest)
+        height = ((there - closest.positions) * normal).sum(axis=1)
+        distance = np.where(height < 0, -closest.distances, closest.distances)
+        near = (distance < clearance) | clings
+        if not near.any():
+            break
+        there[near] = (closest.positions + clearance * 1.02 * normal)[near]
+        way = there - start
+        there = start + way * (step / np.linalg.norm(way, axis=1, keepdims=True))
+    return there, distance
+
+
+def folded(
+    sheet: Float[np.ndarray, "rows columns 3"],
+    widths: Float[np.ndarray, " rows"],
+    ease: Float[np.ndarray, " rows"],
+    folds: int,
+) -> Float[np.ndarray, "rows columns 3"]:
+    """A sheet laid into sine folds on its outer side, so that each row is as wide as it was cut.
+
+    The amplitude of each row is found by bisection on its true length; points are spread evenly along the wave.
+
+    Args:
+        sheet: Rows of points [m].
+        widths: Width of each row as cut [m].
+        ease: Share of its amplitude that each row gets, 0 where the cloth lies flat on the shoulders.
+        folds: Number of waves across a row.
+
+    Returns:
+        Points [m].
+    """
+    rows, columns, _ = sheet.shape
+    fine = np.linspace(0, 1, max(columns, 32 * folds + 1))
+    normal = np.cross(np.gradient(sheet, axis=0), np.gradient(sheet, axis=1))
+    base = np.stack([spread(sheet[row], sheet[row], fine) for row in range(rows)])
+    outward = np.stack([spread(sheet[row], normal[row], fine) for row in range(rows)])
+    outward /= np.linalg.norm(outward, axis=2, keepdims=True)
+    wave = outward * (1 + np.sin(2 * np.pi * folds * fine - np.pi / 2))[None, :, None]
+    low, high = np.zeros(rows), np.full(rows, 0.2)
+    for _ in range(14):
+        middle = (low + high) / 2
+        short = _lengths(_in_columns(base + middle[:, None, None] * wave, columns)) < widths
+        low, high = np.where(short, middle, low), np.where(short, high, middle)
+    return _in_columns(base + (ease * low)[:, None, None] * wave, columns)
+
+
+def _in_columns(lines: np.ndarray, columns: int) -> np.ndarray:
+    share = np.linspace(0, 1, columns)
+    return np.stack([spread(line, line, share) for line in lines])
+
+
+def _lengths(lines: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(np.diff(lines, axis=1), axis=2).sum(axis=1)
+
+
+def spread(line: np.ndarray, values: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Values at shares of a polyline's length."""
+    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    return np.stack([np.interp(share * length[-1], length, values[:, axis]) for axis in range(3)], axis=1)

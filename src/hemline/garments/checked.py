@@ -1,0 +1,83 @@
+"""Whether the parts of a garment fit each other."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hemline.errors import BadGarment
+
+from .pins import Pins
+
+if TYPE_CHECKING:
+    from .garment import Garment
+
+
+def checked_arrays(garment: "Garment") -> dict[str, Any]:
+    """The garment's arrays in their own types, contiguous.
+
+    Raises:
+        BadGarment: A wrong shape, NaN, or an index that points nowhere.
+    """
+    name = f"garment '{garment.name}'"
+    vertices = _array(garment.vertices, np.float32, (None, 3), f"{name}: vertices")
+    faces = _array(garment.faces, np.int32, (None, 3), f"{name}: faces")
+    if len(faces) == 0:
+        raise BadGarment(f"{name} must have faces", "none", "export the mesh again with faces")
+    rest_edges = _array(garment.rest_edges, np.float64, (len(faces), 2, 2), f"{name}: rest_edges")
+    _within(faces, len(vertices), f"{name}: faces name a vertex", "vertices")
+    flat = np.abs(rest_edges[:, 0, 0] * rest_edges[:, 1, 1] - rest_edges[:, 0, 1] * rest_edges[:, 1, 0]) <= 0
+    if flat.any():
+        raise BadGarment(
+            f"{name}: rest triangles must have an area", f"none in face {int(flat.argmax())}", "check the pattern"
+        )
+    pins = garment.pins
+    count = len(pins.vertices)
+    pinned = Pins(
+        _array(pins.vertices, np.int32, (None,), f"{name}: pin vertices"),
+        _array(pins.body_faces, np.int32, (count,), f"{name}: pin body_faces"),
+        _array(pins.barycentric, np.float32, (count, 3), f"{name}: pin barycentric"),
+        _array(pins.heights, np.float32, (count,), f"{name}: pin heights"),
+    )
+    _within(pinned.vertices, len(vertices), f"{name}: pins name a vertex", "vertices")
+    if len(np.unique(pinned.vertices)) != count:
+        raise BadGarment(f"{name}: each vertex must be pinned once", "a vertex pinned twice", "name it once")
+    if count and pinned.body_faces.min() < 0:
+        raise BadGarment(f"{name}: pins name a body face", int(pinned.body_faces.min()), "count from 0")
+    checked_chains(garment.chains, len(vertices), name)
+    return {"vertices": vertices, "faces": faces, "rest_edges": rest_edges, "pins": pinned}
+
+
+def checked_chains(chains: Sequence[Sequence[int]], vertex_count: int, name: str) -> None:
+    """Refuse chains of fewer than two vertices, with vertices that do not exist, or that share one."""
+    used: set[int] = set()
+    for number, chain in enumerate(chains):
+        if len(chain) < 2:
+            raise BadGarment(f"{name}: chain {number} must have at least two vertices", len(chain), "name root and tip")
+        for vertex in chain:
+            if not 0 <= vertex < vertex_count:
+                got = f"vertex {vertex}; the mesh has {vertex_count} vertices"
+                raise BadGarment(f"{name}: chain {number} names a vertex that does not exist", got, "count from 0")
+            if vertex in used:
+                raise BadGarment(f"{name}: chains must not share vertices", f"vertex {vertex} twice", "name it once")
+            used.add(vertex)
+
+
+def _array(value: Any, dtype: type, shape: tuple[int | None, ...], what: str) -> np.ndarray:
+    array = np.asarray(value)
+    if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
+        wanted = f"({', '.join('any' if each is None else str(each) for each in shape)})"
+        raise BadGarment(f"{what} must have the shape {wanted}", array.shape, "make the garment again")
+    if (array.dtype.kind not in "iu") if np.issubdtype(dtype, np.integer) else (array.dtype.kind not in "iuf"):
+        raise BadGarment(
+            f"{what} must be numbers of the kind {np.dtype(dtype).name}", array.dtype, "make the garment again"
+        )
+    if not np.isfinite(array).all():
+        raise BadGarment(f"{what} must be finite", "NaN or infinity", "make the garment again")
+    return np.ascontiguousarray(array, dtype)
+
+
+def _within(indices: np.ndarray, count: int, what: str, of: str) -> None:
+    if indices.size and (indices.min() < 0 or indices.max() >= count):
+        worst = int(indices.min() if indices.min() < 0 else indices.max())
+        raise BadGarment(f"{what} that does not exist", f"{worst}; the mesh has {count} {of}", "count from 0")

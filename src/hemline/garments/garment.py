@@ -1,0 +1,168 @@
+"""A garment: cloth, where it is pinned, what it is made of."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hemline.arrays import Betas, Faces, Float, Vertices
+from hemline.errors import BadGarment, BadInput
+from hemline.files import content_hash, read_tensors, write_tensors
+from hemline.motions.motion import JOINT_NAMES
+
+from .checked import checked_arrays
+from .material import Material
+from .pins import Pins
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+_ARRAYS = ("vertices", "faces", "rest_edges", "pin_vertices", "pin_body_faces", "pin_barycentric", "pin_heights")
+
+
+@dataclass(frozen=True, eq=False)
+class Garment:
+    """Cloth ready to be simulated on a body.
+
+    Raises:
+        BadGarment: Arrays, pins or chains contradict each other.
+    """
+
+    name: str
+    """Name by which files and errors call it."""
+    vertices: Vertices
+    """Start positions in the world of the body's rest pose, float32 [m]."""
+    faces: Faces
+    """Triangles, int32, counter-clockwise from outside."""
+    rest_edges: Float[np.ndarray, "faces 2 2"]
+    """The flat rest triangles, float64: columns are the edges from the first corner to the second and third [m]."""
+    material: Material
+    """What it is made of."""
+    pins: Pins
+    """Vertices that follow the body's surface."""
+    key_joint: str
+    """The joint whose frame carries the garment as a whole: neck for a cape, pelvis for a skirt."""
+    chains: tuple[tuple[int, ...], ...] = ()
+    """Rope chains by hand, vertex ids from root to tip; empty: laid out automatically."""
+    body_name: str = "anny24"
+    """The body it was made on."""
+    body_betas: Betas = None  # type: ignore[assignment]  # the mean shape, set below
+    """The shape of that body it was made on, float32."""
+    flat_rest: bool = True
+    """Whether the cloth is flat when nothing bends it; otherwise the rest angles are those of `vertices`."""
+    notes: tuple[str, ...] = ()
+    """What was guessed or changed when it was made, and why."""
+
+    def __post_init__(self) -> None:
+        betas = () if self.body_betas is None else self.body_betas
+        object.__setattr__(self, "body_betas", np.atleast_1d(np.asarray(betas, np.float32)))
+        object.__setattr__(self, "chains", tuple(tuple(int(each) for each in chain) for chain in self.chains))
+        object.__setattr__(self, "notes", tuple(str(note) for note in self.notes))
+        for name, value in checked_arrays(self).items():
+            object.__setattr__(self, name, value)
+        if self.key_joint not in JOINT_NAMES:
+            raise BadGarment(
+                f"garment '{self.name}': unknown key joint",
+                f"'{self.key_joint}'",
+                f"use one of {', '.join(JOINT_NAMES)}",
+            )
+
+    @cached_property
+    def hash(self) -> str:
+        """Short hash of the content; name and notes do not count."""
+        metadata = {key: value for key, value in self.metadata().items() if key not in ("name", "notes")}
+        return content_hash(*(self.arrays()[name] for name in _ARRAYS), metadata)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All arrays by name, as files hold them."""
+        pins = self.pins
+        parts = (pins.vertices, pins.body_faces, pins.barycentric, pins.heights)
+        return dict(zip(_ARRAYS, (self.vertices, self.faces, self.rest_edges, *parts), strict=True))
+
+    def metadata(self) -> dict[str, Any]:
+        """All that is no array, as JSON-like values."""
+        return {
+            "name": self.name,
+            "material": self.material.as_dict(),
+            "key_joint": self.key_joint,
+            "chains": [list(chain) for chain in self.chains],
+            "body_name": self.body_name,
+            "body_betas": [float(beta) for beta in self.body_betas],
+            "flat_rest": self.flat_rest,
+            "notes": list(self.notes),
+        }
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> "Garment":
+        """The garment that `arrays` and `metadata` describe; other keys are ignored.
+
+        Raises:
+            BadGarment: An array or a key is missing, of the wrong type, or contradicts the others.
+        """
+        cure = "make the file again"
+        missing = [name for name in _ARRAYS if name not in arrays] + [
+            key
+            for key in ("name", "material", "key_joint", "body_name", "body_betas", "flat_rest")
+            if key not in metadata
+        ]
+        if missing:
+            raise BadGarment("a garment must have all its arrays and keys", f"no {', '.join(missing)}", cure)
+        try:
+            return cls(
+                name=str(metadata["name"]),
+                vertices=arrays["vertices"],
+                faces=arrays["faces"],
+                rest_edges=arrays["rest_edges"],
+                material=Material.of(metadata["material"]),
+                pins=Pins(*(arrays[name] for name in _ARRAYS[3:])),
+                key_joint=str(metadata["key_joint"]),
+                chains=metadata.get("chains", ()),
+                body_name=str(metadata["body_name"]),
+                body_betas=np.array(metadata["body_betas"], np.float32),
+                flat_rest=bool(metadata["flat_rest"]),
+                notes=tuple(metadata.get("notes", ())),
+            )
+        except BadInput:
+            raise
+        except (TypeError, ValueError) as error:
+            raise BadGarment("a garment must have readable metadata", error, cure) from error
+
+    def save(self, path: str | Path) -> None:
+        """Write it to a hemline file (safetensors, kind `garment`).
+
+        Raises:
+            BadOutput: The path cannot be written.
+        """
+        write_tensors(path, self.arrays(), {"kind": "garment"} | self.metadata())
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Garment":
+        """Read a hemline file of kind `garment`.
+
+        Raises:
+            BadGarment: Missing, damaged, of another kind or of a future version.
+        """
+        return cls.of(*read_tensors(path, "garment", error=BadGarment))
+
+    def dressed(self, shaped: "ShapedBody") -> "Garment":
+        """The same garment, cut and cloth unchanged, moved onto another shape of the same body.
+
+        Args:
+            shaped: The body to wear it.
+
+        Returns:
+            A garment whose start positions are outside that body and whose pins are on it.
+
+        Raises:
+            BadGarment: Another body than the one it was made on.
+        """
+        from .dressing import dressed_vertices
+
+        if shaped.body.name != self.body_name:
+            what = f"garment '{self.name}' was made on {self.body_name}"
+            raise BadGarment(what, f"a body called {shaped.body.name}", "read its mesh again with that body")
+        vertices = dressed_vertices(self, shaped)
+        return replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))

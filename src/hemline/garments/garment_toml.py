@@ -1,0 +1,107 @@
+"""The small TOML file beside a garment's mesh, that a person can write."""
+
+import tomllib
+from dataclasses import dataclass, fields
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from hemline.errors import BadGarment
+
+
+@dataclass(frozen=True)
+class GarmentFile:
+    """What a garment's TOML may say; all but `mesh` may be left out and is then guessed."""
+
+    mesh: str = ""
+    """Mesh file, relative to the TOML."""
+    name: str | None = None
+    """Name of the garment; the file's stem unless given."""
+    unit: str | None = None
+    """Unit of the mesh: m, dm, cm, mm, in, ft."""
+    up: str = "y"
+    """Axis that points up in the mesh: y or z."""
+    body: str | None = None
+    """Name of the body it was made on."""
+    betas: tuple[float, ...] | None = None
+    """Shape of that body."""
+    material: str | dict[str, Any] | None = None
+    """A fabric by name, or a table of constants, perhaps with a `base`."""
+    pins: tuple[int, ...] | str | None = None
+    """Vertex ids, or a rule: top_rim, boundary:N (the rims by length), above:HEIGHT (metres above the pelvis), none."""
+    chains: tuple[tuple[int, ...], ...] = ()
+    """Rope chains, vertex ids from root to tip."""
+    key_joint: str | None = None
+    """The joint whose frame carries the garment."""
+    pattern: bool | None = None
+    """Whether the mesh's texture coordinates are its flat pattern, in its unit."""
+    flat_rest: bool | None = None
+    """Whether the cloth is flat when nothing bends it."""
+
+
+def read_garment_toml(path: str | Path) -> GarmentFile:
+    """Read a garment's TOML.
+
+    Args:
+        path: The file.
+
+    Returns:
+        What it says; lists as tuples.
+
+    Raises:
+        BadGarment: The file is missing or no TOML, a key is unknown, or a value is of the wrong kind.
+    """
+    path = Path(path)
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BadGarment(f"cannot read {path}", error.strerror or error, "name a TOML file that exists") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise BadGarment(f"{path} is no TOML", error, "write it as in the README: key = value") from error
+    known = [field.name for field in fields(GarmentFile)]
+    for key, value in content.items():
+        if key not in known:
+            raise BadGarment(
+                f"{path}: unknown key '{key}'",
+                repr(value)[:60],
+                f"did you mean '{get_close_matches(key, known, 1, 0.0)[0]}'",
+            )
+        if not _fits(key, value):
+            raise BadGarment(f"{path}: '{key}' must be {_KINDS[key]}", repr(value)[:60], "correct it")
+    if not content.get("mesh"):
+        raise BadGarment(f"{path} must name its mesh", "no key 'mesh'", "add: mesh = 'file.obj'")
+    return GarmentFile(**{key: _tuples(value) for key, value in content.items()})
+
+
+_KINDS = {
+    "mesh": "text", "name": "text", "unit": "text", "up": "'y' or 'z'", "body": "text", "betas": "a list of numbers",
+    "material": "a name or a table", "pins": "a list of vertex ids or a rule",
+    "chains": "a list of lists of vertex ids", "key_joint": "text",
+    "pattern": "true or false", "flat_rest": "true or false",
+}  # fmt: skip
+
+
+def _fits(key: str, value: Any) -> bool:
+    if key == "up":
+        return value in ("y", "z")
+    if key in ("pattern", "flat_rest"):
+        return isinstance(value, bool)
+    if key == "betas":
+        return isinstance(value, list) and all(
+            isinstance(each, int | float) and not isinstance(each, bool) for each in value
+        )
+    if key == "material":
+        return isinstance(value, str | dict)
+    if key == "pins":
+        return isinstance(value, str) or _is_ids(value)
+    if key == "chains":
+        return isinstance(value, list) and all(_is_ids(each) for each in value)
+    return isinstance(value, str)
+
+
+def _is_ids(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(each, int) and not isinstance(each, bool) for each in value)
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(each) for each in value) if isinstance(value, list) else value

@@ -1,0 +1,71 @@
+"""Vertices of a garment that follow the body's surface."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hemline.arrays import Faces, Float, Int, Normals, Points, Vertices
+from hemline.meshes import ClosestTree
+
+
+_ROUNDS = 8
+_LOWEST = 0.001
+
+
+@dataclass(frozen=True, eq=False)
+class Pins:
+    """Garment vertices bound to barycentric points of the body's surface, each at its height above the skin."""
+
+    vertices: Int[np.ndarray, " pins"]
+    """Garment vertex ids, int32."""
+    body_faces: Int[np.ndarray, " pins"]
+    """Body triangles, int32."""
+    barycentric: Float[np.ndarray, "pins 3"]
+    """Weights of the triangle's corners, float32."""
+    heights: Float[np.ndarray, " pins"]
+    """Height above the skin along its interpolated normal, float32 [m]."""
+
+    def __len__(self) -> int:
+        return len(self.vertices)
+
+    @classmethod
+    def bound(
+        cls, vertices: Int[np.ndarray, " pins"], positions: Points, tree: ClosestTree, normals: Normals
+    ) -> "Pins":
+        """Bind garment vertices to the body so that `positions` on it gives back where they are.
+
+        Where x = q + h n with q on the surface and n the interpolated normal there, found by a fixed point on q.
+        A height below 1 mm is raised to it.
+
+        Args:
+            vertices: Garment vertex ids.
+            positions: Where those vertices are [m].
+            tree: The body's surface at rest.
+            normals: Its vertex normals.
+        """
+        target = np.asarray(positions, np.float64)
+        for _ in range(_ROUNDS):
+            closest = tree.closest(target)
+            normal = np.einsum("pc,pcx->px", closest.weights, normals[tree.faces[closest.faces]].astype(np.float64))
+            normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+            heights = np.maximum(((positions - closest.positions) * normal).sum(axis=1), _LOWEST)
+            target = positions - heights[:, None] * normal
+        weights = closest.weights.astype(np.float32)
+        return cls(np.asarray(vertices, np.int32), closest.faces, weights, heights.astype(np.float32))
+
+    def positions(self, body_vertices: Vertices, body_normals: Normals, body_faces: Faces) -> Points:
+        """Where the pins are on a body: x = sum_c w_c v_c + h n, with n the interpolated unit normal.
+
+        Args:
+            body_vertices: Posed vertices [m].
+            body_normals: Their unit normals.
+            body_faces: The body's triangles.
+
+        Returns:
+            Positions of the pinned garment vertices [m], in the order of `vertices`.
+        """
+        corner = body_faces[self.body_faces]
+        weight = self.barycentric[:, :, None]
+        normal = (body_normals[corner] * weight).sum(axis=1)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        return (body_vertices[corner] * weight).sum(axis=1) + self.heights[:, None] * normal

@@ -1,0 +1,74 @@
+"""Garments by name."""
+
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hemline.errors import BadGarment
+
+from .cape import LIGHT_VERTEX_COUNT, PAPER_VERTEX_COUNT, make_cape
+from .garment import Garment
+from .read import read
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+_SIZES = {"cape": PAPER_VERTEX_COUNT, "cape-light": LIGHT_VERTEX_COUNT}
+_ENDINGS = (".toml", ".obj", ".ply", ".glb", ".gltf", ".stl", ".safetensors")
+
+
+def names() -> tuple[str, ...]:
+    """Garments that can be loaded by name."""
+    return tuple(_SIZES)
+
+
+@cache
+def load(name: str = "cape") -> Garment:
+    """A garment by name, made on the mean `anny24` body and kept.
+
+    Args:
+        name: `cape` (12,690 vertices) or `cape-light` (4,000).
+
+    Raises:
+        BadGarment: Unknown name.
+    """
+    from hemline import bodies
+
+    if name not in _SIZES:
+        near = get_close_matches(name, _SIZES, 1, 0.0)[0]
+        raise BadGarment("unknown garment", f"'{name}'", f"did you mean '{near}'; or name a file")
+    return make_cape(bodies.load("anny24").shaped(), vertex_count=_SIZES[name], name=name)
+
+
+def open_garment(name_or_path: str | Path, body: "ShapedBody | None" = None) -> Garment:
+    """A garment by name, or from a file as `read` does, on a body.
+
+    Args:
+        name_or_path: A name of `names()`, or a path with a known ending.
+        body: The body to wear it; None: the one it was made on.
+
+    Raises:
+        BadGarment: Unknown name, or as `read`.
+        BadMesh: As `read`.
+    """
+    if Path(name_or_path).suffix.lower() in _ENDINGS:
+        return read(name_or_path, body)
+    garment = load(str(name_or_path))
+    return garment if body is None or not body.betas.any() else garment.dressed(body)
+
+
+def explain(garment: Garment) -> str:
+    """What a garment is, and what was guessed or changed when it was made, one line each."""
+    pins = garment.pins
+    pinned = (
+        "no pins"
+        if not len(pins)
+        else f"{len(pins)} pins, {1000 * pins.heights.min():.1f} to {1000 * pins.heights.max():.1f} mm above the skin"
+    )
+    size = " x ".join(f"{each:.2f}" for each in garment.vertices.max(axis=0) - garment.vertices.min(axis=0))
+    lines = [
+        f"{garment.name}: {len(garment.vertices)} vertices, {len(garment.faces)} triangles, {size} m",
+        f"material {garment.material.name}, {pinned}, carried by the {garment.key_joint}, on {garment.body_name}",
+    ]
+    return "\n".join(lines + [f"- {note}" for note in garment.notes])

@@ -1,0 +1,47 @@
+"""Which unit a garment's file is in."""
+
+import numpy as np
+
+from hemline.arrays import Vertices
+from hemline.errors import BadGarment
+
+UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+"""Units by name, in metres."""
+
+_GUESSED = ("m", "dm", "cm", "mm")
+_SMALLEST, _LARGEST = 0.1, 3.0
+
+
+def unit_of(vertices: Vertices, declared: str | None, name: str) -> tuple[str, tuple[str, ...]]:
+    """The unit of a garment's file: as declared, or guessed from its size, since garments are 0.22 to 2.2 m long.
+
+    Args:
+        vertices: Positions in the file's unit.
+        declared: A name of `UNITS`, or None to guess.
+        name: How errors call the file.
+
+    Returns:
+        The unit's name, and a note where it was guessed.
+
+    Raises:
+        BadGarment: Unknown unit, a declared one that makes the garment smaller than 0.1 m or larger than 3 m, or a
+            size that no unit explains.
+    """
+    size = float(np.ptp(vertices, axis=0).max())
+    fitting = [unit for unit in _GUESSED if 0.22 <= size * UNITS[unit] < 2.2]
+    cure = f"in {fitting[0]} it would be {size * UNITS[fitting[0]]:.3g} m" if fitting else "scale the mesh"
+    if declared is None:
+        if not fitting:
+            raise BadGarment(
+                f"{name} has a size that no unit explains", f"{size:.4g} units long", "declare its unit, or scale it"
+            )
+        unit = fitting[0]
+        if unit == "m":
+            return unit, ()
+        return unit, (f"unit: {size:.4g} units long, so they are {unit} and were converted to metres",)
+    if declared not in UNITS:
+        raise BadGarment(f"{name}: unknown unit", f"'{declared}'", f"use one of {', '.join(UNITS)}")
+    if not _SMALLEST <= size * UNITS[declared] <= _LARGEST:
+        got = f"{size * UNITS[declared]:.4g} m long"
+        raise BadGarment(f"{name}: the declared unit '{declared}' contradicts the size", got, f"{cure}; correct 'unit'")
+    return declared, ()
