@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Int
 
+from hemline.arrays import Points, Vertices
 from hemline.motions import JOINT_NAMES
 
 from .body import Body
@@ -65,7 +66,8 @@ def closed_parts(body: Body) -> tuple[Part, ...]:
         faces = body.faces[owners == index]
         caps, rims = _caps(faces, apex)
         apex += len(rims)
-        tested = np.flatnonzero((part != index) & ~_at_crease(body, rims)).astype(np.int32)
+        near = np.any([at_crease(body.template, rim, body.template) for rim in rims], axis=0)
+        tested = np.flatnonzero((part != index) & ~near).astype(np.int32)
         parts.append(Part(np.concatenate([faces, caps]).astype(np.int32), rims, tested))
     return tuple(parts)
 
@@ -86,11 +88,14 @@ def _caps(faces: np.ndarray, first_apex: int) -> tuple[np.ndarray, tuple[np.ndar
     return caps, tuple(np.unique(open_edges[cut == index]).astype(np.int32) for index in range(len(names)))
 
 
-def _at_crease(body: Body, rims: tuple[np.ndarray, ...]) -> Bool[np.ndarray, " verts"]:
-    """Vertices within `CREASE` radii of a cut, at rest."""
-    near = np.zeros(len(body.template), dtype=bool)
-    for rim in rims:
-        centre = body.template[rim].mean(axis=0)
-        radius = np.linalg.norm(body.template[rim] - centre, axis=1).mean()
-        near |= np.linalg.norm(body.template - centre, axis=1) < CREASE * radius
-    return near
+def at_crease(vertices: Vertices, rim: Int[np.ndarray, " rim"], points: Points) -> Bool[np.ndarray, " points"]:
+    """Points within `CREASE` radii of a cut.
+
+    Args:
+        vertices: The body at rest [m].
+        rim: Vertices of the cut, from `Part.rims`.
+        points: Any points at rest [m].
+    """
+    centre = vertices[rim].mean(axis=0)
+    radius = np.linalg.norm(vertices[rim] - centre, axis=1).mean()
+    return np.linalg.norm(points - centre, axis=1) < CREASE * radius

@@ -1,0 +1,158 @@
+"""Lift limbs out of the torso and out of each other, a little and smoothly."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from hemline.motions import JOINT_NAMES, Motion, Pose
+from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
+
+from .balls import Balls, fill_with_balls
+from .shaped import ShapedBody
+from .skinning import skin_points
+from .untangle_kernels import add_overlaps, deepest_overlaps
+
+LIMIT_DEG = 15.0
+"""No joint is turned by more than this."""
+
+TURNED = tuple(
+    JOINT_NAMES.index(f"{side}_{name}") for name in ("shoulder", "elbow", "hip", "knee") for side in ("left", "right")
+)
+"""Joints that may be turned."""
+
+_STIFFNESS = 2e-4 * np.repeat([1.0, 4.0, 2.0, 8.0], 6)
+"""What turning each joint costs against overlap [m^2/rad^2]: shoulders, elbows, hips, knees."""
+_GAP, _GAP_RAMP = 0.012, 0.01
+"""Room that limbs get which overlapped; it grows with their overlap, up to this overlap [m]."""
+_RAMP = 0.005
+_STEPS = 6
+_SMOOTHING = 0.06
+"""Width of the Gaussian by which a motion's corrections are smoothed in time [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Untangling:
+    """A pose whose limbs were lifted out of each other.
+
+    Attributes:
+        pose: The pose after it.
+        degrees: How far each joint was turned [deg].
+    """
+
+    pose: Pose
+    degrees: Float[np.ndarray, " joints"]
+
+
+@dataclass(frozen=True, eq=False)
+class MotionUntangling:
+    """A motion whose limbs were lifted out of each other.
+
+    Attributes:
+        motion: The motion after it.
+        degrees: How far each joint was turned in each frame [deg].
+    """
+
+    motion: Motion
+    degrees: Float[np.ndarray, "frames joints"]
+
+
+def untangle(shaped: ShapedBody, pose: Pose) -> Untangling:
+    r"""The pose nearest to the given one in which limbs overlap less, and how far it is from it.
+
+    Minimises, by a fixed number of Gauss-Newton steps over small rotations $\theta$ of shoulders, elbows, hips, knees,
+
+    $$\tfrac12 \sum_{\text{pairs}} f(r_a + r_b + g - |c_a - c_b|)^2 + \tfrac12 \sum_j k_j |\theta_j|^2$$
+
+    over pairs of balls that fill the limbs, f a smooth ramp. The gap g grows from 0 with the overlap of the two limbs,
+    so that the result is continuous in the pose, and the very same pose where nothing overlaps. No joint turns by more
+    than `LIMIT_DEG`. Neighbours are left alone at their crease, and parts of one limb (forearm on upper arm) too.
+
+    Args:
+        shaped: The body.
+        pose: The pose.
+    """
+    turns = _turns(shaped, pose)
+    rotations = _turned(pose.rotations[None], turns[None])[0] if turns.any() else pose.rotations
+    return Untangling(replace(pose, rotations=rotations), _degrees(turns[None])[0])
+
+
+def untangle_motion(shaped: ShapedBody, motion: Motion) -> MotionUntangling:
+    """Untangle each pose of a motion, and smooth the corrections in time.
+
+    Args:
+        shaped: The body.
+        motion: The motion.
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    turns = np.array([_turns(shaped, motion[frame]) for frame in range(len(motion))])
+    if not turns.any():
+        return MotionUntangling(motion, _degrees(turns))
+    turns = gaussian_filter1d(turns, _SMOOTHING * motion.fps, axis=0, mode="nearest")
+    return MotionUntangling(replace(motion, rotations=_turned(motion.rotations, turns)), _degrees(turns))
+
+
+def _turned(rotations: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """Local rotations (frames, joints, 4) after turns (frames, turned, 3) in the parents' frames."""
+    result = rotations.astype(np.float64)
+    result[:, TURNED] = multiply(from_axis_angle(turns), result[:, TURNED])
+    return result
+
+
+def _degrees(turns: np.ndarray) -> np.ndarray:
+    degrees = np.zeros((len(turns), len(JOINT_NAMES)), dtype=np.float32)
+    degrees[:, TURNED] = np.rad2deg(np.linalg.norm(turns, axis=2))
+    return degrees
+
+
+def _turns(shaped: ShapedBody, pose: Pose) -> Float[np.ndarray, "turned 3"]:
+    """Rotation vectors of the joints in `TURNED`, in their parents' frames; all zero where nothing overlaps [rad]."""
+    balls, free = fill_with_balls(shaped), np.zeros(3 * len(TURNED))
+    shares = _shares(shaped, balls)
+    transforms, _ = shaped.transforms_of(pose.rotations[None], pose.translation[None])
+    centres = skin_points(transforms[0], balls.weight_indices, balls.weights, balls.centres)
+    deepest = np.zeros(balls.limb_pairs.max() + 1)
+    deepest_overlaps(centres, balls.radii, balls.pairs, balls.limb_pairs, deepest)
+    if not deepest.any():
+        return free.reshape(-1, 3)
+    gaps = _GAP * np.minimum(deepest / _GAP_RAMP, 1)
+    for _ in range(_STEPS):
+        free -= _step(shaped, pose, balls, shares, gaps, free)
+    return free.reshape(-1, 3) * _scales(free)[:, None]
+
+
+def _step(
+    shaped: ShapedBody, pose: Pose, balls: Balls, shares: np.ndarray, gaps: np.ndarray, free: np.ndarray
+) -> np.ndarray:
+    """One Gauss-Newton step of the free parameters."""
+    scales = _scales(free)
+    rotations = _turned(pose.rotations[None], (free.reshape(-1, 3) * scales[:, None])[None]).astype(np.float32)
+    transforms, joints = shaped.transforms_of(rotations, pose.translation[None])
+    centres = skin_points(transforms[0], balls.weight_indices, balls.weights, balls.centres)
+    matrix, vector = np.diag(_STIFFNESS), _STIFFNESS * free
+    above = shaped.body.parents[list(TURNED)]
+    offsets = to_matrix(shaped.body.rest_offsets[above].astype(np.float64))
+    axes = transforms[0][above, :, :3] @ offsets.transpose(0, 2, 1)
+    at = joints[0][list(TURNED)].astype(np.float64)
+    add_overlaps(
+        centres, balls.radii, balls.pairs, balls.limb_pairs, gaps, _RAMP, at, axes, shares, scales,
+        matrix, vector, np.empty(len(free)),
+    )  # fmt: skip
+    return np.linalg.solve(matrix, vector)
+
+
+def _scales(free: np.ndarray) -> np.ndarray:
+    """Factors that keep each rotation vector below the limit, smoothly."""
+    lengths = np.linalg.norm(free.reshape(-1, 3), axis=1)
+    return 1 / np.sqrt(1 + (lengths / np.deg2rad(LIMIT_DEG)) ** 2)
+
+
+def _shares(shaped: ShapedBody, balls: Balls) -> Float[np.ndarray, "balls turned"]:
+    """How much of each ball moves with each joint that may turn."""
+    below = np.zeros((len(JOINT_NAMES), len(TURNED)))
+    for joint, parent in enumerate(shaped.body.parents):
+        below[joint] = below[parent] if parent >= 0 else 0
+        if joint in TURNED:
+            below[joint, TURNED.index(joint)] = 1
+    return np.einsum("bi,bij->bj", balls.weights.astype(np.float64), below[balls.weight_indices])
