@@ -105,14 +105,15 @@ def make_cape(
     laid = folded(sheet, width + cut.opening * way, ease * ease * (3 - 2 * ease), min(cut.folds, columns // 10))
     vertices = cleared(laid.reshape(-1, 3), tree, CLEARANCE + 0.0002)
     faces = grid_faces(rows, columns)
-    flat = sector_pattern(rows, columns, rim=width, length=length, opening=cut.opening)
+    # rounded, as the vertices below, so that another machine's last bits give the same garment and hash
+    flat = sector_pattern(rows, columns, rim=width, length=length, opening=cut.opening).round(8)
     ids = np.arange(_PINNED_ROWS * columns)
     pins = Pins.bound(ids, vertices[ids], tree, shaped.normals)
     vertices[ids] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces)
     asked = f"size: {vertex_count} vertices were asked for, {rows} rows of {columns} are {rows * columns}"
     return Garment(
         name=name,
-        vertices=vertices.astype(np.float32),
+        vertices=vertices.round(6).astype(np.float32),
         faces=faces,
         rest_edges=rest_edges_of_mesh(np.concatenate([flat, np.zeros((len(flat), 1))], axis=1), faces),
         material=material if isinstance(material, Material) else Material.of(material),

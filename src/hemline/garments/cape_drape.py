@@ -55,7 +55,7 @@ def hanging_columns(
 def _beside_body(
     start: np.ndarray, there: np.ndarray, tree: ClosestTree, step: float, clearance: float, clings: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of steps moved out of the body, or onto its skin where they cling, length kept, and their distances to the skin."""
+    """Ends of steps moved out of the body, or onto it where they cling, length kept; and their distances to it."""
     for _ in range(6):
         closest = tree.closest(there)
         normal = tree.outward(closest)

@@ -83,14 +83,14 @@ class Material:
                 raise BadGarment(
                     f"material has no constant '{key}'", content[key], f"did you mean '{_nearest(key, known)}'"
                 )
-        table = dict(content)
+        table: dict[str, Any] = dict(content)
         base = table.pop("base", None)
-        start = asdict(cls.of(base)) if base is not None else {}
-        table = {"name": f"{base} (changed)" if base else "own"} | table
-        missing = [key for key in ("density", "young", "poisson", "bending") if key not in start | table]
+        start: dict[str, Any] = asdict(cls.of(base)) if base is not None else {}
+        table = start | {"name": f"{base} (changed)" if base else "own"} | table
+        missing = [key for key in ("density", "young", "poisson", "bending") if key not in table]
         if missing:
             raise BadGarment("material lacks a constant", ", ".join(missing), "give it, or a 'base' material by name")
-        return cls(**(start | table))
+        return cls(**table)
 
 
 def _nearest(name: str, known: Any) -> str:

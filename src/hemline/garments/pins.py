@@ -7,7 +7,6 @@ import numpy as np
 from hemline.arrays import Faces, Float, Int, Normals, Points, Vertices
 from hemline.meshes import ClosestTree
 
-
 _ROUNDS = 8
 _LOWEST = 0.001
 
@@ -50,8 +49,9 @@ class Pins:
             normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
             heights = np.maximum(((positions - closest.positions) * normal).sum(axis=1), _LOWEST)
             target = positions - heights[:, None] * normal
-        weights = closest.weights.astype(np.float32)
-        return cls(np.asarray(vertices, np.int32), closest.faces, weights, heights.astype(np.float32))
+        # rounded, so that another machine's last bits give the same pins
+        weights, heights = closest.weights.round(6).astype(np.float32), heights.round(7).astype(np.float32)
+        return cls(np.asarray(vertices, np.int32), closest.faces, weights, heights)
 
     def positions(self, body_vertices: Vertices, body_normals: Normals, body_faces: Faces) -> Points:
         """Where the pins are on a body: x = sum_c w_c v_c + h n, with n the interpolated unit normal.
