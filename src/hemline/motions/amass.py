@@ -32,7 +32,7 @@ def read_amass(path: str | Path) -> Motion:
     """
     path = Path(path)
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             rotvecs, translations = _rotation_vectors(archive, path), archive["trans"].astype(np.float64)
             rate = next((name for name in _RATES if name in archive), None)
             if rate is None:

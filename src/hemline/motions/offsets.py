@@ -16,7 +16,8 @@ def limb_offsets(rig: Rig) -> dict[str, Quaternion]:
     """O of the joints of arms and legs; trunk, neck, head and collars have identity.
 
     The direction of a bone leaves its twist open. In our T-pose elbows bend forward, knees backward, and the thumb
-    points forward; the twist is such that this agrees with what the joints of the clip do.
+    points forward; the twist is such that this agrees with what the joints of the clip do: seen from either bone of a
+    bent limb, the far end of the other lies on the side to which it bends.
     """
     offsets: dict[str, Quaternion] = {}
     for side, sign in (("left", 1.0), ("right", -1.0)):
@@ -26,9 +27,9 @@ def limb_offsets(rig: Rig) -> dict[str, Quaternion]:
             (("shoulder", "elbow", "wrist"), out, _FORWARD),
         ):
             upper, lower, end = (f"{side}_{joint}" for joint in chain)
-            seen = rig.seen(upper, rig.positions[:, rig.found.joints[end]])
-            offsets[upper] = _aligned(bone, bend, rig.bone(upper, lower), seen)
-            offsets[lower] = _aligned(bone, bend, rig.bone(lower, end), rotate(offsets[upper], bend))
+            places = {joint: rig.positions[:, rig.found.joints[joint]] for joint in (upper, end)}
+            offsets[upper] = _aligned(bone, bend, rig.bone(upper, lower), rig.seen(upper, places[end]))
+            offsets[lower] = _aligned(bone, bend, rig.bone(lower, end), rig.seen(lower, places[upper]))
         offsets[f"{side}_wrist"] = _hand_offset(rig, side, out, offsets[f"{side}_elbow"])
         offsets[f"{side}_ankle"] = offsets[f"{side}_foot"] = _foot_offset(rig, side)
     return offsets

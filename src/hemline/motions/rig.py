@@ -37,15 +37,16 @@ class Rig:
         return self.zero[self.found.joints[child]] - self.zero[self.found.joints[joint]]
 
     def tip(self, joint: int) -> Vector | None:
-        """From a joint to its middle finger, else its index finger, first child or End Site, in the zero pose."""
-        children = [child for child, parent in enumerate(self.skeleton.parents) if parent == joint]
-        if not children:
+        """From a joint to its middle finger, else its index finger, first child but the thumb, or End Site."""
+        names = {child: self.skeleton.names[child].lower() for child in self._children(joint)}
+        fingers = [child for child in names if "thumb" not in names[child]]
+        if not fingers:
             return self.ends.get(joint)
-        for finger in ("mid", "index", ""):
-            for child in children:
-                if finger in self.skeleton.names[child].lower():
-                    return self.zero[child] - self.zero[joint]
-        return None
+        best = next(child for finger in ("mid", "index", "") for child in fingers if finger in names[child])
+        return self.zero[best] - self.zero[joint]
+
+    def _children(self, joint: int) -> list[int]:
+        return [child for child, parent in enumerate(self.skeleton.parents) if parent == joint]
 
     def seen(self, joint: str, points: Float[np.ndarray, "frames 3"]) -> Vector:
         """Mean direction from one of our joints to moving points, in the joint's own frame."""

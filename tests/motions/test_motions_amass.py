@@ -1,0 +1,102 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hemline import motions
+from hemline.errors import BadMotion
+from hemline.motions import JOINT_NAMES, PARENTS
+
+
+@pytest.fixture
+def sample():
+    """Arrays of an SMPL-H clip: z up, walking along y."""
+    chance = np.random.default_rng(1)
+    return {
+        "poses": chance.normal(0, 0.4, (5, 156)),
+        "trans": np.stack([np.zeros(5), np.linspace(0, 1, 5), np.full(5, 0.9)], axis=1),
+        "betas": np.zeros(16),
+        "gender": np.array("female"),
+        "mocap_framerate": np.array(100.0),
+        "dmpls": np.zeros((5, 8)),
+    }
+
+
+def written(tmp_path, arrays):
+    path = tmp_path / "01_01_poses.npz"
+    np.savez(path, **arrays)
+    return path
+
+
+def global_rotations(rotvecs, root):
+    """Forward kinematics by scipy; `root` is put before the pelvis."""
+    totals = []
+    for joint in range(22):
+        local = Rotation.from_rotvec(rotvecs[:, joint])
+        totals.append(root * local if joint == 0 else totals[PARENTS[joint]] * local)
+    return totals
+
+
+def test_smplh_is_turned_upright_and_moved_to_the_pelvis(tmp_path, sample):
+    motion = motions.read(written(tmp_path, sample))
+    assert (len(motion), motion.fps, motion.name) == (5, 100, "01_01_poses")
+    upright = Rotation.from_euler("x", -90, degrees=True)
+    rotvecs = sample["poses"].reshape(5, 52, 3)
+    expected = global_rotations(rotvecs, upright)
+    ours = [Rotation.from_quat(motion.rotations[:, joint][:, [1, 2, 3, 0]]) for joint in range(24)]
+    for joint in range(22):
+        total = ours[joint]
+        above = PARENTS[joint]
+        while above >= 0:
+            total, above = ours[above] * total, PARENTS[above]
+        assert (expected[joint].inv() * total).magnitude().max() < 1e-5, JOINT_NAMES[joint]
+    assert np.allclose(motion.rotations[:, 22:], [1, 0, 0, 0])
+    assert np.allclose(motion.translations, upright.apply(sample["trans"] + [0, -0.22, 0.03]), atol=1e-6)
+    assert np.allclose(motion.translations[:, 1], 0.93, atol=1e-6), "z up became y up"
+
+
+def test_smplx_keys_give_the_same(tmp_path, sample):
+    plain = motions.read(written(tmp_path, sample))
+    split = {
+        "root_orient": sample["poses"][:, :3],
+        "pose_body": sample["poses"][:, 3:66],
+        "pose_hand": sample["poses"][:, 66:],
+        "trans": sample["trans"],
+        "mocap_frame_rate": np.array(100.0),
+    }
+    assert motions.read(written(tmp_path, split)).hash == plain.hash
+
+
+def without(sample, *keys):
+    return {key: array for key, array in sample.items() if key not in keys}
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda s: without(s, "trans"), "is no AMASS clip; got no array .*trans"),
+        (lambda s: without(s, "poses"), "is no AMASS clip; got no array .*root_orient"),
+        (lambda s: without(s, "mocap_framerate"), "got no array 'mocap_framerate'"),
+        (lambda s: s | {"poses": s["poses"][:, :60]}, r"must be \(frames, 156\).*got \(5, 60\)"),
+        (lambda s: s | {"poses": s["poses"][:0], "trans": s["trans"][:0]}, r"got \(0, 156\)"),
+        (lambda s: s | {"trans": s["trans"][:4]}, r"trans of .* must be \(5, 3\); got \(4, 3\)"),
+        (lambda s: s | {"trans": s["trans"] * np.nan}, "must hold finite numbers"),
+        (lambda s: s | {"poses": np.array([{"a": 1}], dtype=object)}, "pickled objects are not read"),
+        (lambda s: s | {"mocap_framerate": np.array("fast")}, "is damaged or no AMASS clip"),
+        (lambda s: s | {"mocap_framerate": np.array(0.0)}, "fps of motion '01_01_poses' must be positive"),
+    ],
+)
+def test_files_that_are_no_clip_are_refused(tmp_path, sample, spoil, message):
+    with pytest.raises(BadMotion, match=message):
+        motions.read(written(tmp_path, spoil(sample)))
+
+
+def test_damaged_and_missing_files_are_refused(tmp_path, sample):
+    path = written(tmp_path, sample)
+    path.write_bytes(path.read_bytes()[:900])
+    with pytest.raises(BadMotion, match="is damaged or no AMASS clip"):
+        motions.read(path)
+    path.write_bytes(b"\x80\x04pickle")
+    with pytest.raises(BadMotion, match="pickled objects are not read"):
+        motions.read(path)
+    with pytest.raises(BadMotion, match="cannot read .*absent.npz; got No such file"):
+        motions.read(tmp_path / "absent.npz")

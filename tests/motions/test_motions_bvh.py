@@ -1,0 +1,89 @@
+import numpy as np
+import pytest
+from bvh_samples import NAMES, person, text_of
+
+from hemline.errors import BadMotion
+from hemline.motions.bvh import read_bvh
+
+
+@pytest.fixture(scope="module")
+def clip():
+    return person(frames=4)
+
+
+def written(tmp_path, text):
+    path = tmp_path / "clip.bvh"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("order", ["ZYX", "ZXY", "XYZ", "YZX"])
+def test_every_order_of_channels_is_honoured(tmp_path, clip, order):
+    found = read_bvh(written(tmp_path, text_of(clip, orders=dict.fromkeys(NAMES[::2], order))))
+    by_name = [found.skeleton.names.index(name) for name in NAMES]
+    dots = np.abs(np.sum(found.rotations[:, by_name] * clip.rotations, axis=-1))
+    assert np.allclose(dots, 1, atol=1e-12)
+    assert np.allclose(found.skeleton.offsets[by_name], clip.skeleton.offsets)
+    assert np.allclose(found.root_positions, clip.root_positions, atol=1e-6)
+    assert found.fps == 60
+
+
+def test_order_of_position_channels_and_braces_on_the_same_line(tmp_path, clip):
+    text = (
+        text_of(clip).replace("Xposition Yposition Zposition", "Yposition Zposition Xposition").replace("\n{", " {", 1)
+    )
+    found = read_bvh(written(tmp_path, text.replace("\n", "\r\n")))
+    assert np.allclose(found.root_positions, np.roll(clip.root_positions, 1, axis=1), atol=1e-6)
+
+
+def test_frame_times_with_few_digits_and_odd_rates(tmp_path, clip):
+    text = text_of(clip)
+    assert read_bvh(written(tmp_path, text.replace("0.0166667", "0.0083333"))).fps == 120
+    assert read_bvh(written(tmp_path, text.replace("0.0166667", "0.0400801"))).fps == pytest.approx(24.95, abs=0.01)
+
+
+def without_last_line(text):
+    return text.rstrip("\n").rsplit("\n", 1)[0] + "\n"
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda text: "", "no whole BVH file; got no section HIERARCHY"),
+        (lambda text: text.partition("MOTION")[0], "no whole BVH file; got no section MOTION"),
+        (lambda text: text[: len(text) // 3], "no whole BVH file; got no section MOTION"),
+        (without_last_line, "declares 4 frames; got 243 numbers, enough for 3"),
+        (lambda text: text[:-20], "declares 4 frames"),
+        (lambda text: text + "1 2 3\n", "declares 4 frames"),
+        (lambda text: text.replace("Frames: 4", "Frames: 5"), "declares 5 frames"),
+        (lambda text: text.replace("Frames: 4", "Frames: none"), "motion of .* cannot be read; got invalid literal"),
+        (lambda text: text.replace("Frames: 4", "Frames: 0"), "cannot be read; got 0 frames"),
+        (lambda text: text.replace("Frame Time: 0.0166667", "Frame Time: 0"), "4 frames of 0.0 s"),
+        (lambda text: text.replace("Frame Time:", "Time:"), "no 'Frames:' or no 'Frame Time:'"),
+        (lambda text: text.rpartition(" ")[0] + " nan\n", "must hold finite numbers; got NaN or infinity in frame 3"),
+        (lambda text: text.rpartition(" ")[0] + " 1,5\n", "motion of .* cannot be read"),
+        (
+            lambda text: text.replace("CHANNELS 3 Zrotation", "CHANNELS 2", 1),
+            "must have 80 numbers, one a channel; got 81",
+        ),
+        (lambda text: text.replace("CHANNELS 3 Zrotation", "CHANNELS 3 Wrotation", 1), "got CHANNELS 3 Wrotation"),
+        (
+            lambda text: text.replace("OFFSET 10", "OFFSET ten", 1),
+            "hierarchy of .* cannot be read; got could not convert",
+        ),
+        (lambda text: text.replace("OFFSET 10", "OFFSET nan", 1), "an OFFSET that is NaN"),
+        (lambda text: text.replace("JOINT LeftFoot", "LIMB LeftFoot"), "got 'LIMB'"),
+        (lambda text: text.replace("}\nMOTION", "MOTION"), "got an end inside a joint"),
+        (lambda text: text.replace("JOINT LeftLeg", "JOINT RightLeg"), "different names; got 'RightLeg' twice"),
+        (lambda text: text.replace("MOTION", "ROOT B { OFFSET 0 0 0 CHANNELS 0 } MOTION"), "two roots"),
+    ],
+)
+def test_damaged_files_are_refused(tmp_path, clip, spoil, message):
+    text = spoil(text_of(clip))
+    with pytest.raises(BadMotion, match=message):
+        read_bvh(written(tmp_path, text))
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(BadMotion, match=r"cannot read .*absent.bvh; got No such file"):
+        read_bvh(tmp_path / "absent.bvh")
