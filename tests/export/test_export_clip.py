@@ -63,9 +63,8 @@ def test_a_folder_of_the_files_name_is_refused(tmp_path, cloth_clip):
 
 @pytest.mark.parametrize("ending", [ending for ending in FORMATS if ending != ".webp"])
 def test_equal_clips_give_equal_bytes_and_endings_may_be_capitals(tmp_path, full_clip, ending):
-    size = {"size": (48, 48)}
-    first = write(tmp_path / f"a{ending}", full_clip, **size)
-    second = write(tmp_path / f"b{ending.upper()}", full_clip, **size)
+    first = write(tmp_path / f"a{ending}", full_clip, size=(48, 48))
+    second = write(tmp_path / f"b{ending.upper()}", full_clip, size=(48, 48))
     assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
     assert sorted(tmp_path.iterdir()) == sorted({*first, *second})
 

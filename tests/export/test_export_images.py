@@ -1,5 +1,8 @@
 """A clip as pictures, read back with Pillow."""
 
+# Pillow's images have n_frames only in some formats
+# pyright: reportAttributeAccessIssue=false
+
 import numpy as np
 import pytest
 from PIL import Image

@@ -1,5 +1,8 @@
 """npz, OBJ, PC2 and MDD, read back by NumPy, trimesh, and readers from the formats' definitions."""
 
+# trimesh.load returns one of several types
+# pyright: reportAttributeAccessIssue=false
+
 import struct
 from dataclasses import replace
 

@@ -1,5 +1,8 @@
 """USD, read back with usd-core."""
 
+# pxr is compiled and has no types
+# pyright: reportAttributeAccessIssue=false
+
 import sys
 
 import numpy as np

@@ -84,7 +84,7 @@ def test_deepest_in_a_ball():
 
 def test_strain_of_a_stretched_square():
     np.testing.assert_allclose(edge_strains(SQUARE, TWO, REST), 0, atol=1e-7)
-    stretched = SQUARE * np.float32([1.2, 0.5, 1])
+    stretched = SQUARE * np.array([1.2, 0.5, 1], np.float32)
     diagonal = np.hypot(1.2, 0.5) / np.sqrt(2) - 1
     expected = [0.2, diagonal, -0.5, 0.2, diagonal, -0.5]  # edges 01 02; 12 23; 20 30
     np.testing.assert_allclose(edge_strains(stretched[None], TWO, REST)[0], expected, atol=1e-6)

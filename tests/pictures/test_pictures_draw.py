@@ -45,7 +45,7 @@ def test_the_error_is_where_the_colours_say():
 
 
 def test_without_truth_only_ours_is_drawn(tmp_path):
-    body = SHEET + np.float32([0, 0, -0.2]), FACES
+    body = SHEET + np.array([0, 0, -0.2], np.float32), FACES
     compare(tmp_path / "worst.png", SHEET, None, FACES, body=body, size=(80, 100))
     with Image.open(tmp_path / "worst.png") as image:
         assert image.size == (80, 200)

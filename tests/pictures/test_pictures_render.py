@@ -80,7 +80,10 @@ def test_a_ball_covers_the_disc_that_geometry_says():
 
 
 def test_the_nearer_surface_hides_the_other_in_either_order():
-    near, far = Surface(SQUARE * 0.3 + np.float32([0, 0, 0.5]), TWO, (0, 0, 1)), Surface(SQUARE, TWO, (1, 0, 0))
+    near, far = (
+        Surface(SQUARE * 0.3 + np.array([0, 0, 0.5], np.float32), TWO, (0, 0, 1)),
+        Surface(SQUARE, TWO, (1, 0, 0)),
+    )
     for order in ([near, far], [far, near]):
         red, _, blue = render(order, FRONT, (64, 64), ground=None)[32, 32].tolist()
         assert blue > red + 50
@@ -131,7 +134,7 @@ def test_the_ground_gets_a_shadow_and_hides_nothing_above_it():
 
 
 def test_what_is_behind_the_camera_is_left_out():
-    behind = Surface(SQUARE + np.float32([0, 0, 10]), TWO)
+    behind = Surface(SQUARE + np.array([0, 0, 10], np.float32), TWO)
     np.testing.assert_array_equal(
         render([behind], FRONT, (32, 32), ground=None), render([], FRONT, (32, 32), ground=None)
     )
@@ -166,4 +169,4 @@ def test_refusals():
     with pytest.raises(BadInput, match="a face points past the last vertex; got face indices 0 to 4 for 4 vertices"):
         render([Surface(SQUARE, np.array([[0, 1, 4]], np.int32))], FRONT, (32, 32))
     with pytest.raises(BadInput, match="vertices must be finite"):
-        render([Surface(SQUARE * np.float32(np.nan), TWO)], FRONT, (32, 32))
+        render([Surface(SQUARE * np.nan, TWO)], FRONT, (32, 32))

@@ -1,5 +1,8 @@
 """USD: one binary stage with garment and body as meshes whose points are sampled in time."""
 
+# pxr is compiled and has no types
+# pyright: reportAttributeAccessIssue=false
+
 from pathlib import Path
 
 import numpy as np

@@ -24,11 +24,11 @@ def nearest_inside_percent(
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", the signed distance h(X) to the nearest body vertex of Eq. 14.
     """
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     shares = []
     for cloth, body in zip(vertices, body_vertices, strict=True):
-        nearest = cKDTree(body).query(cloth)[1]
+        nearest = KDTree(body).query(cloth)[1]
         away = np.sum((cloth - body[nearest]) * vertex_normals(body, body_faces)[nearest], axis=1)
         shares.append(100 * np.mean(away < 0))
     return {"mean": float(np.mean(shares)), "worst_frame": float(np.max(shares))}

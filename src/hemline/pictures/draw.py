@@ -34,7 +34,7 @@ def picture_of(
     """
     surfaces = [surface_of(*mesh) for mesh in meshes]
     points = np.concatenate([surface.vertices for surface in surfaces])
-    height = float(np.nanmin(points[:, 1])) if ground == "lowest" else ground
+    height = float(np.nanmin(points[:, 1])) if isinstance(ground, str) else ground
     views = [view] if isinstance(view, str) else list(view)
     pictures = [render(surfaces, frame_points(points, each, size=size), size, ground=height) for each in views]
     return side_by_side(pictures)

@@ -1,5 +1,8 @@
 """Runs inside Blender: open FILE, play FRAMES frames at FPS, write each mesh's vertices in the world to OUT (npz)."""
 
+# bpy is in an environment of its own
+# pyright: reportMissingImports=false, reportArgumentType=false
+
 import sys
 
 import bpy
