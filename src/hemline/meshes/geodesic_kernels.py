@@ -47,7 +47,7 @@ def sweep_fronts(faces, lengths, order, face_start, face_list, source, distance)
     """One pass over the vertices in `order`; returns the largest change. Distances only fall.
 
     # in: lengths (faces,3): edge opposite to each corner; faces around each vertex as a list of lists
-    # out: distance, source (verts,) in place
+    # out: distance, source (verts,) in place; a negative source is a straight front's
     """
     largest = 0.0
     for vertex in order:
@@ -59,16 +59,15 @@ def sweep_fronts(faces, lengths, order, face_start, face_list, source, distance)
             one, two = faces[face, (corner + 1) % 3], faces[face, (corner + 2) % 3]
             if not (np.isfinite(distance[one]) and np.isfinite(distance[two])):
                 continue
-            found = front_distance(
-                distance[one],
-                distance[two],
-                source[one] == source[two],
-                lengths[face, corner],
-                lengths[face, (corner + 2) % 3],
-                lengths[face, (corner + 1) % 3],
-            )
+            same = source[one] == source[two]
+            to_one, to_two = lengths[face, (corner + 2) % 3], lengths[face, (corner + 1) % 3]
+            found = front_distance(distance[one], distance[two], same, lengths[face, corner], to_one, to_two)
             if found < distance[vertex]:
                 largest = max(largest, min(distance[vertex], 1e30) - found)
                 distance[vertex] = found
-                source[vertex] = source[one] if distance[one] <= distance[two] else source[two]
+                by_edge = found == distance[one] + to_one
+                origin = source[one] if same or by_edge else source[two]
+                # what a straight front has reached has no source of its own: no circle may start from two such
+                straight = not same and found < min(distance[one] + to_one, distance[two] + to_two)
+                source[vertex] = -2 - vertex if straight or origin < 0 else origin
     return largest
