@@ -1,0 +1,245 @@
+"""All bones of a garment: rope chains that swing, and bones that the body carries."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hemline.arrays import Float, Int, Nodes
+from hemline.collide.proxy import BodyProxy, Colliders
+from hemline.errors import BadInput, BadModel
+from hemline.motions import JOINT_NAMES
+
+from .constants import RopeConstants
+from .dynamics import RopeChains
+from .embedding import Carriage, Embedding
+from .state import RopesState
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody, ShapedBody
+
+Hook = Callable[[Nodes, Nodes], Nodes]
+"""A user's force: positions [m] and velocities [m/s] in, accelerations out [m/s^2], all (nodes, 3), once a step."""
+
+CHAIN_ARRAYS = ("offsets", "lengths", "masses", "rest_spans", "rest_directions", "chain_joints", "pairs", "pair_spans")
+CARRIAGE_ARRAYS = ("rest", "weights", "nearest", "nearest_rest")
+_TELEPORT_SPEED = 30.0
+
+
+@dataclass(frozen=True, eq=False)
+class Ropes:
+    """The bones of a garment: the unattached kinematic ones first, then chain by chain from root to tip."""
+
+    chains: RopeChains
+    """The mechanical system; its first node of each chain is kinematic too."""
+    embedding: Embedding
+    """Each bone as a point of the garment's mesh."""
+    carriage: Carriage
+    """How the body carries the kinematic bones."""
+    rest: Nodes
+    """All bones in the body's rest pose, where the garment hangs settled, float64 [m]."""
+    proxy: BodyProxy
+    """What the chains collide with, on the shape that the garment was made on."""
+    betas: Float[np.ndarray, " betas"]
+    """That shape."""
+    key_joint: str
+    """The joint whose frame carries the garment as a whole."""
+    hook: Hook | None = None
+    """A force of the user's own; not stored in files."""
+
+    @property
+    def node_count(self) -> int:
+        """Number of bones."""
+        return len(self.rest)
+
+    @property
+    def parents(self) -> Int[np.ndarray, " nodes"]:
+        """The bone above each bone, -1 for kinematic ones."""
+        return self.chains.parents
+
+    @property
+    def lengths(self) -> Float[np.ndarray, " nodes"]:
+        """Longest distance of each bone to the one above it [m]."""
+        return self.chains.lengths
+
+    @property
+    def masses(self) -> Float[np.ndarray, " nodes"]:
+        """Mass of the cloth around each bone [kg]."""
+        return self.chains.masses
+
+    @property
+    def constants(self) -> RopeConstants:
+        """What the chains run on."""
+        return self.chains.constants
+
+    @property
+    def kinematic(self) -> Int[np.ndarray, " kin"]:
+        """Bones that the body carries: unattached ones, then the chains' roots."""
+        return self.chains.kinematic
+
+    @cached_property
+    def key_index(self) -> int:
+        """Index of the key joint."""
+        return JOINT_NAMES.index(self.key_joint)
+
+    def with_constants(self, constants: RopeConstants) -> "Ropes":
+        """The same bones on other constants."""
+        return replace(self, chains=replace(self.chains, constants=constants))
+
+    def embedded(self, vertices: Float[np.ndarray, "*frames verts 3"]) -> Float[np.ndarray, "*frames nodes 3"]:
+        """All bones on a garment's mesh, or on each mesh of a clip [m], float64."""
+        return self.embedding.embedded(vertices)
+
+    def carried(self, posed: "PosedBody") -> Float[np.ndarray, "kin 3"]:
+        """The kinematic bones on a posed body, of any shape [m], float64; its mesh is not needed."""
+        return self.carriage.carried(posed.transforms, self.carriage.rest_on(posed.shaped))
+
+    def carried_by(
+        self, transforms: Float[np.ndarray, "*frames joints 3 4"], shaped: "ShapedBody"
+    ) -> Float[np.ndarray, "*frames kin 3"]:
+        """The kinematic bones of a whole clip, from its skin transforms [m], float64."""
+        return self.carriage.carried(transforms, self.carriage.rest_on(shaped))
+
+    def excess(self, state: RopesState) -> Float[np.ndarray, "*agents nodes"]:
+        """How far each rope is over its length, as a share of it; 0 unless collisions held it there."""
+        return self.chains.excess(state.positions)
+
+    def start(self, posed: "PosedBody | Sequence[PosedBody]", *, agents: int | None = None) -> RopesState:
+        """Hang the ropes on a posed body as at rest; they will move along with it from the first step on.
+
+        Args:
+            posed: The body; with `agents`, one for each.
+            agents: How many; adds a leading axis to every array of the state.
+
+        Raises:
+            BadInput: Not one body for each agent.
+        """
+        if agents is not None:
+            return RopesState.stacked([self._start(each) for each in _bodies(posed, agents)])
+        return self._start(posed)  # type: ignore[arg-type]  # one body
+
+    def step(self, state: RopesState, posed: "PosedBody | Sequence[PosedBody]", dt: float) -> RopesState:
+        """Advance to a posed body.
+
+        Args:
+            state: Where the ropes are; not changed.
+            posed: The body at the end of the step; with agents, one for each.
+            dt: Length of the step [s]; any, taken in substeps.
+
+        Returns:
+            The next state.
+
+        Raises:
+            BadInput: `dt` is not a positive number, not one body for each agent, or a body's transforms are not finite.
+        """
+        if not (math.isfinite(dt) and dt > 0):
+            raise BadInput("a step needs a positive dt", dt, "give seconds, such as 1 / 60")
+        if state.agents is None:
+            return self._step(state, posed, float(dt))  # type: ignore[arg-type]  # one body
+        bodies = _bodies(posed, state.agents)
+        return RopesState.stacked([self._step(state.agent(i), each, float(dt)) for i, each in enumerate(bodies)])
+
+    def _start(self, posed: "PosedBody") -> RopesState:
+        proxy = self._proxy_of(posed.shaped)
+        frames = proxy.posed(posed)
+        rest = self.carriage.rest_on(posed.shaped)
+        key = frames[self.key_index]
+        shift = posed.shaped.joints[self.key_index] - self.proxy.pivots[self.key_index]
+        positions = (self.rest + shift) @ key[:, :3].T + key[:, 3]
+        positions[self.kinematic] = self.carriage.carried(frames, rest)
+        still = np.zeros((len(rest), 3))
+        return RopesState(
+            positions, np.zeros_like(positions), np.zeros(len(positions)), np.zeros(len(positions), np.bool_), frames,
+            still, still.copy(), np.zeros(()), rest, proxy.shapes, proxy.centres, proxy.pivots,
+        )  # fmt: skip
+
+    def _step(self, state: RopesState, posed: "PosedBody", dt: float) -> RopesState:
+        frames = self.proxy.posed(posed)
+        target = self.carriage.carried(frames, state.kinematic_rest)
+        if not math.isfinite(target.sum()):
+            raise BadInput("a body's transforms must be finite", "NaN or infinity", "check the pose")
+        if self._is_teleport(state, frames, dt):
+            state = self._carried_along(state, frames)
+        velocities, motion = self._kinematic_motion(state, target, dt)
+        push = None if self.hook is None else np.ascontiguousarray(self.hook(state.positions, velocities), np.float64)
+        positions, velocities, tensions, touched = self.chains.advance(
+            state.positions, velocities, state.tensions, motion, dt,
+            colliders=Colliders(self.proxy.kinds, self.proxy.joints, state.shapes, state.centres, state.pivots),
+            frames=(state.frames, frames), push=push,
+        )  # fmt: skip
+        return RopesState(
+            positions, velocities, tensions, touched, frames, motion[3], (target - motion[0]) / dt, np.asarray(dt),
+            state.kinematic_rest, state.shapes, state.centres, state.pivots,
+        )  # fmt: skip
+
+    def _kinematic_motion(self, state: RopesState, target: np.ndarray, dt: float) -> tuple[Nodes, np.ndarray]:
+        """Node velocities to begin with, and positions and velocities of the kinematic nodes at both ends of the step.
+
+        The velocity at the end is extrapolated from the mean velocities of this step and the last one, so that a
+        uniformly accelerated root moves exactly so in all substeps. Without history the garment starts out moving along.
+        """
+        start = state.positions[self.kinematic]
+        rate = (target - start) / dt
+        if state.last_dt > 0:
+            end = rate + (rate - state.kinematic_rates) * (dt / (dt + state.last_dt))
+            return state.velocities, np.stack([start, target, state.kinematic_velocities, end])
+        roots = rate[len(rate) - len(self.chains.offsets) + 1 :]
+        return state.velocities + (roots.mean(0) if len(roots) else 0.0), np.stack([start, target, rate, rate])
+
+    def _is_teleport(self, state: RopesState, frames: np.ndarray, dt: float) -> bool:
+        pivot = state.pivots[self.key_index]
+        old, new = state.frames[self.key_index], frames[self.key_index]
+        jump = (new[:, :3] - old[:, :3]) @ pivot + new[:, 3] - old[:, 3]
+        return float(jump @ jump) > max(self.constants.teleport, _TELEPORT_SPEED * dt) ** 2
+
+    def _carried_along(self, state: RopesState, frames: np.ndarray) -> RopesState:
+        """The state moved rigidly with the key joint into the new frames, its velocities relative to it, no history."""
+        old, new = state.frames[self.key_index], frames[self.key_index]
+        turn = new[:, :3] @ old[:, :3].T
+        positions = (state.positions - old[:, 3]) @ turn.T + new[:, 3]
+        positions[self.kinematic] = self.carriage.carried(frames, state.kinematic_rest)
+        velocities = (state.velocities - state.kinematic_velocities.mean(0)) @ turn.T
+        return replace(state, positions=positions, velocities=velocities, frames=frames, last_dt=np.zeros(()))
+
+    def _proxy_of(self, shaped: "ShapedBody") -> BodyProxy:
+        if np.array_equal(np.asarray(shaped.betas, np.float64), self.betas):
+            return self.proxy
+        return BodyProxy.fit(shaped)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All arrays by name, as files hold them."""
+        arrays = {name: getattr(self.chains, name) for name in CHAIN_ARRAYS}
+        arrays |= {"corners": self.embedding.corners, "barycentric": self.embedding.barycentric}
+        arrays |= {f"carriage_{name}": getattr(self.carriage, name) for name in CARRIAGE_ARRAYS}
+        return arrays | {"rest": self.rest, "betas": self.betas} | self.proxy.arrays()
+
+    def metadata(self) -> dict[str, Any]:
+        """All that is no array, as JSON-like values."""
+        return {
+            "constants": self.constants.as_dict(),
+            "key_joint": self.key_joint,
+            "proxy_names": list(self.proxy.names),
+        }
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> "Ropes":
+        """The ropes that `arrays` and `metadata` describe; other keys are ignored.
+
+        Raises:
+            BadModel: Something is missing, of the wrong shape, or points to what is not there.
+        """
+        from .checked import checked_ropes
+
+        return checked_ropes(cls, arrays, metadata)
+
+
+def _bodies(posed: "PosedBody | Sequence[PosedBody]", agents: int) -> "list[PosedBody]":
+    bodies = list(posed) if isinstance(posed, Sequence) else [posed]
+    if len(bodies) != agents:
+        raise BadInput(
+            "every agent needs a posed body", f"{len(bodies)} for {agents} agents", "give a sequence of one each"
+        )
+    return bodies

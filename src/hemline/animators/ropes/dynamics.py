@@ -1,0 +1,181 @@
+"""Rope chains as a mechanical system, without body or garment: paper sections 3 to 6.
+
+One step of length h, for all chains: (1) half a kick of velocities by external forces and tensions, then impulses;
+(2) positions, root to tip, turned exactly on the sphere of the taut rope; (3) collisions, root to tip; impulses;
+(4) the other half kick, then impulses.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hemline.arrays import Float, Int, Nodes
+from hemline.collide.proxy import Colliders
+
+from .constants import RopeConstants
+from .rope_step_kernels import advance_chains
+
+Values = Float[np.ndarray, " nodes"]
+
+_LONGEST_FRAME = 1 / 24
+
+
+@dataclass(frozen=True, eq=False)
+class RopeChains:
+    """Chains of nodes; the first node of each chain, and all nodes before the first chain, are moved from outside."""
+
+    offsets: Int[np.ndarray, " chains+1"]
+    """First node of each chain, and the number of nodes; int32."""
+    lengths: Values
+    """Longest distance of each node to the node above it [m]; not used for kinematic nodes."""
+    masses: Values
+    """Mass of each node [kg]; not used for kinematic nodes."""
+    rest_spans: Values
+    """Distance of each node to the node above it at rest [m]."""
+    rest_directions: Nodes
+    """Direction from the node above it at rest."""
+    chain_joints: Int[np.ndarray, " chains"]
+    """Frame that carries the rest directions of each chain; int32."""
+    pairs: Int[np.ndarray, "pairs 2"]
+    """Nodes of neighbouring chains joined by lateral springs; int32."""
+    pair_spans: Float[np.ndarray, "pairs 2"]
+    """Distance of each pair at rest, and the longest that the cloth allows [m]."""
+    constants: RopeConstants
+
+    @classmethod
+    def free(cls, chains: list[Nodes], constants: RopeConstants, masses: list[Values] | None = None) -> "RopeChains":
+        """Chains given by node positions at rest, taut there and without springs between them.
+
+        Args:
+            chains: Positions of each chain's nodes, root first [m].
+            constants: What they run on.
+            masses: Mass of each node of each chain [kg]; 1 unless given.
+        """
+        counts = [len(chain) for chain in chains]
+        offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        spans, directions = ropes_of(np.concatenate(chains).astype(float), offsets)
+        weights = np.ones(offsets[-1]) if masses is None else np.concatenate(masses).astype(float)
+        none = np.zeros((0, 2))
+        return cls(
+            offsets,
+            spans,
+            weights,
+            spans,
+            directions,
+            np.zeros(len(chains), np.int32),
+            none.astype(np.int32),
+            none,
+            constants,
+        )
+
+    @cached_property
+    def kinematic(self) -> Int[np.ndarray, " kin"]:
+        """Nodes that are moved from outside, int32."""
+        return np.concatenate([np.arange(self.offsets[0]), self.offsets[:-1]]).astype(np.int32)
+
+    @cached_property
+    def parents(self) -> Int[np.ndarray, " nodes"]:
+        """The node above each node, -1 for kinematic ones; int32."""
+        parents = np.arange(-1, self.offsets[-1] - 1, dtype=np.int32)
+        parents[self.kinematic] = -1
+        return parents
+
+    @cached_property
+    def inverse_masses(self) -> Values:
+        """1 / mass, 0 for kinematic nodes [1/kg]."""
+        inverse = np.where(self.parents < 0, 0.0, 1.0 / np.maximum(self.masses, 1e-12))
+        return np.ascontiguousarray(inverse)
+
+    @cached_property
+    def gentle_substep(self) -> float:
+        r"""Longest substep [s] times the square root of the pull [m/s^2] that keeps every chain accurate and stable.
+
+        The fastest swing of a chain of m ropes of length l under a pull a has about $\omega^2 = 4 m a / l$, and
+        central differencing needs $\omega h < 2$; we take half of that.
+        """
+        limits = [
+            np.min(self.lengths[first + 1 : last]) / (last - first - 1)
+            for first, last in zip(self.offsets[:-1], self.offsets[1:], strict=True)
+            if last - first > 1
+        ]
+        return 0.5 * math.sqrt(min(limits)) if limits else math.inf
+
+    def substeps(self, dt: float, pull: float) -> int:
+        """How many substeps a step of `dt` [s] takes while the roots are accelerated by `pull` [m/s^2]."""
+        limit = math.ceil(self.constants.substep_limit * max(1.0, dt / _LONGEST_FRAME))
+        gentle = self.gentle_substep / math.sqrt(max(pull + math.dist(self.constants.gravity, (0, 0, 0)), 1e-6))
+        return max(1, min(limit, math.ceil(dt / min(self.constants.substep, gentle) - 1e-9)))
+
+    def advance(
+        self,
+        positions: Nodes,
+        velocities: Nodes,
+        tensions: Values,
+        kinematic: Float[np.ndarray, "4 kin 3"],
+        dt: float,
+        *,
+        colliders: Colliders,
+        frames: tuple[np.ndarray, np.ndarray],
+        push: Nodes | None = None,
+        steps: int | None = None,
+    ) -> tuple[Nodes, Nodes, Values, np.ndarray]:
+        """One step of all chains.
+
+        Args:
+            positions: Nodes at its beginning [m].
+            velocities: Their velocities [m/s].
+            tensions: The last step's, the start of the sweeps [N].
+            kinematic: Of the kinematic nodes: positions at both ends [m], then velocities at both ends [m/s].
+            dt: Length of the step [s].
+            colliders: Primitives.
+            frames: Transforms of the colliders' frames at both ends, float64 (joints, 3, 4).
+            push: Further accelerations of the nodes [m/s^2].
+            steps: Substeps; found from `dt` and the roots' acceleration unless given.
+
+        Returns:
+            Positions, velocities and tensions at the end, and which nodes were pushed out of a collider.
+        """
+        if steps is None:
+            change = np.abs(kinematic[3] - kinematic[2]).max() / dt if kinematic.shape[1] else 0.0
+            steps = self.substeps(dt, float(change))
+        positions_out, velocities_out, tensions_out = positions.copy(), velocities.copy(), tensions.copy()
+        touched_out = np.zeros(len(positions), np.bool_)
+        advance_chains(
+            self.offsets, self.lengths, self.rest_spans, self.rest_directions, self.inverse_masses, self.chain_joints,
+            self.pairs, self.pair_spans, self._numbers, self._choices, *colliders, self.kinematic, kinematic, *frames,
+            self._no_push if push is None else push, dt, steps,
+            positions_out, velocities_out, tensions_out, touched_out,
+        )  # fmt: skip
+        return positions_out, velocities_out, tensions_out, touched_out
+
+    def excess(self, positions: Float[np.ndarray, "*agents nodes 3"]) -> Float[np.ndarray, "*agents nodes"]:
+        """How far each rope is over its length, as a share of it: max(0, l / l_max - 1); 0 for kinematic nodes."""
+        free = np.flatnonzero(self.parents >= 0)
+        spans = np.linalg.norm(positions[..., free, :] - positions[..., free - 1, :], axis=-1)
+        result = np.zeros(positions.shape[:-1])
+        result[..., free] = np.maximum(0.0, spans / self.lengths[free] - 1.0)
+        return result
+
+    @cached_property
+    def _numbers(self) -> np.ndarray:
+        return self.constants.numbers()
+
+    @cached_property
+    def _choices(self) -> np.ndarray:
+        return self.constants.choices()
+
+    @cached_property
+    def _no_push(self) -> Nodes:
+        return np.zeros((int(self.offsets[-1]), 3))
+
+
+def ropes_of(positions: Nodes, offsets: np.ndarray) -> tuple[Values, Nodes]:
+    """Distance and direction from the node above each node; 0 and down for roots."""
+    spans, directions = np.zeros(len(positions)), np.tile([0.0, -1.0, 0.0], (len(positions), 1))
+    inner = np.setdiff1d(np.arange(int(offsets[0]), len(positions)), offsets[:-1])
+    step = positions[inner] - positions[inner - 1]
+    spans[inner] = np.linalg.norm(step, axis=1)
+    directions[inner] = step / np.maximum(spans[inner, None], 1e-12)
+    return spans, directions

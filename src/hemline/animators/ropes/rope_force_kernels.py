@@ -1,0 +1,135 @@
+"""External accelerations of the rope nodes, compiled: paper section 4 and what a user adds.
+
+Every spring constant is a relative acceleration per metre [1/s^2] and saturates as k / (1 + k h^2 / bound), so that no
+constant, however large, makes central differencing unstable; drag and damping act as 1 - exp(-k h / 2) of a half step.
+"""
+
+import math
+
+from hemline.compiled import kernel
+
+GRAVITY, WIND = 0, 3
+DRAG, LATERAL, LATERAL_STRETCH, SHRINK, PARENT_DAMPING, REST_ANGLE, FRICTION, MARGIN = 6, 7, 8, 9, 10, 11, 12, 13
+NUMBER_COUNT = 14
+
+LATERAL_BOUND, SHRINK_BOUND, REST_ANGLE_BOUND = 0.4, 0.3, 0.1
+"""Largest k h^2 of each kind: with the tension of a rope at its substep, the sum of all modes stays below 4."""
+
+
+@kernel
+def bounded(constant, h, bound):
+    return constant / (1.0 + constant * h * h / bound)
+
+
+@kernel
+def add_spring(a, b, relative, inverse_masses, accelerations_out, x, y, z):
+    # in: nodes a and b, their wished relative acceleration `relative` along (x, y, z), from a to b
+    share = inverse_masses[a] + inverse_masses[b]
+    if share > 0.0:
+        first, second = -relative * inverse_masses[a] / share, relative * inverse_masses[b] / share
+        accelerations_out[a, 0] += first * x
+        accelerations_out[a, 1] += first * y
+        accelerations_out[a, 2] += first * z
+        accelerations_out[b, 0] += second * x
+        accelerations_out[b, 1] += second * y
+        accelerations_out[b, 2] += second * z
+
+
+@kernel
+def add_lateral(pairs, pair_spans, inverse_masses, numbers, h, positions, accelerations_out):
+    # model: pairs (pairs, 2), pair_spans (pairs, 2): rest and longest distance   out: accelerations_out changed
+    soft = bounded(numbers[LATERAL], h, LATERAL_BOUND)
+    stiff = bounded(numbers[LATERAL] + numbers[LATERAL_STRETCH], h, LATERAL_BOUND) - soft
+    for k in range(pairs.shape[0]):
+        a, b = int(pairs[k, 0]), int(pairs[k, 1])
+        x, y, z = (
+            positions[b, 0] - positions[a, 0],
+            positions[b, 1] - positions[a, 1],
+            positions[b, 2] - positions[a, 2],
+        )
+        span = math.sqrt(x * x + y * y + z * z)
+        if span > 1e-9:
+            pull = soft * (pair_spans[k, 0] - span) + stiff * min(pair_spans[k, 1] - span, 0.0)
+            add_spring(a, b, pull / span, inverse_masses, accelerations_out, x, y, z)
+
+
+@kernel
+def add_shrink(offsets, rest_spans, inverse_masses, numbers, h, positions, accelerations_out):
+    # model: rest_spans (nodes,) length below which a rope resists shrinking   out: accelerations_out changed
+    constant = bounded(numbers[SHRINK], h, SHRINK_BOUND)
+    for c in range(offsets.shape[0] - 1):
+        for i in range(offsets[c] + 1, offsets[c + 1]):
+            x = positions[i, 0] - positions[i - 1, 0]
+            y = positions[i, 1] - positions[i - 1, 1]
+            z = positions[i, 2] - positions[i - 1, 2]
+            span = math.sqrt(x * x + y * y + z * z)
+            if 1e-9 < span < rest_spans[i]:
+                push = constant * (rest_spans[i] - span) / span
+                add_spring(i - 1, i, push, inverse_masses, accelerations_out, x, y, z)
+
+
+@kernel
+def add_rest_angles(offsets, rest_directions, inverse_masses, numbers, h, chain_frames, positions, accelerations_out):
+    # model: rest_directions (nodes, 3) of each rope at rest   in: chain_frames (chains, 3, 3) rest -> world at the root
+    # out: accelerations_out changed. Each rope wants the rest angle to the rope above, in a frame carried without twist.
+    constant = bounded(numbers[REST_ANGLE], h, REST_ANGLE_BOUND)
+    for c in range(offsets.shape[0] - 1):
+        # a0..a2, b0..b2, c0..c2: rows of the carried frame
+        a0, a1, a2 = chain_frames[c, 0, 0], chain_frames[c, 0, 1], chain_frames[c, 0, 2]
+        b0, b1, b2 = chain_frames[c, 1, 0], chain_frames[c, 1, 1], chain_frames[c, 1, 2]
+        c0, c1, c2 = chain_frames[c, 2, 0], chain_frames[c, 2, 1], chain_frames[c, 2, 2]
+        for i in range(offsets[c] + 1, offsets[c + 1]):
+            x = positions[i, 0] - positions[i - 1, 0]
+            y = positions[i, 1] - positions[i - 1, 1]
+            z = positions[i, 2] - positions[i - 1, 2]
+            span = math.sqrt(x * x + y * y + z * z)
+            if span < 1e-9:
+                continue
+            rx, ry, rz = rest_directions[i, 0], rest_directions[i, 1], rest_directions[i, 2]
+            tx, ty, tz = a0 * rx + a1 * ry + a2 * rz, b0 * rx + b1 * ry + b2 * rz, c0 * rx + c1 * ry + c2 * rz
+            if i > offsets[c] + 1:
+                add_spring(
+                    i - 1, i, constant, inverse_masses, accelerations_out, span * tx - x, span * ty - y, span * tz - z
+                )
+            x, y, z = x / span, y / span, z / span
+            dot = tx * x + ty * y + tz * z
+            if dot > -0.99:
+                # turn the frame by the smallest rotation that takes t onto the rope: w = t x l, R += [w] R + [w]^2 R / (1 + dot)
+                wx, wy, wz = ty * z - tz * y, tz * x - tx * z, tx * y - ty * x
+                f = 1.0 / (1.0 + dot)
+                p0, p1, p2 = dot + f * wx * wx, f * wx * wy - wz, f * wx * wz + wy
+                q0, q1, q2 = f * wx * wy + wz, dot + f * wy * wy, f * wy * wz - wx
+                r0, r1, r2 = f * wx * wz - wy, f * wy * wz + wx, dot + f * wz * wz
+                a0, b0, c0 = p0 * a0 + p1 * b0 + p2 * c0, q0 * a0 + q1 * b0 + q2 * c0, r0 * a0 + r1 * b0 + r2 * c0
+                a1, b1, c1 = p0 * a1 + p1 * b1 + p2 * c1, q0 * a1 + q1 * b1 + q2 * c1, r0 * a1 + r1 * b1 + r2 * c1
+                a2, b2, c2 = p0 * a2 + p1 * b2 + p2 * c2, q0 * a2 + q1 * b2 + q2 * c2, r0 * a2 + r1 * b2 + r2 * c2
+
+
+@kernel
+def external_accelerations(
+    offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h,
+    chain_frames, push, positions, velocities, accelerations_out,
+):  # fmt: skip
+    # model: chains, rest state, numbers   in: substep h, chain_frames, push (nodes, 3), positions, velocities
+    # out: accelerations_out (nodes, 3) of the free nodes
+    drag, damping = numbers[DRAG], numbers[PARENT_DAMPING]
+    rate = (1.0 - math.exp(-0.5 * h * (drag + damping))) / (0.5 * h)
+    wind_share = drag / (drag + damping) if drag + damping > 0.0 else 0.0
+    for i in range(offsets[0]):
+        for d in range(3):
+            accelerations_out[i, d] = 0.0
+    for c in range(offsets.shape[0] - 1):
+        for d in range(3):
+            accelerations_out[offsets[c], d] = 0.0
+        for i in range(offsets[c] + 1, offsets[c + 1]):
+            for d in range(3):
+                towards = wind_share * numbers[WIND + d] + (1.0 - wind_share) * velocities[i - 1, d]
+                accelerations_out[i, d] = numbers[GRAVITY + d] + push[i, d] + rate * (towards - velocities[i, d])
+    if numbers[LATERAL] > 0.0 or numbers[LATERAL_STRETCH] > 0.0:
+        add_lateral(pairs, pair_spans, inverse_masses, numbers, h, positions, accelerations_out)
+    if numbers[SHRINK] > 0.0:
+        add_shrink(offsets, rest_spans, inverse_masses, numbers, h, positions, accelerations_out)
+    if numbers[REST_ANGLE] > 0.0:
+        add_rest_angles(
+            offsets, rest_directions, inverse_masses, numbers, h, chain_frames, positions, accelerations_out
+        )

@@ -1,0 +1,363 @@
+"""One frame of all rope chains, compiled: paper section 3, steps 1 to 4, in substeps."""
+
+import math
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+from .rope_collision_kernels import resolve_chain, to_world
+from .rope_force_kernels import FRICTION, MARGIN, external_accelerations
+from .tension_kernels import (
+    impulse_demand,
+    pull,
+    rope_directions,
+    rope_matrix,
+    solve_direct,
+    solve_sweeps,
+    tension_demand,
+)
+
+TENSION_SWEEPS, IMPULSE_SWEEPS, POSITION, VELOCITY = 0, 1, 2, 3
+SLACKNESS = 1e-5
+"""A rope is taut when its span is at least (1 - this) of its length."""
+SPEED_LIMIT = 200.0
+"""No node moves faster relative to its chain's root [m/s]; far above anything that cloth does."""
+
+
+@kernel
+def quaternion_of(frames, j):
+    # in: frames (joints, 3, 4)   returns: w, x, y, z of the rotation of joint j
+    a, b, c = frames[j, 0, 0], frames[j, 1, 1], frames[j, 2, 2]
+    if a + b + c > 0.0:
+        s = 2.0 * math.sqrt(1.0 + a + b + c)
+        return (
+            s / 4.0,
+            (frames[j, 2, 1] - frames[j, 1, 2]) / s,
+            (frames[j, 0, 2] - frames[j, 2, 0]) / s,
+            (frames[j, 1, 0] - frames[j, 0, 1]) / s,
+        )
+    if a >= b and a >= c:
+        s = 2.0 * math.sqrt(1.0 + a - b - c)
+        return (
+            (frames[j, 2, 1] - frames[j, 1, 2]) / s,
+            s / 4.0,
+            (frames[j, 0, 1] + frames[j, 1, 0]) / s,
+            (frames[j, 0, 2] + frames[j, 2, 0]) / s,
+        )
+    if b >= c:
+        s = 2.0 * math.sqrt(1.0 - a + b - c)
+        return (
+            (frames[j, 0, 2] - frames[j, 2, 0]) / s,
+            (frames[j, 0, 1] + frames[j, 1, 0]) / s,
+            s / 4.0,
+            (frames[j, 1, 2] + frames[j, 2, 1]) / s,
+        )
+    s = 2.0 * math.sqrt(1.0 - a - b + c)
+    return (
+        (frames[j, 1, 0] - frames[j, 0, 1]) / s,
+        (frames[j, 0, 2] + frames[j, 2, 0]) / s,
+        (frames[j, 1, 2] + frames[j, 2, 1]) / s,
+        s / 4.0,
+    )
+
+
+@kernel
+def copy_frames(frames, frames_out):
+    for j in range(frames.shape[0]):
+        for a in range(3):
+            for b in range(4):
+                frames_out[j, a, b] = frames[j, a, b]
+
+
+@kernel
+def copy_nodes(values, values_out):
+    for i in range(values.shape[0]):
+        for d in range(3):
+            values_out[i, d] = values[i, d]
+
+
+@kernel
+def frames_between(frames_from, frames_to, pivots, share, frames_out):
+    # in: two poses of the joints, share 0..1   out: frames_out between them: pivots on straight lines, rotations by slerp
+    if share >= 1.0:
+        copy_frames(frames_to, frames_out)
+        return
+    for j in range(pivots.shape[0]):
+        w0, x0, y0, z0 = quaternion_of(frames_from, j)
+        w1, x1, y1, z1 = quaternion_of(frames_to, j)
+        dot = w0 * w1 + x0 * x1 + y0 * y1 + z0 * z1
+        sign = 1.0 if dot >= 0.0 else -1.0
+        angle = math.acos(min(abs(dot), 1.0))
+        first, second = 1.0 - share, share * sign
+        if angle > 1e-6:
+            first, second = (
+                math.sin((1.0 - share) * angle) / math.sin(angle),
+                sign * math.sin(share * angle) / math.sin(angle),
+            )
+        w, x, y, z = (
+            first * w0 + second * w1,
+            first * x0 + second * x1,
+            first * y0 + second * y1,
+            first * z0 + second * z1,
+        )
+        n = 2.0 / max(w * w + x * x + y * y + z * z, 1e-30)
+        frames_out[j, 0, 0], frames_out[j, 0, 1], frames_out[j, 0, 2] = (
+            1.0 - n * (y * y + z * z),
+            n * (x * y - w * z),
+            n * (x * z + w * y),
+        )
+        frames_out[j, 1, 0], frames_out[j, 1, 1], frames_out[j, 1, 2] = (
+            n * (x * y + w * z),
+            1.0 - n * (x * x + z * z),
+            n * (y * z - w * x),
+        )
+        frames_out[j, 2, 0], frames_out[j, 2, 1], frames_out[j, 2, 2] = (
+            n * (x * z - w * y),
+            n * (y * z + w * x),
+            1.0 - n * (x * x + y * y),
+        )
+        px, py, pz = pivots[j, 0], pivots[j, 1], pivots[j, 2]
+        ax, ay, az = to_world(frames_from, j, px, py, pz)
+        bx, by, bz = to_world(frames_to, j, px, py, pz)
+        frames_out[j, 0, 3] = (
+            ax + share * (bx - ax) - (frames_out[j, 0, 0] * px + frames_out[j, 0, 1] * py + frames_out[j, 0, 2] * pz)
+        )
+        frames_out[j, 1, 3] = (
+            ay + share * (by - ay) - (frames_out[j, 1, 0] * px + frames_out[j, 1, 1] * py + frames_out[j, 1, 2] * pz)
+        )
+        frames_out[j, 2, 3] = (
+            az + share * (bz - az) - (frames_out[j, 2, 0] * px + frames_out[j, 2, 1] * py + frames_out[j, 2, 2] * pz)
+        )
+
+
+@kernel
+def place_primitives(joints, centres, frames_from, frames_to, centres_out, reaches_out):
+    # model: joints (prims,), centres (prims, 4) at rest with bounding radius   in: frames at both ends of a substep
+    # out: centres_out (prims, 3) at its end, reaches_out (prims, 2)
+    for k in range(joints.shape[0]):
+        j = int(joints[k])
+        x, y, z = to_world(frames_to, j, centres[k, 0], centres[k, 1], centres[k, 2])
+        centres_out[k, 0], centres_out[k, 1], centres_out[k, 2] = x, y, z
+        turn = 0.0
+        for a in range(3):
+            for b in range(3):
+                turn += (frames_to[j, a, b] - frames_from[j, a, b]) ** 2
+        reaches_out[k, 0], reaches_out[k, 1] = centres[k, 3], math.sqrt(turn)
+
+
+@kernel
+def place_kinematic(kinematic, motion, dt, share, positions_out, velocities_out):
+    # in: kinematic (kin,), motion (4, kin, 3): positions at both ends of the frame, velocities at both ends
+    # out: positions and velocities of those nodes at `share` of the frame (cubic Hermite)
+    s = share
+    a, b = 1.0 - s * s * (3.0 - 2.0 * s), s * s * (3.0 - 2.0 * s)
+    c, d = s * (1.0 - s) * (1.0 - s) * dt, s * s * (s - 1.0) * dt
+    e, f, g = 6.0 * s * (1.0 - s) / dt, (1.0 - s) * (1.0 - 3.0 * s), s * (3.0 * s - 2.0)
+    for k in range(kinematic.shape[0]):
+        i = kinematic[k]
+        for x in range(3):
+            start, end, first, second = motion[0, k, x], motion[1, k, x], motion[2, k, x], motion[3, k, x]
+            positions_out[i, x] = end if s >= 1.0 else a * start + b * end + c * first + d * second
+            velocities_out[i, x] = e * (end - start) + f * first + g * second
+
+
+@kernel
+def kick(offsets, lengths, inverse_masses, choices, h, accelerations, root_velocities, second,
+         positions, velocities_out, tensions_out, held_out):  # fmt: skip
+    # model: chains   in: external accelerations (nodes, 3); root_velocities (chains, 3) at the end of this half step;
+    #     second: 1.0 for the half step that ends the step   in/out: velocities_out (roots at its beginning), tensions_out (warm)
+    # out: held_out (nodes,) ropes that pull   (steps 1 and 4: Eq. 2 to 5, then the impulses of Eq. 6 to 9)
+    widest = 0
+    for c in range(offsets.shape[0] - 1):
+        widest = max(widest, offsets[c + 1] - offsets[c])
+    directions_work, taut_work = np.zeros((widest, 3)), np.zeros(widest, np.bool_)
+    work = np.zeros((6, widest))
+    free_work, active_work = np.zeros(widest, np.bool_), np.zeros(widest, np.bool_)
+    for c in range(offsets.shape[0] - 1):
+        first, last = offsets[c], offsets[c + 1]
+        count = last - first
+        directions, taut, free = directions_work[:count], taut_work[:count], free_work[:count]
+        spans, diagonal, beside = work[0, :count], work[1, :count], work[2, :count]
+        wanted, impulses, upper = work[3, :count], work[4, :count], work[5, :count]
+        masses, tensions, v = inverse_masses[first:last], tensions_out[first:last], velocities_out[first:last]
+        held = held_out[first:last]
+        rope_directions(positions[first:last], lengths[first:last], SLACKNESS, directions, spans, taut)
+        rope_matrix(directions, masses, diagonal, beside)
+        for d in range(3):
+            accelerations[first, d] = (root_velocities[c, d] - v[0, d]) * 2.0 / h
+        tension_demand(directions, spans, v, accelerations[first:last], h, wanted)
+        for i in range(count):
+            free[i] = False
+        if choices[TENSION_SWEEPS] > 0:
+            solve_sweeps(diagonal, beside, wanted, taut, free, choices[TENSION_SWEEPS], 1.0, tensions)
+        else:
+            solve_direct(diagonal, beside, wanted, taut, free, tensions, active_work[:count], upper)
+        for i in range(count):
+            held[i] = i > 0 and tensions[i] > 0.0
+            for d in range(3):
+                v[i, d] += 0.5 * h * accelerations[first + i, d]
+        pull(directions, masses, tensions, 0.5 * h, v)
+        if second > 0.0:
+            for i in range(count):
+                free[i] = held[i]
+        apply_impulses(
+            directions, masses, diagonal, beside, taut, free, choices, v, wanted, impulses, active_work[:count], upper
+        )
+
+
+@kernel
+def apply_impulses(directions, masses, diagonal, beside, taut, held, choices, velocities_out,
+                   wanted, impulses, active_work, upper):  # fmt: skip
+    # in: one chain and its matrix   in/out: velocities_out: no taut rope lengthens after it, no held one shortens
+    impulse_demand(directions, velocities_out, wanted)
+    for i in range(impulses.shape[0]):
+        impulses[i] = 0.0
+    if choices[IMPULSE_SWEEPS] > 0:
+        solve_sweeps(diagonal, beside, wanted, taut, held, choices[IMPULSE_SWEEPS], 0.0, impulses)
+    else:
+        solve_direct(diagonal, beside, wanted, taut, held, impulses, active_work, upper)
+    pull(directions, masses, impulses, 1.0, velocities_out)
+
+
+@kernel
+def settle_impulses(first, last, lengths, inverse_masses, choices, positions, velocities_out):
+    # in: one chain after its collisions   in/out: velocities_out: no taut rope lengthens
+    count = last - first
+    directions, work = np.zeros((count, 3)), np.zeros((6, count))
+    taut, free, active = np.zeros(count, np.bool_), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    rope_directions(positions[first:last], lengths[first:last], SLACKNESS, directions, work[0], taut)
+    rope_matrix(directions, inverse_masses[first:last], work[1], work[2])
+    apply_impulses(directions, inverse_masses[first:last], work[1], work[2], taut, free, choices,
+                   velocities_out[first:last], work[3], work[4], active, work[5])  # fmt: skip
+
+
+@kernel
+def turn_about(x, y, z, vx, vy, vz, time, length):
+    # in: offset (x, y, z) from the centre, velocity, time   returns: the offset turned on the sphere of radius length
+    size = math.sqrt(x * x + y * y + z * z)
+    x, y, z = x / size, y / size, z / size
+    along = vx * x + vy * y + vz * z
+    tx, ty, tz = vx - along * x, vy - along * y, vz - along * z
+    speed = math.sqrt(tx * tx + ty * ty + tz * tz)
+    if speed < 1e-14:
+        return length * x, length * y, length * z
+    angle = speed * time / length
+    cosine, sine = length * math.cos(angle), length * math.sin(angle) / speed
+    return cosine * x + sine * tx, cosine * y + sine * ty, cosine * z + sine * tz
+
+
+@kernel
+def move_node(i, length, held, h, starts, velocities, positions_out):
+    # in: node i, its rope, starts (nodes, 3), velocities at the half step   in/out: positions_out (i - 1 is there)  (Eq. 10 to 13)
+    cx, cy, cz = positions_out[i - 1, 0], positions_out[i - 1, 1], positions_out[i - 1, 2]
+    vx, vy, vz = velocities[i, 0], velocities[i, 1], velocities[i, 2]
+    if held:
+        x, y, z = starts[i, 0] - starts[i - 1, 0], starts[i, 1] - starts[i - 1, 1], starts[i, 2] - starts[i - 1, 2]
+        vx, vy, vz = vx - velocities[i - 1, 0], vy - velocities[i - 1, 1], vz - velocities[i - 1, 2]
+        left = h
+    else:
+        x, y, z = starts[i, 0] - cx, starts[i, 1] - cy, starts[i, 2] - cz
+        a = vx * vx + vy * vy + vz * vz
+        b = vx * x + vy * y + vz * z
+        c = x * x + y * y + z * z - length * length
+        if a * h * h + 2.0 * b * h + c <= 0.0:
+            positions_out[i, 0], positions_out[i, 1], positions_out[i, 2] = (
+                cx + x + h * vx,
+                cy + y + h * vy,
+                cz + z + h * vz,
+            )
+            return
+        root = 0.0
+        if a > 0.0 and b * b - a * c >= 0.0:
+            far = (-b + math.sqrt(b * b - a * c)) / a
+            near = (-b - math.sqrt(b * b - a * c)) / a
+            root = far if 0.0 <= far <= h else (near if 0.0 <= near <= h else 0.0)
+        x, y, z = x + root * vx, y + root * vy, z + root * vz
+        left = h - root
+    if x * x + y * y + z * z < 1e-24:
+        x, y, z = 0.0, -1.0, 0.0
+    x, y, z = turn_about(x, y, z, vx, vy, vz, left, length)
+    positions_out[i, 0], positions_out[i, 1], positions_out[i, 2] = cx + x, cy + y, cz + z
+
+
+@kernel
+def turn_chains(chain_joints, frames, chain_frames_out):
+    for c in range(chain_joints.shape[0]):
+        for a in range(3):
+            for b in range(3):
+                chain_frames_out[c, a, b] = frames[chain_joints[c], a, b]
+
+
+@kernel
+def limit_speeds(offsets, velocities_out):
+    for c in range(offsets.shape[0] - 1):
+        r = offsets[c]
+        for i in range(r + 1, offsets[c + 1]):
+            x, y, z = (
+                velocities_out[i, 0] - velocities_out[r, 0],
+                velocities_out[i, 1] - velocities_out[r, 1],
+                velocities_out[i, 2] - velocities_out[r, 2],
+            )
+            speed = math.sqrt(x * x + y * y + z * z)
+            if speed > SPEED_LIMIT:
+                share = SPEED_LIMIT / speed
+                velocities_out[i, 0] = velocities_out[r, 0] + share * x
+                velocities_out[i, 1] = velocities_out[r, 1] + share * y
+                velocities_out[i, 2] = velocities_out[r, 2] + share * z
+
+
+@kernel
+def advance_chains(
+    offsets, lengths, rest_spans, rest_directions, inverse_masses, chain_joints, pairs, pair_spans, numbers, choices,
+    kinds, joints, shapes, centres, pivots, kinematic, motion, frames_from, frames_to, push, dt, steps,
+    positions_out, velocities_out, tensions_out, touched_out,
+):  # fmt: skip
+    # model: chains (offsets, lengths, rest state, masses, lateral pairs), numbers and choices, primitives
+    # in: motion of the kinematic nodes, frames of the joints at both ends of the frame, push (nodes, 3), dt, substeps
+    # in/out: positions_out, velocities_out (nodes, 3), tensions_out (nodes,)   out: touched_out (nodes,)
+    nodes, chains, h = positions_out.shape[0], offsets.shape[0] - 1, dt / steps
+    accelerations, starts, ends = np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros((nodes, 3))
+    chain_frames, root_velocities = np.zeros((chains, 3, 3)), np.zeros((chains, 3))
+    before, after = frames_from.copy(), frames_from.copy()
+    centres_from, centres_to = np.zeros((kinds.shape[0], 3)), np.zeros((kinds.shape[0], 3))
+    reaches, held = np.zeros((kinds.shape[0], 2)), np.zeros(nodes, np.bool_)
+    place_primitives(joints, centres, before, before, centres_from, reaches)
+    place_kinematic(kinematic, motion, dt, 0.0, positions_out, velocities_out)
+    for step in range(steps):
+        share = (step + 1.0) / steps
+        copy_nodes(positions_out, starts)
+        place_kinematic(kinematic, motion, dt, share, positions_out, ends)
+        for c in range(chains):
+            root = offsets[c]
+            for d in range(3):
+                root_velocities[c, d] = (positions_out[root, d] - starts[root, d]) / h
+        turn_chains(chain_joints, before, chain_frames)
+        # step 1: half a kick
+        external_accelerations(offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h,
+                               chain_frames, push, starts, velocities_out, accelerations)  # fmt: skip
+        kick(offsets, lengths, inverse_masses, choices, h, accelerations, root_velocities, 0.0,
+             starts, velocities_out, tensions_out, held)  # fmt: skip
+        limit_speeds(offsets, velocities_out)
+        # step 2: positions, root to tip; step 3: collisions
+        frames_between(frames_from, frames_to, pivots, share, after)
+        place_primitives(joints, centres, before, after, centres_to, reaches)
+        for c in range(chains):
+            for i in range(offsets[c] + 1, offsets[c + 1]):
+                move_node(i, lengths[i], held[i], h, starts, velocities_out, positions_out)
+            resolve_chain(offsets[c], offsets[c + 1], lengths, kinds, joints, shapes, reaches, centres_from, centres_to,
+                          before, after, numbers[MARGIN], numbers[FRICTION], choices[POSITION], choices[VELOCITY], h,
+                          starts, positions_out, velocities_out, touched_out)  # fmt: skip
+            settle_impulses(offsets[c], offsets[c + 1], lengths, inverse_masses, choices, positions_out, velocities_out)
+            for d in range(3):
+                root_velocities[c, d] = ends[offsets[c], d]
+        turn_chains(chain_joints, after, chain_frames)
+        # step 4: the other half
+        external_accelerations(offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h,
+                               chain_frames, push, positions_out, velocities_out, accelerations)  # fmt: skip
+        kick(offsets, lengths, inverse_masses, choices, h, accelerations, root_velocities, 1.0,
+             positions_out, velocities_out, tensions_out, held)  # fmt: skip
+        limit_speeds(offsets, velocities_out)
+        copy_frames(after, before)
+        copy_nodes(centres_to, centres_from)
+    place_kinematic(kinematic, motion, dt, 1.0, positions_out, velocities_out)
