@@ -1,5 +1,7 @@
 """Preconditioned conjugate gradients on 3 x 3 blocks: float32 storage, float64 sums in a fixed order."""
 
+import numpy as np
+
 from hemline.compiled import kernel, prange
 
 CHUNK = 128
@@ -65,14 +67,17 @@ def conjugate_gradients(
             bend += partial_out[chunk, 1]
         if not bend > 0.0:
             return iteration
-        alpha = old / bend
+        alpha = np.float32(old / bend)
         for chunk in prange(chunks):
             total = 0.0
             for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
-                for c in range(3):
-                    solution_out[i, c] += alpha * search_out[i, c]
-                    residual_out[i, c] -= alpha * product_out[i, c]
-                r0, r1, r2, m = residual_out[i, 0], residual_out[i, 1], residual_out[i, 2], inverse[i]
+                solution_out[i, 0] += alpha * search_out[i, 0]
+                solution_out[i, 1] += alpha * search_out[i, 1]
+                solution_out[i, 2] += alpha * search_out[i, 2]
+                r0 = residual_out[i, 0] - alpha * product_out[i, 0]
+                r1 = residual_out[i, 1] - alpha * product_out[i, 1]
+                r2 = residual_out[i, 2] - alpha * product_out[i, 2]
+                residual_out[i, 0], residual_out[i, 1], residual_out[i, 2], m = r0, r1, r2, inverse[i]
                 z0 = m[0] * r0 + m[1] * r1 + m[2] * r2
                 z1 = m[1] * r0 + m[3] * r1 + m[4] * r2
                 z2 = m[2] * r0 + m[4] * r1 + m[5] * r2
@@ -84,7 +89,7 @@ def conjugate_gradients(
             new += partial_out[chunk, 0]
         if not new > enough:
             return iteration + 1
-        beta = new / old
+        beta = np.float32(new / old)
         old = new
         for chunk in prange(chunks):
             for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):

@@ -26,7 +26,7 @@ def green_strain(vertices, faces, shape, strain_out):
 
 @kernel(parallel=True, fastmath=FAST)
 def membrane(
-    vertices, faces, shape, area, strain_start, lame, shear, viscous,
+    vertices, faces, shape, area, strain_start, lame, shear, viscous, cap,
     corner_out, frame_out, tension_out, energy_out,
 ):  # fmt: skip
     """Forces at corners (as gradient), columns of F, the tensile part of the stress, and the energy.
@@ -69,12 +69,12 @@ def membrane(
             corner_out[f, 6 + c] = two
         middle, half = 0.5 * (suu + svv), 0.5 * (suu - svv)
         radius = (half * half + suv * suv) ** 0.5
-        if middle - radius < 0.0:
-            scale = 0.0
-            if middle + radius > 0.0:
-                scale = (middle + radius) / (2.0 * radius)
-            low = middle - radius
-            suu, svv, suv = scale * (suu - low), scale * (svv - low), scale * suv
+        bound = -cap[f]
+        if middle - radius < bound:
+            high, low = max(middle + radius, bound), bound
+            slope = 0.5 * (high - low) / radius if radius > 0.0 else 0.0
+            mean = 0.5 * (high + low)
+            suu, svv, suv = slope * (suu - middle) + mean, slope * (svv - middle) + mean, slope * suv
         tension_out[f, 0], tension_out[f, 1], tension_out[f, 2] = suu, svv, suv
 
 

@@ -141,14 +141,14 @@ class _Record:
 
 def _end_state(state: ClothState, pose: Pose) -> dict[str, np.ndarray]:
     return {
-        "positions": state.positions, "velocities": state.velocities, "load": state.load,
+        "positions": state.positions, "velocities": state.velocities, "change": state.change, "load": state.load,
         "pinched": state.pinched.astype(np.uint8), "time": np.array([state.time]),
         "rotations": pose.rotations, "translation": pose.translation,
     }  # fmt: skip
 
 
 def _state(end: EndState) -> ClothState:
-    arrays = {name: np.ascontiguousarray(end[name], np.float64) for name in ("positions", "velocities", "load")}
+    arrays = {name: np.ascontiguousarray(end[name], np.float64) for name in ("positions", "velocities", "change", "load")}
     return ClothState(**arrays, pinched=end["pinched"].astype(bool), time=float(end["time"][0]))
 
 

@@ -30,6 +30,7 @@ class ClothState:
     Attributes:
         positions: [m]
         velocities: [m/s]
+        change: Of the velocities in the last step [m/s]; where the next step starts to look.
         load: Force with which the body pressed on each vertex in the last step [N].
         pinched: Vertices whose contact yields.
         time: Since the start [s].
@@ -37,6 +38,7 @@ class ClothState:
 
     positions: Positions
     velocities: Positions
+    change: Positions
     load: Float[np.ndarray, " verts"]
     pinched: Bool[np.ndarray, " verts"]
     time: float = 0.0
@@ -111,13 +113,15 @@ class Stepper:
         self.lame, self.shear = young * poisson / (1 - poisson**2), young / (2 * (1 + poisson))
         self.push = self.settings.contact_stiffness * sheet.vertex_area
         self.mean_weight = 9.81 * float(sheet.mass.mean())
+        gram = np.einsum("fac,fad->fcd", sheet.shape, sheet.shape)
+        self.cap = CAP * sheet.elastic.density * sheet.area / 3 / np.linalg.eigvalsh(gram)[:, 1]
         self._work = _Memory(sheet)
 
     def start(self, positions: Positions) -> ClothState:
         """At rest at the given positions."""
         count = self.sheet.vertex_count
         x = np.array(positions, np.float64, order="C")
-        return ClothState(x, np.zeros((count, 3)), np.zeros(count), np.zeros(count, bool))
+        return ClothState(x, np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count), np.zeros(count, bool))
 
     def advance(self, state: ClothState, h: float, scene_at: Callable[[float], Scene]) -> tuple[ClothState, StepReport]:
         """One step of length h; a step that fails is halved and tried again.
@@ -202,8 +206,11 @@ class _Step:
         sheet, x0 = self.sheet, state.positions
         self.over_h2 = 0.0 if math.isinf(h) else 1 / h**2
         self.viscous = 0.0 if math.isinf(h) else sheet.elastic.damping / h
+        self.cap = stepper.cap * self.over_h2
         self.x = x0.copy() if math.isinf(h) else x0 + h * state.velocities
         self.inertial = self.x + (0.0 if math.isinf(h) else h**2) * np.array(self.settings.gravity)
+        if math.isfinite(h):
+            self.x += h * state.change
         self.x[stepper.pinned] = self.inertial[stepper.pinned] = x0[stepper.pinned] if math.isinf(h) else now.pinned
         green_strain(x0, sheet.faces, sheet.shape, self.memory.strain)
         self._blow()
@@ -255,7 +262,7 @@ class _Step:
         sheet, memory, planes, stepper = self.sheet, self.memory, self.planes, self.stepper
         membrane(
             self.x, sheet.faces, sheet.shape, sheet.area, memory.strain, stepper.lame, stepper.shear, self.viscous,
-            memory.corner, memory.frame, memory.tension, memory.face_energy,
+            self.cap, memory.corner, memory.frame, memory.tension, memory.face_energy,
         )  # fmt: skip
         gradient(
             self.x, self.inertial, sheet.mass, self.over_h2, sheet.corners.starts, sheet.corners.columns,
@@ -288,9 +295,11 @@ class _Step:
     def result(self) -> ClothState:
         """The state at the end of the step."""
         penetration = np.clip(self.settings.thickness - self.planes.gap(self.x), 0, self.settings.contact_depth)
+        velocities = (self.x - self.state.positions) / self.h
         return ClothState(
             positions=self.x,
-            velocities=(self.x - self.state.positions) / self.h,
+            velocities=velocities,
+            change=velocities - self.state.velocities,
             load=self.planes.stiffness * penetration,
             pinched=self.state.pinched,
             time=self.state.time + self.h,
@@ -317,6 +326,9 @@ class _Step:
             state.velocities, 1 / self.h, memory.air, memory.air_diagonal,
         )  # fmt: skip
 
+
+CAP = 0.9
+"""Share of the compression that inertia makes harmless which stays in the Hessian."""
 
 FASTEST = 60.0
 """A vertex faster than this is taken for a step that failed [m/s]."""

@@ -11,12 +11,38 @@ from .sheet import Rows, incidence
 from .touch_kernels import closest_faces, contact_planes, fill_grid
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Skin:
     """The body's surface at one moment, float32."""
 
     vertices: Vertices
     normals: Normals
+
+    def grid(self, cell: float) -> "Grid":
+        """The vertices sorted into cells of that size [m]; kept."""
+        if "_grid" not in self.__dict__ or self._grid.cell != cell:
+            object.__setattr__(self, "_grid", Grid.of(self.vertices, cell))
+        return self._grid
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Points sorted into cubic cells."""
+
+    low: Float[np.ndarray, "3"]
+    cell: float
+    size: Int[np.ndarray, "3"]
+    starts: Int[np.ndarray, " cells_and_two"]
+    order: Int[np.ndarray, " points"]
+
+    @classmethod
+    def of(cls, points: Vertices, cell: float) -> "Grid":
+        """Sort points into cells."""
+        low, high = (np.array([of(points[:, axis]) for axis in range(3)], np.float64) for of in (np.min, np.max))
+        size = ((high - low) / cell).astype(np.int64) + 1
+        starts, order = np.empty(int(size.prod()) + 2, np.int32), np.empty(len(points), np.int32)
+        fill_grid(points, low, cell, size, starts, order)
+        return cls(low, cell, size, starts, order)
 
 
 @dataclass(frozen=True)
@@ -80,16 +106,12 @@ class Surface:
             known: Earlier anchors; they speed the search and do not change its result.
         """
         count = len(positions)
-        low = skin.vertices.min(axis=0).astype(np.float64)
-        high = skin.vertices.max(axis=0).astype(np.float64)
-        size = ((high - low) / self.reach).astype(np.int64) + 1
-        starts, order = np.empty(int(size.prod()) + 2, np.int32), np.empty(len(skin.vertices), np.int32)
-        fill_grid(skin.vertices, low, self.reach, size, starts, order)
+        grid = skin.grid(self.reach)
         nearest = np.full(count, -1, np.int32) if known is None else known.nearest.copy()
         face, weights = np.empty(count, np.int32), np.zeros((count, 2))
         closest_faces(
-            positions, skin.vertices, self.faces, self.star.starts, self.star.columns, low, self.reach, size, starts,
-            order, self.reach, fixed, nearest, face, weights,
+            positions, skin.vertices, self.faces, self.star.starts, self.star.columns, grid.low, grid.cell, grid.size,
+            grid.starts, grid.order, self.reach, fixed, nearest, face, weights,
         )  # fmt: skip
         return Anchors(nearest, face, weights)
 
