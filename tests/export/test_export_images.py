@@ -36,6 +36,13 @@ def test_the_moving_picture_has_all_frames_at_the_clips_pace(tmp_path, full_clip
     assert np.abs(frames[3] - frames[0]).mean() > 0.5  # it moves
 
 
+def test_pictures_have_a_size_of_their_own(tmp_path, cloth_clip):
+    for name, size in (("a.png", (640, 640)), ("a.webp", (480, 480))):
+        write(tmp_path / name, cloth_clip)
+        with Image.open(tmp_path / name) as image:
+            assert image.size == size
+
+
 def test_an_unknown_view_is_refused(tmp_path, cloth_clip):
     with pytest.raises(BadInput, match="no such view; got 'below'"):
         write(tmp_path / "a.png", cloth_clip, view="below")

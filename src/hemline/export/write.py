@@ -28,9 +28,11 @@ FORMATS: dict[str, Callable[..., tuple[Path, ...]]] = {
 }
 """What writes each ending."""
 
+_SIZES = {write_still: (640, 640), write_moving: (480, 480)}
+
 
 def write(
-    path: str | Path, clip: Clip, *, view: str = "three_quarter", size: tuple[int, int] = (640, 640)
+    path: str | Path, clip: Clip, *, view: str = "three_quarter", size: tuple[int, int] | None = None
 ) -> tuple[Path, ...]:
     """Write a clip in the format that the path's ending names, whole or not at all.
 
@@ -38,7 +40,7 @@ def write(
         path: Where to; its folder must exist.
         clip: What.
         view: From where pictures are taken: one of `hemline.pictures.VIEWS_DEG`.
-        size: Width and height of pictures [pixels].
+        size: Width and height of pictures [pixels]; None is 640 x 640 for a still, 480 x 480 for a moving picture.
 
     Returns:
         The files written: one, or more where a format holds one mesh or one frame a file.
@@ -51,8 +53,8 @@ def write(
     path = Path(path)
     check_format(path)
     writer = FORMATS[path.suffix.lower()]
-    if writer in (write_still, write_moving):
-        writer = partial(writer, view=view, size=size)
+    if writer in _SIZES:
+        writer = partial(writer, view=view, size=size or _SIZES[writer])
     return writer(path, clip)
 
 
