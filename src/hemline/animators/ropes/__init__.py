@@ -1,1 +1,8 @@
-"""."""
+"""Rope chains: a few ropes are simulated, two small networks turn their bones into the garment. See `README.md`."""
+
+from .chains import Ropes as Ropes
+from .config import RopesConfig as RopesConfig
+from .model import AnimatorRopes as AnimatorRopes
+from .model import AnimatorRopesState as AnimatorRopesState
+
+__all__ = ["AnimatorRopes", "AnimatorRopesState", "Ropes", "RopesConfig"]

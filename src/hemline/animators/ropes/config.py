@@ -9,6 +9,8 @@ from hemline.errors import BadInput
 class RopesConfig:
     """How rope chains and their two networks are fitted."""
 
+    chains: int = 10
+    """Rope chains laid on a garment that names none itself."""
     components: int = 100
     """Principal components of the skinning network."""
     shape_components: int = 100

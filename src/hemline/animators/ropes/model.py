@@ -178,6 +178,8 @@ class AnimatorRopes:
         garment = garment_of(arrays, metadata)
         with refused("the model's ropes"):
             ropes = Ropes.of(part(arrays, "ropes"), entry(metadata, "ropes", dict))
+        if not np.array_equal(_trimmed(ropes.betas), _trimmed(garment.body_betas)):
+            raise BadModel("ropes and garment of the model are on different shapes", ropes.betas.tolist(), AGAIN)
         count = len(garment.vertices)
         bases = [PackedBasis.of(part(arrays, name), vertex_count=count) for name in ("skinning_basis", "shape_basis")]
         inputs = 3 * len(ropes.parents)
@@ -216,6 +218,10 @@ class AnimatorRopes:
         moved = (to_key(transform, bones) - rest_bones).astype(np.float32).reshape(-1)
         coefficients = np.concatenate([self.skinning(moved), self.shape(moved)])
         return self.basis.vertices(coefficients, rest, transform)
+
+
+def _trimmed(betas: np.ndarray) -> np.ndarray:
+    return np.trim_zeros(np.asarray(betas, np.float32).reshape(-1), "b")
 
 
 def _sequence(posed: PosedBody | Sequence[PosedBody], agents: int | None) -> Sequence[PosedBody]:

@@ -112,7 +112,8 @@ class PackedBasis:
         modes = array_of(arrays, "modes", "int32", (columns,))
         if not 0 < columns <= MOST_COLUMNS:
             raise BadModel(f"a basis has 1 to {MOST_COLUMNS} columns", columns, AGAIN)
-        if modes.min() < 0 or not np.array_equal(np.unique(modes), np.arange(modes.max() + 1)):
+        found = np.unique(modes)
+        if not np.array_equal(found, np.arange(len(found))):
             raise BadModel("the modes of a basis are numbered from 0 without a gap", modes.tolist()[:5], AGAIN)
         return cls(digits, scales, modes)
 

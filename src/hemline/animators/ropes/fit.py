@@ -1,0 +1,90 @@
+"""From simulated takes to a model: lay the ropes, calibrate them, learn both networks."""
+
+import importlib.util
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from hemline import bodies
+from hemline.animators.base import Progress
+from hemline.bodies.shaped import ShapedBody
+from hemline.datasets import Dataset
+from hemline.datasets.take import take_metadata
+from hemline.errors import MissingExtra
+
+from .chains import Ropes
+from .config import RopesConfig
+from .gather import Source, gather
+from .layout import lay_out
+from .learn import learn
+from .model import AnimatorRopes
+
+
+def fit(
+    dataset: Dataset,
+    config: RopesConfig | None = None,
+    *,
+    seed: int = 0,
+    progress: Progress | None = None,
+    checkpoints: Path | None = None,
+    ropes: Ropes | None = None,
+) -> AnimatorRopes:
+    """Fit rope chains and their two networks to the takes of a dataset.
+
+    Args:
+        dataset: Takes of one garment, with the rest drape of each body shape.
+        config: Options.
+        seed: Seed of all that is random; the same one gives the same model on the same machine and threads.
+        progress: Called with stage, steps done and steps in all.
+        checkpoints: A folder for the state of the training, made and removed here: a fit that was killed goes on from
+            there. Displacements of all frames are kept there, too (4 bytes a coordinate and frame).
+        ropes: Bones laid out by hand or calibrated before; None: laid out and calibrated here.
+
+    Returns:
+        The animator.
+
+    Raises:
+        BadDataset: The dataset holds no take to train on, or no rest drape.
+        BadModel: The training diverged.
+        MissingExtra: torch is not installed.
+
+    Source: Jin et al., "Rope chains", 2024, Sections 7 to 9. Differs: see `learn.learn` and `nets.train_network`.
+    """
+    if importlib.util.find_spec("torch") is None:
+        raise MissingExtra("torch", "learn", "fitting rope chains")
+    config = config or RopesConfig()
+    garment = dataset.garment
+    source = Source.of(dataset)
+    shaped = bodies.load(garment.body_name).shaped(garment.body_betas)
+    rest = np.ascontiguousarray(dataset.rest(garment.body_betas).vertices[0], np.float32)
+    strain = float(np.median([row.figures.get("edge_strain_p99", 0.02) for row in source.rows]))
+    ropes = ropes or lay_out(garment, shaped, rest=rest, chain_count=config.chains, strain_p99=strain)
+    with _kept(checkpoints) as folder:
+        frames, distances = gather(source, ropes, folder, roped=config.rope_share > 0)
+        learned = learn(frames, distances, config, seed=seed, progress=progress, folder=folder)
+    return AnimatorRopes(
+        garment, ropes, rest, learned.skinning_basis, learned.shape_basis, learned.skinning, learned.shape,
+        body_name=garment.body_name, body_hash=shaped.body.hash, config=config, figures=learned.figures,
+        licences=_licences(source, shaped),
+    )  # fmt: skip
+
+
+@contextmanager
+def _kept(checkpoints: Path | None) -> Iterator[Path]:
+    """A folder that stays if the work is broken off, and goes when it is done."""
+    if checkpoints is None:
+        with tempfile.TemporaryDirectory(prefix="hemline-fit-") as folder:
+            yield Path(folder)
+        return
+    checkpoints.mkdir(parents=True, exist_ok=True)
+    yield checkpoints
+    shutil.rmtree(checkpoints)
+
+
+def _licences(source: Source, shaped: ShapedBody) -> tuple[str, ...]:
+    motions = {take_metadata(source.dataset.path(row.name))["motion"]["licence"] for row in source.rows}
+    return tuple(text for text in (shaped.body.licence, *sorted(motions)) if text)

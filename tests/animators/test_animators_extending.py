@@ -1,0 +1,90 @@
+"""The toy animator of docs/extending.md, installed as another package would install it."""
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hemline import animators, bodies, garments
+from hemline.animators import registry
+from hemline.errors import BadInput, BadModel
+from hemline.motions import Motion
+
+PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
+
+
+@pytest.fixture
+def installed(tmp_path, monkeypatch):
+    """A package of one module with an entry point, on the path."""
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    (tmp_path / "my_package.py").write_text(code)
+    (tmp_path / "my_package-1.0.dist-info").mkdir()
+    (entry,) = re.findall(r"```toml\n\[project.entry-points.\"(.*?)\"\]\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    (tmp_path / "my_package-1.0.dist-info" / "entry_points.txt").write_text(
+        f"[{entry[0]}]\n{entry[1].replace(chr(34), '')}"
+    )
+    (tmp_path / "my_package-1.0.dist-info" / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: my_package\nVersion: 1.0\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    registry._places.cache_clear()
+    yield
+    registry._places.cache_clear()
+    sys.modules.pop("my_package", None)
+
+
+class SmallDataset:
+    """What a fit reads of a dataset, with a rest drape only."""
+
+    def __init__(self):
+        self.garment = garments.load("cape-light")
+
+    def rest(self, betas):
+        return type("Rest", (), {"vertices": self.garment.vertices[None]})
+
+
+def test_the_toy_is_fitted_saved_loaded_and_played(installed, tmp_path):
+    assert "stiff" in animators.animator_names()
+    toy = animators.fit(SmallDataset(), "stiff")
+    toy.save(tmp_path / "toy.safetensors")
+    back = animators.load(tmp_path / "toy.safetensors")
+    assert isinstance(back, animators.Animator)
+    shaped = bodies.load("anny24").shaped()
+    rest = shaped.posed(shaped.rest_pose)
+    state, vertices = back.step(back.start(rest), rest, 1 / 30)
+    np.testing.assert_allclose(vertices, back.garment.vertices, atol=1e-5)
+    _, crowd = back.step(back.start([rest, rest], agents=2), [rest, rest], 1 / 30)
+    assert crowd.shape == (2, *vertices.shape)
+
+
+def test_the_toy_refuses_a_damaged_file(installed, tmp_path):
+    from hemline.files import read_tensors, write_tensors
+
+    toy = animators.fit(SmallDataset(), "stiff")
+    toy.save(tmp_path / "toy.safetensors")
+    arrays, metadata = read_tensors(tmp_path / "toy.safetensors", "model")
+    write_tensors(tmp_path / "bad.safetensors", arrays | {"rest": arrays["rest"][:-1]}, metadata)
+    with pytest.raises(BadModel, match=r"bad.safetensors: array 'rest' of the model must be float32 \(4000, 3\)"):
+        animators.load(tmp_path / "bad.safetensors")
+
+
+def test_the_toy_can_be_played_with_the_projection(installed):
+    from hemline.play import play
+
+    toy = animators.fit(SmallDataset(), "stiff")
+    shaped = bodies.load("anny24").shaped()
+    pose = shaped.rest_pose
+    still = Motion(
+        np.stack([pose.rotations] * 3), np.stack([pose.translation] * 3), fps=30.0, leg_length=shaped.leg_length
+    )
+    frames = list(play(toy, shaped, still))
+    assert [frame.vertices.shape for frame in frames] == [(4000, 3)] * 3
+
+
+def test_an_unknown_animator_is_named_with_the_nearest():
+    with pytest.raises(BadInput, match=r"no such animator; got 'rope'; .*did you mean 'ropes'\?"):
+        animators.animator_class("rope")
+    with pytest.raises(BadModel, match="no such animator"):
+        animators.animator_class("xyz", error=BadModel)

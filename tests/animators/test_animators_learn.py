@@ -1,0 +1,188 @@
+"""Both stages of learning on a cape that sways by a formula."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from swaying import VERTICES, grid, swaying_frames
+
+from hemline.animators.ropes.config import RopesConfig
+from hemline.animators.ropes.learn import Learned, learn
+from hemline.errors import BadInput, BadModel
+
+pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
+SMALL = RopesConfig(
+    components=12, shape_components=12, hidden=64, epochs=40, collision_epochs=8, batch=64, collision_vertices=100,
+    skinning_rate=3e-3, shape_rate=1e-3, second_columns=3, checkpoint_epochs=5, threads=1,
+)  # fmt: skip
+
+
+def distances(frame: int, points: np.ndarray) -> np.ndarray:
+    """A ball that the cape swings into."""
+    return np.linalg.norm(points - np.array([0, 0.9, 0.0]), axis=1) - 0.14
+
+
+@pytest.fixture(scope="module")
+def frames():
+    return swaying_frames()
+
+
+@pytest.fixture(scope="module")
+def learned(frames) -> Learned:
+    return learn(frames, distances, SMALL, seed=0)
+
+
+def played(learned: Learned, bones: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements (frames, rows) after the first network, and after both."""
+    first = learned.skinning.many(bones) @ learned.skinning_basis.unpacked()
+    return first, first + learned.shape.many(bones) @ learned.shape_basis.unpacked()
+
+
+def mean_mm(displacements: np.ndarray) -> float:
+    return 1e3 * float(np.linalg.norm(displacements.reshape(len(displacements), -1, 3), axis=2).mean())
+
+
+def test_fitting_brings_the_error_down_and_the_second_network_further(learned, frames):
+    for side, chosen in (("train", frames.train), ("test", frames.test)):
+        truth = frames.displacements[chosen]
+        first, both = (truth - guess for guess in played(learned, frames.bones[chosen]))
+        assert mean_mm(first) < mean_mm(truth) / 4, side
+        assert mean_mm(both) < mean_mm(first), side
+
+
+def test_figures_are_what_they_say(learned, frames):
+    for side, chosen in (("train", frames.train), ("val", frames.val), ("test", frames.test)):
+        first, both = (frames.displacements[chosen] - guess for guess in played(learned, frames.bones[chosen]))
+        assert learned.figures[f"{side}_skinning_mm"] == pytest.approx(mean_mm(first), rel=1e-4)
+        assert learned.figures[f"{side}_error_mm"] == pytest.approx(mean_mm(both), rel=1e-4)
+        assert learned.figures[f"{side}_frames"] == len(chosen)
+
+
+def test_first_basis_is_the_svd_of_the_truth(learned, frames):
+    _, _, vectors = np.linalg.svd(frames.displacements[frames.train].astype(np.float64), full_matrices=False)
+    basis = learned.skinning_basis.unpacked()[:6]
+    cosines = np.abs((basis * vectors[:6]).sum(axis=1) / np.linalg.norm(basis, axis=1))
+    assert cosines.min() > 0.9995  # 8 bits
+
+
+def test_second_basis_is_the_svd_of_what_the_trained_first_network_left(learned, frames):
+    first, _ = played(learned, frames.bones[frames.train])
+    left = (frames.displacements[frames.train] - first).astype(np.float64)
+    _, values, vectors = np.linalg.svd(left, full_matrices=False)
+    basis = learned.shape_basis.unpacked()
+    apart = [k for k in range(6) if values[k + 1] < 0.97 * values[k] and (k == 0 or values[k] < 0.97 * values[k - 1])]
+    assert len(apart) >= 3
+    cosines = np.abs((basis * vectors[: len(basis)]).sum(axis=1) / np.linalg.norm(basis, axis=1))
+    assert cosines[apart].min() > 0.9995
+    held = ((left @ basis.T) ** 2).sum() / (values[:12] ** 2).sum()
+    assert held == pytest.approx(1, abs=2e-3)
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_does_not(learned, frames):
+    again = learn(frames, distances, SMALL, seed=0)
+    other = learn(frames, distances, replace(SMALL, epochs=1, collision_epochs=0), seed=1)
+    for one, two in zip(learned.skinning.weights, again.skinning.weights, strict=True):
+        np.testing.assert_array_equal(one, two)
+    np.testing.assert_array_equal(learned.shape_basis.digits, again.shape_basis.digits)
+    assert (other.skinning.weights[0] != learned.skinning.weights[0]).any()
+
+
+def test_a_killed_training_goes_on_to_the_same_end(learned, frames, tmp_path):
+    def killed_at(stage, epoch):
+        def progress(now, done, total):
+            if (now, done) == (stage, epoch):
+                raise KeyboardInterrupt
+
+        return progress
+
+    for stage, epoch in (("skinning network", 17), ("skinning network", 44), ("shape network", 3)):
+        with pytest.raises(KeyboardInterrupt):
+            learn(frames, distances, SMALL, seed=0, folder=tmp_path, progress=killed_at(stage, epoch))
+    seen: list[tuple[str, int]] = []
+    end = learn(frames, distances, SMALL, seed=0, folder=tmp_path, progress=lambda s, d, n: seen.append((s, d)))
+    assert ("skinning network", 10) not in seen  # done before
+    for one, two in zip(
+        learned.shape.weights + learned.skinning.weights, end.shape.weights + end.skinning.weights, strict=True
+    ):
+        np.testing.assert_array_equal(one, two)
+
+
+def test_a_checkpoint_of_another_fit_is_not_used(frames, tmp_path):
+    short = replace(SMALL, epochs=2, collision_epochs=0, checkpoint_epochs=1)
+    fresh = learn(frames, None, short, seed=5)
+    learn(frames, None, short, seed=4, folder=tmp_path)
+    after = learn(frames, None, short, seed=5, folder=tmp_path)
+    np.testing.assert_array_equal(fresh.skinning.weights[1], after.skinning.weights[1])
+
+
+def test_the_collision_term_takes_vertices_out_of_the_body(learned, frames):
+    without = learn(frames, None, SMALL, seed=0)
+
+    def inside(model: Learned) -> float:
+        _, both = played(model, frames.bones[frames.train])
+        points = (grid()[0].reshape(-1) + both).reshape(-1, 3)
+        truth = (grid()[0].reshape(-1) + frames.displacements[frames.train]).reshape(-1, 3)
+        free = distances(0, truth) >= SMALL.expansion
+        return float(((distances(0, points) < 0) & free).mean())
+
+    assert inside(without) > 0
+    assert inside(learned) < 0.7 * inside(without)
+
+
+def test_order_of_the_frames_changes_only_the_luck_of_the_batches(learned, frames):
+    order = np.random.default_rng(3).permutation(len(frames.side))
+    shuffled = learn(swaying_frames(order=order), None, replace(SMALL, collision_epochs=0), seed=0)
+    straight = learn(frames, None, replace(SMALL, collision_epochs=0), seed=0)
+    np.testing.assert_allclose(shuffled.skinning_basis.unpacked(), straight.skinning_basis.unpacked(), atol=2e-3)
+    # each frame stands alone: the error is the same but for the order in which batches are drawn
+    assert shuffled.figures["test_error_mm"] == pytest.approx(straight.figures["test_error_mm"], rel=0.4)
+
+
+def test_sampled_collision_loss_is_unbiased(frames):
+    import torch
+
+    from hemline.animators.ropes.nets import Contact, Lesson, _Trainer
+    from hemline.animators.ropes.pca import principal
+
+    found = principal(lambda at: frames.displacements[:, at], 3 * VERTICES, 12)
+    lesson = Lesson(
+        "skinning", frames.bones, None, frames.free, frames.displacements @ found.basis.T, found.deviations,
+        frames.train, frames.val, VERTICES,
+    )  # fmt: skip
+    contact = Contact(
+        found.basis,
+        frames.rest_rows,
+        lambda f, r: frames.rest_rows(f, r) + frames.displacements[f[:, None], r],
+        distances,
+    )
+    chosen = frames.train[::10]
+    guess = torch.from_numpy(np.float32(1.2) * lesson.coefficients[chosen])
+
+    def losses(count: int, draws: int) -> np.ndarray:
+        trainer = _Trainer(lesson, contact, replace(SMALL, collision_vertices=count), 1e-3, 0)
+        random = np.random.default_rng(0)
+        return np.array([float(trainer.collision(chosen, guess, random)) for _ in range(draws)])
+
+    exact, sampled = losses(VERTICES, 1)[0], losses(30, 400)
+    assert exact > 0
+    assert abs(sampled.mean() - exact) < 4 * sampled.std() / np.sqrt(400)
+
+
+def test_divergence_is_said(frames):
+    with pytest.raises(BadModel, match="diverged"):
+        learn(frames, None, replace(SMALL, skinning_rate=1e5, epochs=30), seed=0)
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"components": 0}, "'components' is a count; got 0; use a whole number from 1"),
+        ({"epochs": 2.5}, "'epochs' is a count"),
+        ({"collision_epochs": -1}, "whole number from 0"),
+        ({"bone_noise": float("nan")}, "'bone_noise' is a finite number"),
+        ({"rope_share": 1.5}, "'rope_share' is a share"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(change, complaint):
+    with pytest.raises(BadInput, match=complaint):
+        replace(SMALL, **change)

@@ -1,0 +1,86 @@
+"""Animators to run the laws on: small, with parameters drawn by chance instead of fitted."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from hemline import bodies, garments
+from hemline.animators.ropes import AnimatorRopes, RopesConfig
+from hemline.animators.ropes.layout import lay_out
+from hemline.animators.ropes.mlp import Mlp
+from hemline.animators.ropes.reconstruct import pack_basis
+from hemline.bodies import ShapedBody
+from hemline.garments.garment import Garment
+from hemline.motions import Motion, Pose
+from hemline.motions.quaternions import multiply
+
+ROWS, COLUMNS = 15, 20
+
+
+@cache
+def body() -> ShapedBody:
+    return bodies.load("anny24").shaped()
+
+
+@cache
+def small_cape() -> Garment:
+    """A cape of 300 vertices with four chains by hand."""
+    chains = tuple(tuple(row * COLUMNS + column for row in range(1, ROWS, 3)) for column in (2, 7, 12, 17))
+    return replace(garments.make_cape(body(), rows=ROWS, columns=COLUMNS), chains=chains)
+
+
+@cache
+def ropes_model() -> AnimatorRopes:
+    """Smooth bases and networks small enough that the cape stays a cape."""
+    random = np.random.default_rng(0)
+    garment = small_cape()
+    ropes = lay_out(garment, body())
+    rows, inputs, modes = garment.vertices.size, 3 * ropes.node_count, 8
+    smooth = np.cumsum(random.normal(size=(2 * modes, rows)), axis=1)
+    basis = np.linalg.qr(smooth.T)[0].T.astype(np.float32)
+
+    def network() -> Mlp:
+        sizes = ((16, inputs), (16, 16), (modes, 16))
+        return Mlp.rounded(
+            [random.normal(size=s) / np.sqrt(s[1]) for s in sizes], [0.1 * random.normal(size=s[0]) for s in sizes]
+        )
+
+    bases = [pack_basis(basis[:modes], np.ones(modes), extra=2), pack_basis(basis[modes:], np.ones(modes))]
+    return AnimatorRopes(
+        garment, ropes, garment.vertices, *bases, network(), network(), body_name=body().body.name,
+        body_hash=body().body.hash, config=RopesConfig(components=modes), figures={"test_error_mm": 1.5},
+        licences=("none",),
+    )  # fmt: skip
+
+
+ANIMATORS = {"ropes": ropes_model}
+"""Every animator; each runs through every law."""
+
+
+def walk(frames: int = 40, fps: float = 30.0) -> Motion:
+    """The body turns, bends and moves about."""
+    t = np.arange(frames) / fps
+    rest = body().rest_pose
+    rotations = np.repeat(rest.rotations[None], frames, axis=0).astype(np.float64)
+    for joint, axis, swing in ((0, 1, 0.6), (3, 0, 0.2), (12, 2, 0.3), (16, 0, 0.4)):
+        half = 0.5 * swing * np.sin(4 * t + joint)
+        turn = np.zeros((frames, 4))
+        turn[:, 0], turn[:, 1 + axis] = np.cos(half), np.sin(half)
+        rotations[:, joint] = multiply(turn, rotations[:, joint])
+    travel = np.stack([0.3 * np.sin(2 * t), 0.05 * np.sin(7 * t), 0.8 * t], axis=1)
+    return Motion(rotations.astype(np.float32), (rest.translation + travel).astype(np.float32), fps=fps,
+                  leg_length=body().leg_length)  # fmt: skip
+
+
+def turned_about_the_vertical(pose: Pose, angle: float, shift: np.ndarray) -> Pose:
+    """The same pose elsewhere in the world."""
+    turn = np.array([np.cos(angle / 2), 0, np.sin(angle / 2), 0])
+    rotations = pose.rotations.astype(np.float64).copy()
+    rotations[0] = multiply(turn, rotations[0])
+    return Pose(rotations.astype(np.float32), (vertical(angle) @ pose.translation + shift).astype(np.float32))
+
+
+def vertical(angle: float) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
