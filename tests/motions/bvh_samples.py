@@ -83,7 +83,7 @@ def person(frames: int = 20, seed: int = 0) -> Bvh:
         channels=tuple(() for _ in NAMES),
     )
     positions = chance.normal(0, 50, (frames, 3)) + [0, 95, 0]
-    return Bvh(skeleton, rotations, positions, 60.0)
+    return Bvh(skeleton, rotations, {0: positions}, 60.0)
 
 
 def rezeroed(bvh: Bvh, turns: dict[str, Rotation]) -> Bvh:
@@ -99,13 +99,13 @@ def rezeroed(bvh: Bvh, turns: dict[str, Rotation]) -> Bvh:
         offsets[joint] = rotate(inverse(above), offsets[joint])
         rotations[:, joint] = multiply(multiply(inverse(above), rotations[:, joint]), constant[joint])
     ends = {joint: rotate(inverse(constant[joint]), end) for joint, end in skeleton.ends.items()}
-    return Bvh(replace(skeleton, offsets=offsets, ends=ends), rotations, bvh.root_positions, bvh.fps)
+    return Bvh(replace(skeleton, offsets=offsets, ends=ends), rotations, bvh.positions, bvh.fps)
 
 
 def text_of(bvh: Bvh, orders: dict[str, str] | None = None, names: dict[str, str] | None = None) -> str:
     """BVH text with the given order of rotation channels a joint, ZYX where none is given; Euler angles by scipy."""
     skeleton, orders, names = bvh.skeleton, orders or {}, names or {}
-    lines, columns = ["HIERARCHY"], [bvh.root_positions]
+    lines, columns = ["HIERARCHY"], [bvh.positions[0]]
 
     def write(joint: int, depth: int) -> None:
         name, pad = skeleton.names[joint], "\t" * depth

@@ -27,11 +27,9 @@ def walk(period_s=0.8, seconds=2.0, fps=120.0, turn=0.4, noise=0.0):
 
 
 def angular_velocities(motion):
-    turns = Rotation.from_quat(motion.rotations.astype(float)[..., [1, 2, 3, 0]].reshape(-1, 4))
-    before, after = (
-        np.arange(len(turns)).reshape(len(motion), 24)[part].ravel() for part in (slice(0, -1), slice(1, None))
-    )
-    return (turns[after] * turns[before].inv()).as_rotvec().reshape(-1, 24, 3) * motion.fps
+    rotations = motion.rotations.astype(float)[..., [1, 2, 3, 0]]
+    before, after = (Rotation.from_quat(part.reshape(-1, 4)) for part in (rotations[:-1], rotations[1:]))
+    return (after * before.inv()).as_rotvec().reshape(-1, 24, 3) * motion.fps
 
 
 def test_a_periodic_walk_on_a_circle_goes_on_as_it_is():

@@ -8,7 +8,7 @@ from hemline.motions import JOINT_NAMES, PARENTS, Motion, Pose
 
 
 def make_motion(frames=9, fps=30.0, **changes):
-    turns = Rotation.random(frames * 24, rng=7)
+    turns = Rotation.random(frames * 24, rng=np.random.default_rng(7))
     fields = {
         "rotations": quaternions(turns).reshape(frames, 24, 4),
         "translations": np.random.default_rng(8).normal(size=(frames, 3)),

@@ -8,7 +8,7 @@ from hemline.motions import quaternions as ours
 
 @pytest.fixture
 def pairs():
-    return Rotation.random(200, rng=1), Rotation.random(200, rng=2)
+    return Rotation.random(200, rng=np.random.default_rng(1)), Rotation.random(200, rng=np.random.default_rng(2))
 
 
 def same(first, second, tolerance=1e-12):
@@ -50,10 +50,10 @@ def test_rotation_vectors_near_zero_keep_their_digits():
 
 def test_slerp_agrees_with_scipy(pairs):
     share = np.random.default_rng(6).uniform(size=200)
-    found = ours.slerp(*map(quaternions, pairs), share)
+    found = ours.slerp(quaternions(pairs[0]), quaternions(pairs[1]), share)
     for i in range(200):
         ends = Rotation.concatenate([pairs[0][i], pairs[1][i]])
-        assert same(found[i], quaternions(Slerp([0, 1], ends)([share[i]]))[0], 1e-7)
+        assert same(found[i], quaternions(Slerp([0.0, 1.0], ends)(share[i : i + 1]))[0], 1e-7)
 
 
 def test_slerp_of_near_rotations_is_unit_and_ordered():

@@ -39,7 +39,7 @@ def test_a_rig_that_has_our_rest_pose_keeps_its_rotations():
 def test_translations_are_metres_midway_between_the_hips():
     clip = person()
     motion = retarget(clip)
-    middle = clip.root_positions + rotate(clip.rotations[:, 0], np.array([0.0, -8, 1]))
+    middle = clip.positions[0] + rotate(clip.rotations[:, 0], np.array([0.0, -8, 1]))
     assert np.allclose(motion.translations, 0.01 * middle, atol=1e-6)
     assert motion.leg_length == pytest.approx(0.84)
     assert any("unit cm, guessed" in note for note in motion.notes)
@@ -87,7 +87,7 @@ def test_a_thumb_that_hangs_along_the_fingers_is_found_by_what_it_does():
         ends[thumb] = np.array([4.0 * sign, 0, 0])
         rest = sign * np.array([0.3, 0, 0]) + [0, -np.sin(np.pi / 3), np.cos(np.pi / 3)]
         rotations[:, thumb] = quaternions(Rotation.align_vectors([rest], [[sign, 0, 0]])[0])
-    hanging = Bvh(replace(skeleton, offsets=offsets, ends=ends), rotations, clip.root_positions, clip.fps)
+    hanging = Bvh(replace(skeleton, offsets=offsets, ends=ends), rotations, clip.positions, clip.fps)
     assert in_degrees(retarget(hanging), retarget(clip)) < 0.01
 
 
@@ -102,7 +102,7 @@ def test_z_up_is_turned_to_y_up_and_said():
             ends={joint: turn.apply(end) for joint, end in clip.skeleton.ends.items()},
         ),
         multiply(multiply(q, clip.rotations), inverse(q)),
-        turn.apply(clip.root_positions),
+        {0: turn.apply(clip.positions[0])},
         clip.fps,
     )
     motion = retarget(tilted)
@@ -118,7 +118,10 @@ def test_z_up_is_turned_to_y_up_and_said():
 def test_units_are_guessed_or_taken_as_declared(declared, unit, scale):
     clip = person()
     scaled = Bvh(
-        replace(clip.skeleton, offsets=scale * clip.skeleton.offsets), clip.rotations, scale * clip.root_positions, 60.0
+        replace(clip.skeleton, offsets=scale * clip.skeleton.offsets),
+        clip.rotations,
+        {0: scale * clip.positions[0]},
+        60.0,
     )
     motion = retarget(scaled, unit=declared)
     metres = scale if declared else 1
@@ -135,10 +138,10 @@ def test_units_that_contradict_the_size_are_refused():
         retarget(clip, unit="m", name="x.bvh")
     with pytest.raises(BadMotion, match="unit of x.bvh must be one of m, cm"):
         retarget(clip, unit="furlong", name="x.bvh")
-    giant = Bvh(replace(clip.skeleton, offsets=1e4 * clip.skeleton.offsets), clip.rotations, clip.root_positions, 60.0)
+    giant = Bvh(replace(clip.skeleton, offsets=1e4 * clip.skeleton.offsets), clip.rotations, clip.positions, 60.0)
     with pytest.raises(BadMotion, match="the size of no person"):
         retarget(giant, name="x.bvh")
-    flat = Bvh(replace(clip.skeleton, offsets=0 * clip.skeleton.offsets), clip.rotations, clip.root_positions, 60.0)
+    flat = Bvh(replace(clip.skeleton, offsets=0 * clip.skeleton.offsets), clip.rotations, clip.positions, 60.0)
     with pytest.raises(BadMotion, match="legs of x.bvh must have a length"):
         retarget(flat, name="x.bvh")
 
@@ -165,7 +168,7 @@ def test_arms_on_the_root_are_refused():
     for name in ("LeftShoulder", "RightShoulder"):
         parents[NAMES.index(name)] = 0
     bvh = replace(clip, skeleton=replace(clip.skeleton, parents=tuple(parents)))
-    with pytest.raises(BadMotion, match="lacks a joint of the spine; got arms on the root"):
+    with pytest.raises(BadMotion, match="lacks a joint of the spine; got arms on 'Hips'"):
         retarget(bvh, name="x.bvh")
 
 
@@ -205,7 +208,7 @@ def test_a_shorter_spine_keeps_chest_and_limbs(joints):
         ends={kept.index(joint): end for joint, end in clip.skeleton.ends.items()},
         channels=tuple(() for _ in kept),
     )
-    short = retarget(Bvh(skeleton, rotations[:, kept], clip.root_positions, clip.fps))
+    short = retarget(Bvh(skeleton, rotations[:, kept], clip.positions, clip.fps))
     for name in ("spine3", "head", "left_wrist", "right_ankle"):
         apart = multiply(inverse(global_of(whole, name)), global_of(short, name))
         assert np.degrees(angle(apart)).max() < 0.01
@@ -220,6 +223,35 @@ def global_of(motion, name):
     return total
 
 
+def test_a_root_above_the_hips_carries_them(tmp_path):
+    """A reference joint that is turned and moved, with hips that have position channels of their own."""
+    clip = person(frames=3)
+    text = text_of(clip)
+    turn = Rotation.from_euler("ZYX", [0, 90, 0], degrees=True)
+    head, motion = text.split("MOTION\n")
+    channels = "6 Xposition Yposition Zposition Zrotation Yrotation Xrotation"
+    head = head.replace("ROOT Hips", f"ROOT Reference {{ OFFSET 0 0 0 CHANNELS {channels} JOINT Hips")
+    lines = motion.splitlines()
+    lines[2:] = [f"10 20 30 0 90 0 {line}" for line in lines[2:]]
+    found = retarget(read_text(tmp_path, head + "}\nMOTION\n" + "\n".join(lines)))
+    plain = retarget(clip)
+    assert np.allclose(found.translations, turn.apply(plain.translations) + [0.1, 0.2, 0.3], atol=1e-5)
+    upright = multiply(quaternions(turn), plain.rotations[:, 0].astype(float))
+    assert np.degrees(angle(multiply(inverse(upright), found.rotations[:, 0].astype(float)))).max() < 1e-3
+    assert (
+        in_degrees(plain, replace(found, rotations=np.concatenate([plain.rotations[:, :1], found.rotations[:, 1:]], 1)))
+        < 1e-3
+    )
+
+
+def test_position_channels_of_limbs_do_not_stretch_them():
+    clip = person()
+    stretched = replace(
+        clip, positions=clip.positions | {NAMES.index("LeftLeg"): np.full((len(clip.rotations), 3), 7.0)}
+    )
+    assert retarget(stretched).hash == retarget(clip).hash
+
+
 def test_extra_joints_are_ignored_and_named():
     assert any("LeftMiddle, LeftThumb, RightMiddle, RightThumb" in note for note in retarget(person()).notes)
 
@@ -229,11 +261,11 @@ def test_a_leading_tpose_is_dropped_and_said():
     rotations = clip.rotations.copy()
     rotations[0] = [1, 0, 0, 0]
     calm = np.repeat(rotations, [1] + [40] * (len(rotations) - 1), axis=0)
-    positions = np.repeat(clip.root_positions, [1] + [40] * (len(rotations) - 1), axis=0)
-    motion = retarget(replace(clip, rotations=calm, root_positions=positions))
+    positions = np.repeat(clip.positions[0], [1] + [40] * (len(rotations) - 1), axis=0)
+    motion = retarget(replace(clip, rotations=calm, positions={0: positions}))
     assert len(motion) == len(calm) - 1
     assert any("frames 0 to 0 lead out of a T-pose" in note for note in motion.notes)
-    assert len(retarget(replace(clip, rotations=calm[1:], root_positions=positions[1:]))) == len(calm) - 1
+    assert len(retarget(replace(clip, rotations=calm[1:], positions={0: positions[1:]}))) == len(calm) - 1
 
 
 def test_collars_that_stand_still_go_with_the_arms():

@@ -44,11 +44,19 @@ class Skeleton:
 
 @dataclass(frozen=True, eq=False)
 class Bvh:
-    """A BVH file: hierarchy, local rotations (unit quaternions wxyz) and root positions [file's unit]."""
+    """A BVH file.
+
+    Attributes:
+        skeleton: Its hierarchy.
+        rotations: Local rotation of each joint, unit quaternions wxyz.
+        positions: Place relative to the parent of each joint that has channels for it, always of the root, by joint
+            index; it takes the place of the offset [file's unit].
+        fps: Frames a second.
+    """
 
     skeleton: Skeleton
     rotations: Float[np.ndarray, "frames joints 4"]
-    root_positions: Float[np.ndarray, "frames 3"]
+    positions: dict[int, Float[np.ndarray, "frames 3"]]
     fps: float
 
 
@@ -70,7 +78,7 @@ def read_bvh(path: str | Path) -> Bvh:
         raise BadMotion(f"{path} is no whole BVH file", got, "copy it again from where it was made")
     skeleton = _hierarchy(head.split(), path)
     values, fps = _frames(tail, sum(map(len, skeleton.channels)), path)
-    return Bvh(skeleton, _rotations(skeleton, values), _root_positions(skeleton, values), fps)
+    return Bvh(skeleton, _rotations(skeleton, values), _positions(skeleton, values), fps)
 
 
 def _hierarchy(words: list[str], path: Path) -> Skeleton:
@@ -176,9 +184,13 @@ def _rotations(skeleton: Skeleton, values: np.ndarray) -> np.ndarray:
     return rotations
 
 
-def _root_positions(skeleton: Skeleton, values: np.ndarray) -> np.ndarray:
-    positions = np.tile(skeleton.offsets[0], (len(values), 1))
-    for column, name in enumerate(skeleton.channels[0]):
-        if name in _POSITIONS:
-            positions[:, _POSITIONS[name]] = values[:, column]
+def _positions(skeleton: Skeleton, values: np.ndarray) -> dict[int, np.ndarray]:
+    positions = {0: np.tile(skeleton.offsets[0], (len(values), 1))}
+    column = 0
+    for joint, channels in enumerate(skeleton.channels):
+        for index, name in enumerate(channels):
+            if name in _POSITIONS:
+                places = positions.setdefault(joint, np.tile(skeleton.offsets[joint], (len(values), 1)))
+                places[:, _POSITIONS[name]] = values[:, column + index]
+        column += len(channels)
     return positions

@@ -25,11 +25,13 @@ class Found:
 
     Attributes:
         joints: Our joint name to the rig's joint, for all that the rig has; the three of the spine are left out.
-        spine: Joints from above the root up to the one that carries the arms.
+        carriers: Joints from the root down to the pelvis, both included.
+        spine: Joints from above the pelvis up to the one that carries the arms.
         thumbs: `left` and `right` to the first joint of the thumb, where there is one.
     """
 
     joints: dict[str, int]
+    carriers: tuple[int, ...]
     spine: tuple[int, ...]
     thumbs: dict[str, int]
 
@@ -41,7 +43,7 @@ def find_joints(skeleton: Skeleton, file: str) -> Found:
         BadMotion: A joint that is needed is missing.
     """
     plain = {_plain(name): index for index, name in reversed(list(enumerate(skeleton.names)))}
-    joints = {"pelvis": 0, "head": _needed("head", ("head",), plain, file)}
+    joints = {"head": _needed("head", ("head",), plain, file)}
     thumbs = {}
     for side in ("left", "right"):
         for role, parts in _PARTS.items():
@@ -53,11 +55,15 @@ def find_joints(skeleton: Skeleton, file: str) -> Found:
         thumb = _first(_spellings(side, _THUMBS), plain)
         if thumb is not None:
             thumbs[side] = thumb
-    left, right, head = (_line(skeleton, joints[name]) for name in ("left_shoulder", "right_shoulder", "head"))
-    chest = max(set(left) & set(right) & set(head))
-    spine = tuple(joint for joint in head[1:] if joint <= chest and joint in left)
+    lines = {name: _line(skeleton, joint) for name, joint in joints.items()}
+    head, left, right = lines["head"], lines["left_shoulder"], lines["right_shoulder"]
+    pelvis = max(set(head) & set(lines["left_hip"]) & set(lines["right_hip"]))
+    chest = max(set(head) & set(left) & set(right))
+    joints["pelvis"] = pelvis
+    spine = tuple(joint for joint in head if pelvis < joint <= chest)
     if not spine:
-        raise BadMotion(f"{file} lacks a joint of the spine", "arms on the root", "add a spine between root and arms")
+        got = f"arms on '{skeleton.names[chest]}', which carries the legs"
+        raise BadMotion(f"{file} lacks a joint of the spine", got, "add a spine between legs and arms")
     neck = [joint for joint in head if joint > chest and joint != joints["head"]]
     if neck:
         joints["neck"] = neck[0]
@@ -65,7 +71,7 @@ def find_joints(skeleton: Skeleton, file: str) -> Found:
         collar = skeleton.parents[joints[f"{side}_shoulder"]]
         if collar != chest and collar in line:
             joints[f"{side}_collar"] = collar
-    return Found(joints, spine, thumbs)
+    return Found(joints, tuple(joint for joint in head if joint <= pelvis), spine, thumbs)
 
 
 def _plain(name: str) -> str:

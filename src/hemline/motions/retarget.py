@@ -86,14 +86,14 @@ def _global_rotations(rig: Rig) -> tuple[Float[np.ndarray, "frames 24 4"], str]:
 
 def _spine(rig: Rig, level: int) -> Quaternion:
     """Global rotation of spine joint 1, 2 or 3, spread evenly over the joints that the rig has."""
-    chain = (0, *rig.found.spine)
+    chain = (rig.found.joints["pelvis"], *rig.found.spine)
     place = level * len(rig.found.spine) / 3
     below = min(int(place + 1e-9), len(chain) - 2)
     return slerp(rig.rotations[:, chain[below]], rig.rotations[:, chain[below + 1]], place - below)
 
 
 def _ignored(rig: Rig) -> str:
-    used = {0, *rig.found.joints.values(), *rig.found.spine}
+    used = {*rig.found.joints.values(), *rig.found.spine}
     names = [name for joint, name in enumerate(rig.skeleton.names) if joint not in used]
     return f"joints that only carry others, or are ignored: {', '.join(names)}" if names else ""
 

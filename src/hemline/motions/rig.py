@@ -67,13 +67,13 @@ class Rig:
 def stood_upright(bvh: Bvh, found: Found, start: int) -> Rig:
     """Turn a rig by quarter turns so that its zero pose has y up and its left along +x, and pose it from a frame on."""
     skeleton, zero = bvh.skeleton, bvh.skeleton.zero_positions
-    up = _nearest_axis(zero[found.joints["head"]] - zero[0])
+    up = _nearest_axis(zero[found.joints["head"]] - zero[found.joints["pelvis"]])
     left = _nearest_axis(zero[found.joints["left_hip"]] - zero[found.joints["right_hip"]])
     turn = np.stack([left, up, np.cross(left, up)]) if abs(up @ left) < 0.5 else np.eye(3)
     quarter = from_matrix(turn)
     turned = angle(quarter) > 1e-6
     note = f"zero pose has {_axis_name(up)} up and {_axis_name(left)} left: turned to y up, facing z" if turned else ""
-    rotations, positions = _posed(bvh, start)
+    rotations, positions = _posed(bvh, found, start)
     if turned:
         rotations = multiply(multiply(quarter, rotations), inverse(quarter))
         positions, zero = rotate(quarter, positions), rotate(quarter, zero)
@@ -81,14 +81,18 @@ def stood_upright(bvh: Bvh, found: Found, start: int) -> Rig:
     return Rig(skeleton, found, zero, ends, rotations, positions, note)
 
 
-def _posed(bvh: Bvh, start: int) -> tuple[Quaternion, Vector]:
+def _posed(bvh: Bvh, found: Found, start: int) -> tuple[Quaternion, Vector]:
+    """Global rotations and positions; beyond the pelvis bones keep their length, whatever their channels say."""
     rotations = bvh.rotations[start:].copy()
     positions = np.empty((*rotations.shape[:2], 3))
-    positions[:, 0] = bvh.root_positions[start:]
     for joint, parent in enumerate(bvh.skeleton.parents):
-        if parent >= 0:
+        moving = joint in found.carriers and joint in bvh.positions
+        place = bvh.positions[joint][start:] if moving else bvh.skeleton.offsets[joint]
+        if parent < 0:
+            positions[:, joint] = place
+        else:
             rotations[:, joint] = multiply(rotations[:, parent], rotations[:, joint])
-            positions[:, joint] = positions[:, parent] + rotate(rotations[:, parent], bvh.skeleton.offsets[joint])
+            positions[:, joint] = positions[:, parent] + rotate(rotations[:, parent], place)
     return rotations, positions
 
 
