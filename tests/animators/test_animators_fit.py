@@ -1,0 +1,193 @@
+"""A whole fit, from a dataset on disk to a model that plays: a cape that trails its key joint by a formula."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hemline import animators, bodies, garments
+from hemline.animators.ropes import AnimatorRopes, RopesConfig
+from hemline.animators.ropes.bones import seen_bones
+from hemline.animators.ropes.fit import fit
+from hemline.animators.ropes.gather import Source, gather
+from hemline.animators.ropes.layout import lay_out
+from hemline.datasets import Take, create
+from hemline.errors import BadDataset, MissingExtra
+from hemline.motions import Motion
+from hemline.motions.quaternions import multiply
+
+pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
+ROWS, COLUMNS, LEAD_IN = 15, 20, 4
+TINY = RopesConfig(
+    components=10, shape_components=10, hidden=48, epochs=60, collision_epochs=3, batch=32, collision_vertices=50,
+    skinning_rate=3e-3, shape_rate=1e-3, checkpoint_epochs=20, threads=1, second_columns=2,
+)  # fmt: skip
+
+
+def swinging(shaped, clip: int, frames: int = 40) -> Motion:
+    """The body turns from side to side while it goes."""
+    t = np.arange(frames) / 30 + clip
+    rest = shaped.rest_pose
+    rotations = np.repeat(rest.rotations[None], frames, axis=0).astype(np.float64)
+    half = 0.4 * np.sin((2 + 0.3 * clip) * t)
+    turn = np.stack([np.cos(half), 0 * t, np.sin(half), 0 * t], axis=1)
+    rotations[:, 0] = multiply(turn, rotations[:, 0])
+    travel = np.stack([0.2 * np.sin(t), 0 * t, t], axis=1)
+    return Motion(rotations.astype(np.float32), (rest.translation + travel).astype(np.float32), fps=30.0,
+                  leg_length=shaped.leg_length, name=f"clip{clip}", licence="free")  # fmt: skip
+
+
+def trailing(garment, shaped, motion: Motion) -> np.ndarray:
+    """Vertices (frames, verts, 3): each trails behind the key joint, the more the further down it is [m]."""
+    neck = 12
+    transforms = shaped.transforms_of(motion.rotations, motion.translations)[0][:, neck]
+    depth = np.clip(garment.vertices[:, 1].max() - garment.vertices[:, 1], 0, None)
+    turn = np.gradient(np.unwrap(np.arctan2(transforms[:, 0, 2], transforms[:, 0, 0])))[:, None] * 3
+    local = np.repeat(garment.vertices[None], len(motion), axis=0)
+    local[..., 0] += turn * depth**1.5
+    local[..., 1] += 0.5 * (turn * depth) ** 2
+    local[..., 2] += 0.3 * turn * depth * np.sin(6 * depth)
+    return (np.einsum("fij,fvj->fvi", transforms[:, :, :3], local) + transforms[:, None, :, 3]).astype(np.float32)
+
+
+def take(garment, shaped, motion: Motion, clip: int, kind: str = "clip") -> Take:
+    rest = kind == "rest"
+    frames = len(motion)
+    vertices = np.repeat(garment.vertices[None], frames, axis=0) if rest else trailing(garment, shaped, motion)
+    inputs = {"garment": garment.hash, "clip": "" if rest else motion.name, "subject": f"{clip}", "part": 0}
+    return Take(kind, vertices, motion, shaped.betas, (np.arange(frames) < LEAD_IN) & (not rest),
+                np.zeros(frames, np.int32), {"edge_strain_p99": 0.02}, inputs)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def shaped():
+    return bodies.load("anny24").shaped()
+
+
+@pytest.fixture(scope="module")
+def garment(shaped):
+    chains = tuple(tuple(row * COLUMNS + column for row in range(1, ROWS, 3)) for column in (2, 7, 12, 17))
+    return replace(garments.make_cape(shaped, rows=ROWS, columns=COLUMNS), chains=chains)
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory, garment, shaped):
+    found = create(tmp_path_factory.mktemp("takes") / "dataset", garment)
+    rest = shaped.rest_pose
+    still = Motion(rest.rotations[None], rest.translation[None], fps=30.0, leg_length=shaped.leg_length, name="rest")
+    found.add(take(garment, shaped, still, 0, "rest"))
+    for clip in range(10):
+        found.add(take(garment, shaped, swinging(shaped, clip), clip))
+    return found
+
+
+@pytest.fixture(scope="module")
+def fitted(dataset) -> AnimatorRopes:
+    return fit(dataset, TINY, seed=0)
+
+
+def test_frames_are_gathered_without_lead_ins_and_split_by_clip(dataset, garment, shaped, tmp_path):
+    source = Source.of(dataset)
+    ropes = lay_out(garment, shaped, rest=garment.vertices)
+    frames, distances = gather(source, ropes, tmp_path, roped=True)
+    assert len(frames.side) == 10 * (40 - LEAD_IN)
+    assert [len(part) for part in (frames.train, frames.val, frames.test)] == [8 * 36, 36, 36]
+    assert all(len(set(frames.side[i : i + 36])) == 1 for i in range(0, 360, 36))
+    # the displacement is that of the formula, in the frame of the neck
+    motion = swinging(shaped, int(source.rows[0].subject))
+    truth = trailing(garment, shaped, motion)[LEAD_IN]
+    neck = shaped.posed(motion[LEAD_IN]).transforms[12].astype(np.float64)
+    expected = (truth - neck[:, 3]) @ neck[:, :3] - garment.vertices
+    np.testing.assert_allclose(frames.displacements[0].reshape(-1, 3), expected, atol=2e-6)
+    # bones carried by the body hardly move in the frame of the neck, the others as the cloth does
+    assert frames.free.reshape(-1, 3)[ropes.kinematic].max() == 0
+    node = int(np.flatnonzero(frames.free.reshape(-1, 3)[:, 0])[-1])
+    on_mesh = ropes.embedded(expected)[node]
+    np.testing.assert_allclose(frames.bones[0].reshape(-1, 3)[node], on_mesh, atol=2e-6)
+    assert frames.rope_bones is not None
+    assert frames.rope_bones.shape == frames.bones.shape
+    # distances know where the body is: its joints are inside, far away is outside
+    spine = (shaped.posed(motion[LEAD_IN]).joints[6] - neck[:, 3]) @ neck[:, :3]
+    assert distances(0, spine[None])[0] < 0 < distances(0, spine[None] + 3)[0]
+
+
+def test_a_fitted_model_plays_unseen_clips_from_their_bones(fitted, dataset):
+    rest_error, error = [], []
+    for row in dataset.split("test"):
+        seen = dataset.take(row)
+        body = bodies.load("anny24").shaped(row.betas)
+        state = fitted.start(body.posed(seen.motion[0]))
+        for index in seen.clip_frames:
+            posed = body.posed(seen.motion[int(index)])
+            state, vertices = fitted.follow(state, posed, 1 / 30, seen.vertices[index])
+            error.append(np.linalg.norm(vertices - seen.vertices[index], axis=1).mean() * 1e3)
+            key = posed.transforms[12]
+            stiff = fitted.rest @ key[:, :3].T + key[:, 3]
+            rest_error.append(np.linalg.norm(stiff - seen.vertices[index], axis=1).mean() * 1e3)
+    assert np.mean(error) < 0.25 * np.mean(rest_error)
+    # what the model file says is what playing it gives, but for the 16 bits of the coefficients
+    assert np.mean(error) == pytest.approx(fitted.figures["test_error_mm"], rel=0.02, abs=0.05)
+
+
+def test_bones_that_are_given_are_used(fitted, dataset):
+    seen = dataset.take(dataset.clips()[0])
+    body = bodies.load("anny24").shaped()
+    posed = body.posed(seen.motion[9])
+    state = fitted.start(posed)
+    bones = seen_bones(fitted.ropes, seen.vertices[9], posed)
+    _, one = fitted.step(state, posed, 1 / 30, bones=bones)
+    _, two = fitted.follow(state, posed, 1 / 30, seen.vertices[9])
+    np.testing.assert_array_equal(one, two)
+    bones[-1] += 0.1
+    _, other = fitted.step(state, posed, 1 / 30, bones=bones)
+    assert np.abs(other - one).max() > 1e-4
+
+
+def test_a_fitted_model_is_saved_with_what_it_needs(fitted, tmp_path):
+    fitted.save(tmp_path / "cape.safetensors")
+    back = animators.load(tmp_path / "cape.safetensors")
+    assert back.figures == fitted.figures
+    assert back.config == TINY
+    assert "free" in back.licences
+    assert back.garment.hash == fitted.garment.hash
+
+
+def test_the_same_seed_gives_the_same_file(fitted, dataset, tmp_path):
+    again = animators.fit(dataset, "ropes", TINY, seed=0)
+    for name, model in (("a", fitted), ("b", again)):
+        model.save(tmp_path / f"{name}.safetensors")
+    assert (tmp_path / "a.safetensors").read_bytes() == (tmp_path / "b.safetensors").read_bytes()
+
+
+def test_a_killed_fit_goes_on_and_leaves_no_checkpoints(fitted, dataset, tmp_path):
+    folder, seen = tmp_path / "cape.fitting", []
+
+    def killed(stage, done, total):
+        if (stage, done) == ("shape network", 25):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fit(dataset, TINY, seed=0, checkpoints=folder, progress=killed)
+    assert folder.exists()
+    end = fit(dataset, TINY, seed=0, checkpoints=folder, progress=lambda *at: seen.append(at))
+    assert not folder.exists()
+    assert ("skinning network", 1, 63) not in seen
+    assert ("shape network", 21, 63) in seen
+    for one, two in zip(fitted.shape.weights, end.shape.weights, strict=True):
+        np.testing.assert_array_equal(one, two)
+
+
+def test_a_dataset_without_takes_is_refused(tmp_path, garment):
+    with pytest.raises(BadDataset, match="holds no take to train on; got 0 takes; simulate more clips"):
+        fit(create(tmp_path / "empty", garment), TINY)
+
+
+def test_without_torch_it_says_how_to_get_it(dataset, monkeypatch):
+    import importlib.util
+
+    found = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name, *rest: None if name == "torch" else found(name, *rest)
+    )
+    with pytest.raises(MissingExtra, match=r"needs torch; it is not installed; run: pip install 'hemline\[learn\]'"):
+        fit(dataset, TINY)
