@@ -1,0 +1,167 @@
+"""A body's surface cut into leaves of eight faces and patches of leaves: what the projection's kernels walk over."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.arrays import Faces, Float, Int, Vertices
+from hemline.errors import BadBody
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+LEAF = 8
+"""Faces of a leaf."""
+PATCH_SIZE = 0.13
+"""Longest diagonal of a patch at rest [m]; larger ones certify less."""
+
+
+@dataclass(frozen=True)
+class Patches:
+    """The surface in leaves and patches, its vertices renumbered so that neighbours lie together in memory."""
+
+    order: Int[np.ndarray, " verts"]
+    """Renumbered vertex to vertex of the body."""
+    faces: Faces
+    """Renumbered triangles, `LEAF` a leaf; short leaves are filled with points (v, v, v)."""
+    leaf_start: Int[np.ndarray, " leaves+1"]
+    """Where each leaf's vertices begin in `leaf_vertices`."""
+    leaf_vertices: Int[np.ndarray, " corners"]
+    """Vertices of each leaf, each once."""
+    patch_start: Int[np.ndarray, " patches+1"]
+    """Where each patch's leaves begin."""
+    patch_limb: Int[np.ndarray, " patches"]
+    """Limb that each patch belongs to."""
+    ring_start: Int[np.ndarray, " verts+1"]
+    """Where each vertex's incident faces begin in `ring`."""
+    ring: Int[np.ndarray, "corners 2"]
+    """The other two vertices of each incident face, in its order."""
+    limb: Int[np.ndarray, " verts"]
+    """Limb of each renumbered vertex."""
+
+
+def make_patches(shaped: "ShapedBody") -> Patches:
+    """Cut a body's surface into leaves and patches: by bone, then by halving along the longest axis.
+
+    Args:
+        shaped: The body. Only rest vertices, faces, skin weights and parents are used.
+
+    Raises:
+        BadBody: The mesh is not closed, so that inside and outside are not defined.
+    """
+    faces = np.ascontiguousarray(shaped.body.faces, np.int64)
+    _check_closed(faces)
+    bone = dominant_joints(shaped.body.weight_indices, shaped.body.weights)
+    face_bone = bone[faces].min(axis=1)
+    middle = shaped.vertices[faces].mean(axis=1)
+    patches = [
+        part for each in np.unique(face_bone) for part in _split(middle, np.flatnonzero(face_bone == each), False)
+    ]
+    leaves = [[leaf for leaf in _split(middle, patch, True)] for patch in patches]
+    flat = [leaf for patch in leaves for leaf in patch]
+    limb = limbs(shaped.body.parents)
+    order, number = _renumbered(faces[np.concatenate(flat)], len(shaped.vertices))
+    faces = number[faces]
+    unique = [np.unique(faces[leaf]) for leaf in flat]
+    ring_start, ring = _rings(faces, len(order))
+    return Patches(
+        order=order.astype(np.int32),
+        faces=np.concatenate([_filled(faces[leaf]) for leaf in flat]).astype(np.int32),
+        leaf_start=_starts([len(each) for each in unique]),
+        leaf_vertices=np.concatenate(unique).astype(np.int32),
+        patch_start=_starts([len(patch) for patch in leaves]),
+        patch_limb=limb[face_bone[[patch[0] for patch in patches]]].astype(np.int32),
+        ring_start=ring_start,
+        ring=ring,
+        limb=limb[bone[order]].astype(np.int32),
+    )
+
+
+def dominant_joints(
+    weight_indices: Int[np.ndarray, "verts 6"], weights: Float[np.ndarray, "verts 6"]
+) -> Int[np.ndarray, " verts"]:
+    """The joint with the largest skin weight at each vertex."""
+    return np.take_along_axis(weight_indices, weights.argmax(axis=1)[:, None], axis=1)[:, 0].astype(np.int64)
+
+
+def limbs(parents: Int[np.ndarray, " joints"]) -> Int[np.ndarray, " joints"]:
+    """Limb of each joint, named by its first joint: where the tree forks, the longest branch goes on with the limb.
+
+    Of branches that are equally long each begins a limb of its own. For the 24-joint skeleton: trunk, legs, arms, head.
+
+    Args:
+        parents: Parent of each joint, below its own number; the root's is negative or itself.
+    """
+    count = len(parents)
+    below = np.ones(count, np.int64)
+    for joint in range(count - 1, 0, -1):
+        below[parents[joint]] += below[joint]
+    limb = np.zeros(count, np.int64)
+    for joint in range(1, count):
+        siblings = [below[other] for other in range(1, count) if parents[other] == parents[joint]]
+        goes_on = below[joint] == max(siblings) and siblings.count(below[joint]) == 1
+        limb[joint] = limb[parents[joint]] if goes_on else joint
+    return limb
+
+
+def _check_closed(faces: np.ndarray) -> None:
+    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    key = np.sort(directed, axis=1) @ np.array([1 << 32, 1])
+    _, edge = np.unique(key, return_inverse=True)
+    balance = np.bincount(edge, np.where(directed[:, 0] < directed[:, 1], 1, -1))
+    if balance.any():
+        raise BadBody(
+            "the projection needs a closed body mesh",
+            f"{int(np.count_nonzero(balance))} edges with a face on one side only",
+            "close its holes, or ask for guarantee='fast'",
+        )
+
+
+def _split(middle: np.ndarray, faces: np.ndarray, to_leaves: bool) -> list[np.ndarray]:
+    """Halve a set of faces along its longest axis until it is a leaf, or small enough for a patch."""
+    extent = np.ptp(middle[faces], axis=0)
+    if len(faces) <= LEAF or (not to_leaves and np.linalg.norm(extent) <= PATCH_SIZE):
+        return [faces]
+    half = LEAF * max(1, round(len(faces) / 2 / LEAF))
+    half = half if half < len(faces) else LEAF
+    ranked = faces[np.argsort(middle[faces, extent.argmax()], kind="stable")]
+    return _split(middle, ranked[:half], to_leaves) + _split(middle, ranked[half:], to_leaves)
+
+
+def _renumbered(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    seen, first = np.unique(faces.reshape(-1), return_index=True)
+    order = np.concatenate([seen[np.argsort(first)], np.setdiff1d(np.arange(count), seen)])
+    number = np.empty(count, np.int64)
+    number[order] = np.arange(count)
+    return order, number
+
+
+def _filled(leaf: np.ndarray) -> np.ndarray:
+    return np.concatenate([leaf, np.full((LEAF - len(leaf), 3), leaf[0, 0])])
+
+
+def _starts(counts: list[int]) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+
+
+def _rings(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    corner = faces.reshape(-1)
+    others = np.stack([np.roll(faces, -1, axis=1).reshape(-1), np.roll(faces, -2, axis=1).reshape(-1)], axis=1)
+    rank = np.argsort(corner, kind="stable")
+    return _starts(list(np.bincount(corner, minlength=count))), others[rank].astype(np.int32)
+
+
+def vertex_blocks(vertices: Vertices, size: int) -> Int[np.ndarray, " verts"]:
+    """Order of a garment's vertices in which each run of `size` is a compact block (halving along the longest axis)."""
+    blocks, queue = [], [np.arange(len(vertices))]
+    while queue:
+        block = queue.pop()
+        if len(block) <= size:
+            blocks.append(block)
+            continue
+        half = size * max(1, round(len(block) / 2 / size))
+        half = half if half < len(block) else size
+        ranked = block[np.argsort(vertices[block, np.ptp(vertices[block], axis=0).argmax()], kind="stable")]
+        queue += [ranked[half:], ranked[:half]]
+    return np.concatenate(blocks)

@@ -1,0 +1,274 @@
+"""Which garment vertices can see infinity past the posed body, and winding numbers of the others: compiled code.
+
+Everything happens in the frame of one bone. Garment vertices come in blocks of 8 within groups of 64, body faces in
+leaves of 8 within patches; a group's rays run along one of six axes. A block whose shaft along its axis meets no box
+has winding number 0. In what is left each ray meets only faces of the leaves that overlap its block.
+"""
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+from .windingkernels import crossing
+
+BLOCK = 8
+GROUP = 64
+_index = np.uintp
+
+
+@kernel
+def into_frame(frame, points, order, out):
+    """Points in the frame of a bone, reordered: out[i] = frame points[order[i]]. in: frame (3,4); out: (n,3)."""
+    for i in range(len(order)):
+        x, y, z = points[order[i], 0], points[order[i], 1], points[order[i], 2]
+        for axis in range(3):
+            out[i, axis] = frame[axis, 0] * x + frame[axis, 1] * y + frame[axis, 2] * z + frame[axis, 3]
+
+
+@kernel
+def surface_boxes(body, leaf_start, leaf_vertices, patch_start, leaf_box_out, patch_box_out):
+    """Boxes of leaves (6,leaves) and of patches (6,patches): three lowest, then three highest coordinates [m]."""
+    for leaf in range(leaf_box_out.shape[1]):
+        first = leaf_vertices[leaf_start[leaf]]
+        x, y, z = body[first, 0], body[first, 1], body[first, 2]
+        lx, ly, lz, hx, hy, hz = x, y, z, x, y, z
+        for k in range(leaf_start[leaf] + np.uint32(1), leaf_start[leaf + 1]):
+            vertex = leaf_vertices[k]
+            x, y, z = body[vertex, 0], body[vertex, 1], body[vertex, 2]
+            lx, ly, lz = min(lx, x), min(ly, y), min(lz, z)
+            hx, hy, hz = max(hx, x), max(hy, y), max(hz, z)
+        leaf_box_out[0, leaf], leaf_box_out[1, leaf], leaf_box_out[2, leaf] = lx, ly, lz
+        leaf_box_out[3, leaf], leaf_box_out[4, leaf], leaf_box_out[5, leaf] = hx, hy, hz
+    for row in range(6):
+        for patch in range(patch_box_out.shape[1]):
+            value = leaf_box_out[row, patch_start[patch]]
+            for leaf in range(patch_start[patch] + np.uint32(1), patch_start[patch + 1]):
+                other = leaf_box_out[row, leaf]
+                value = min(value, other) if row < 3 else max(value, other)
+            patch_box_out[row, patch] = value
+
+
+@kernel(forceinline=True)
+def block_box(points, ids, begin, end, box_out):
+    """Box of points[ids[begin:end]]: three lowest, then three highest coordinates [m]."""
+    lx, ly, lz = np.float32(np.inf), np.float32(np.inf), np.float32(np.inf)
+    hx, hy, hz = np.float32(-np.inf), np.float32(-np.inf), np.float32(-np.inf)
+    for k in range(begin, end):
+        x, y, z = points[ids[k], 0], points[ids[k], 1], points[ids[k], 2]
+        lx, ly, lz = min(lx, x), min(ly, y), min(lz, z)
+        hx, hy, hz = max(hx, x), max(hy, y), max(hz, z)
+    box_out[0], box_out[1], box_out[2], box_out[3], box_out[4], box_out[5] = lx, ly, lz, hx, hy, hz
+
+
+@kernel(forceinline=True)
+def take_shafts(boxes, which, begin, end, direction, shafts_out):
+    """Boxes seen along a direction: their far ends, and lowest and highest coordinates across.
+
+    in: boxes (6,n), which[begin:end]; out: shafts_out (5,>=), filled up to eights with what nothing meets.
+    """
+    axis = _index(direction % 3)
+    u, v = _index((direction + 1) % 3), _index((direction + 2) % 3)
+    three = _index(3)
+    for k in range(end - begin):
+        box = _index(which[begin + k])
+        shafts_out[0, k] = boxes[axis + three, box] if direction < 3 else -boxes[axis, box]
+        shafts_out[1, k], shafts_out[2, k] = boxes[u, box], boxes[u + three, box]
+        shafts_out[3, k], shafts_out[4, k] = boxes[v, box], boxes[v + three, box]
+    for k in range(end - begin, (end - begin + 7) // 8 * 8):
+        shafts_out[0, k] = -np.inf
+
+
+@kernel(forceinline=True)
+def list_met(shafts, count, near, low_u, high_u, low_v, high_v, mask, words, met_out):
+    """Which of the first `count` shafts a block meets; their number.
+
+    `mask` is room, a byte a shaft; `words` are the same bytes by eights.
+    """
+    for k in range((count + 7) // 8 * 8):
+        mask[k] = (
+            (shafts[0, k] >= near)
+            & (shafts[1, k] <= high_u)
+            & (shafts[2, k] >= low_u)
+            & (shafts[3, k] <= high_v)
+            & (shafts[4, k] >= low_v)
+        )
+    met = 0
+    for word in range((count + 7) // 8):
+        if words[word] != 0:
+            for k in range(word * 8, word * 8 + 8):
+                if mask[k]:
+                    met_out[met] = k
+                    met += 1
+    return met
+
+
+@kernel(forceinline=True)
+def block_box(points, begin, end, direction):
+    """Nearest coordinate along a direction, lowest and highest across, of points[begin:end]."""
+    axis = _index(direction % 3)
+    u, v = _index((direction + 1) % 3), _index((direction + 2) % 3)
+    sign = np.float32(1 if direction < 3 else -1)
+    near, low_u, low_v = np.float32(np.inf), np.float32(np.inf), np.float32(np.inf)
+    high_u, high_v = np.float32(-np.inf), np.float32(-np.inf)
+    for i in range(begin, end):
+        k = _index(i)
+        near = min(near, sign * points[k, axis])
+        low_u, high_u = min(low_u, points[k, u]), max(high_u, points[k, u])
+        low_v, high_v = min(low_v, points[k, v]), max(high_v, points[k, v])
+    return near, low_u, high_u, low_v, high_v
+
+
+@kernel
+def certify(points, patch_box, lively, margin, turn, tries, direction, near_out):
+    """Find the vertices that cannot be shown to be free of the body by boxes alone.
+
+    in: points (n,3), patch_box (6,patches), lively (blocks,): not to be certified, margin [m], turn: which direction to try next, tries: how many;
+    in and out: direction (groups,), the one that sees fewest patches; out: near_out (n,); returns how many.
+    """
+    patches = patch_box.shape[1]
+    mask, every = np.zeros((patches + 7) // 8 * 8, np.uint8), np.arange(patches)
+    words = mask.view(np.uint64)
+    met, few = np.empty(patches, np.int64), np.empty(patches, np.int64)
+    shafts, group_shafts = np.empty((6, 5, patches + 8), np.float32), np.empty((5, patches + 8), np.float32)
+    for way in range(6):
+        take_shafts(patch_box, every, 0, patches, way, shafts[way])
+    count = 0
+    for group in range(len(direction)):
+        begin, end = group * GROUP, min((group + 1) * GROUP, len(points))
+        unseen = np.uint8(255)
+        held = np.int64(direction[group])
+        best, fewest = held, patches + 1
+        for attempt in range(tries + 1):
+            way = held if attempt == 0 else (held + 1 + (turn + attempt) % 5) % 6
+            near, low_u, high_u, low_v, high_v = block_box(points, begin, end, way)
+            seen = list_met(
+                shafts[way],
+                patches,
+                near - margin,
+                low_u - margin,
+                high_u + margin,
+                low_v - margin,
+                high_v + margin,
+                mask,
+                words,
+                met,
+            )
+            if seen < fewest:
+                best, fewest = way, seen
+            if seen == 0:
+                unseen = np.uint8(0)
+                break
+            take_shafts(patch_box, met, 0, seen, way, group_shafts)
+            for block in range((end - begin + BLOCK - 1) // BLOCK):
+                if unseen >> block & 1:
+                    first = begin + block * BLOCK
+                    near, low_u, high_u, low_v, high_v = block_box(points, first, min(first + BLOCK, end), way)
+                    if not list_met(
+                        group_shafts,
+                        seen,
+                        near - margin,
+                        low_u - margin,
+                        high_u + margin,
+                        low_v - margin,
+                        high_v + margin,
+                        mask,
+                        words,
+                        few,
+                    ):
+                        unseen &= np.uint8(255 ^ (1 << block))
+        direction[group] = best
+        for i in range(begin, end):
+            if unseen >> ((i - begin) // BLOCK) & 1 or lively[i // BLOCK]:
+                near_out[count] = i
+                count += 1
+    return count
+
+
+@kernel(forceinline=True)
+def leaf_crossings(corners, leaf, direction, x, y, z):
+    """Signed crossings of the ray from one point with the 8 faces of a leaf. in: corners (leaves,9,8), point.
+
+    The 8 is read from the array and the sum is one of integers: so the loop vectorises.
+    """
+    axis, u, v = _index(direction % 3), _index((direction + 1) % 3), _index((direction + 2) % 3)
+    sign, zero, b, c = np.float32(1 if direction < 3 else -1), np.float32(0), _index(3), _index(6)
+    total = np.int32(0)
+    for i in range(corners.shape[2]):
+        au, bu, cu = corners[leaf, u, i] - x, corners[leaf, u + b, i] - x, corners[leaf, u + c, i] - x
+        av, bv, cv = corners[leaf, v, i] - y, corners[leaf, v + b, i] - y, corners[leaf, v + c, i] - y
+        turns, ab, bc, ca = crossing(au, av, bu, bv, cu, cv)
+        ad, bd, cd = corners[leaf, axis, i], corners[leaf, axis + b, i], corners[leaf, axis + c, i]
+        volume = bc * (sign * ad - z) + ca * (sign * bd - z) + ab * (sign * cd - z)
+        total += np.int32(turns if volume * turns > zero else zero)
+    return total
+
+
+@kernel(forceinline=True)
+def gather_leaf(body, faces, leaf, corners_out):
+    """Corner coordinates of the faces of one leaf, 8 at a time. out: corners_out (leaves,9,8)."""
+    for f in range(BLOCK):
+        face = leaf * _index(BLOCK) + _index(f)
+        a, b, c = _index(faces[face, 0]), _index(faces[face, 1]), _index(faces[face, 2])
+        corners_out[leaf, 0, f], corners_out[leaf, 1, f], corners_out[leaf, 2, f] = body[a, 0], body[a, 1], body[a, 2]
+        corners_out[leaf, 3, f], corners_out[leaf, 4, f], corners_out[leaf, 5, f] = body[b, 0], body[b, 1], body[b, 2]
+        corners_out[leaf, 6, f], corners_out[leaf, 7, f], corners_out[leaf, 8, f] = body[c, 0], body[c, 1], body[c, 2]
+
+
+@kernel
+def windings(points, group, direction, body, faces, leaf_box, patch_start, patch_box, corners, winding_out):
+    """Winding numbers of points with respect to the posed body, by rays along the direction of each point's group.
+
+    in: points (n,3), group (n,) ascending, direction (groups,), body (verts,3), faces (faces,3) in leaves, boxes;
+    corners (leaves,9,8) is room; out: winding_out (n,).
+    """
+    leaf_count, patch_count = leaf_box.shape[1], patch_box.shape[1]
+    mask, ready = np.zeros((leaf_count + 7) // 8 * 8, np.uint8), np.zeros(leaf_count, np.bool_)
+    words = mask.view(np.uint64)
+    patches, leaves = np.arange(patch_count), np.empty(leaf_count, np.int64)
+    met, block_leaves, hits = (
+        np.empty(leaf_count, np.int64),
+        np.empty(leaf_count, np.int64),
+        np.empty(leaf_count, np.int64),
+    )
+    patch_shafts, group_shafts = (
+        np.empty((6, 5, patch_count + 8), np.float32),
+        np.empty((5, leaf_count + 8), np.float32),
+    )
+    for way in range(6):
+        take_shafts(patch_box, patches, 0, patch_count, way, patch_shafts[way])
+    block_shafts = np.empty((5, leaf_count + 8), np.float32)
+    begin = 0
+    while begin < len(points):
+        end = begin + 1
+        while end < len(points) and group[end] == group[begin]:
+            end += 1
+        way = np.int64(direction[group[begin]])
+        axis, u, v = _index(way % 3), _index((way + 1) % 3), _index((way + 2) % 3)
+        sign = np.float32(1 if way < 3 else -1)
+        near, low_u, high_u, low_v, high_v = block_box(points, begin, end, way)
+        seen = list_met(patch_shafts[way], patch_count, near, low_u, high_u, low_v, high_v, mask, words, met)
+        group_leaves = 0
+        for k in range(seen):
+            for leaf in range(patch_start[met[k]], patch_start[met[k] + 1]):
+                leaves[group_leaves] = leaf
+                group_leaves += 1
+        take_shafts(leaf_box, leaves, 0, group_leaves, way, group_shafts)
+        for first in range(begin, end, BLOCK):
+            last = min(first + BLOCK, end)
+            near, low_u, high_u, low_v, high_v = block_box(points, first, last, way)
+            count = list_met(group_shafts, group_leaves, near, low_u, high_u, low_v, high_v, mask, words, met)
+            for k in range(count):
+                leaf = leaves[met[k]]
+                block_leaves[k] = leaf
+                if not ready[leaf]:
+                    gather_leaf(body, faces, _index(leaf), corners)
+                    ready[leaf] = True
+            take_shafts(leaf_box, block_leaves, 0, count, way, block_shafts)
+            for i in range(first, last):
+                x, y, z = points[i, u], points[i, v], sign * points[i, axis]
+                found = list_met(block_shafts, count, z, x, x, y, y, mask, words, hits)
+                total = np.int32(0)
+                for k in range(found):
+                    total += leaf_crossings(corners, _index(block_leaves[hits[k]]), way, x, y, z)
+                winding_out[i] = np.int32(sign) * total
+        begin = end
