@@ -105,4 +105,4 @@ def _clip(path: str, arguments: Arguments):
         motion = motion[first:last]
     if arguments.seconds is not None:
         motion = motion[: max(2, round(arguments.seconds * motion.fps) + 1)]
-    return motion, motions.subject_of(motion.name)
+    return motion, motions.subject_of(motion)

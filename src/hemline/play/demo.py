@@ -45,7 +45,7 @@ def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any
     animators.require_torch()
     folder.mkdir(parents=True, exist_ok=True)
     garment = garments.load("cape-light")
-    clips = [sim.Clip(motions.load(name), motions.subject_of(motions.load(name).name)) for name in motions.names()]
+    clips = [sim.Clip(motions.load(name), motions.subject_of(name)) for name in motions.names()]
     say(f"1/4 simulate: {len(clips)} excerpts, {len(garment.vertices)} vertices")
     counted: dict[str, int] = {}
 
@@ -76,7 +76,7 @@ def _played(
         frames, garment_name=animator.garment.name, garment_faces=animator.garment.faces, motion=motion, fps=fps
     )
     for ending in ("glb", "webp"):
-        for path in export.write(folder / f"{name}.{ending}", clip):
+        for path in export.write(folder / f"{name}.{ending}", clip, view="back_three_quarter"):
             say(str(path))
     with written_whole(folder / "report.json") as temporary:
         temporary.write_text(json.dumps(evaluation.figures, indent=1))

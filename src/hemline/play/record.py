@@ -4,11 +4,13 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from hemline.arrays import Faces, FramesOfVertices
+from hemline.bodies.posed import PosedBody
 from hemline.bodies.shaped import ShapedBody
 from hemline.datasets import Take
-from hemline.export import Clip
+from hemline.export import Clip, Skeleton
 from hemline.garments.garment import Garment
-from hemline.motions.motion import Motion
+from hemline.motions.motion import JOINT_NAMES, Motion
 
 from .play import Frame
 
@@ -17,7 +19,7 @@ def record(
     frames: Iterable[Frame],
     *,
     garment_name: str,
-    garment_faces: np.ndarray,
+    garment_faces: Faces,
     motion: Motion,
     fps: float,
     keep: Callable[[Frame], None] | None = None,
@@ -35,17 +37,14 @@ def record(
     Returns:
         The clip: garment and body, (frames, verts, 3) each [m].
     """
-    cloth, body, faces, licence = [], [], np.zeros((0, 3), np.int32), ""
+    cloth: list[np.ndarray] = []
+    bodies: list[PosedBody] = []
     for frame in frames:
         cloth.append(frame.vertices)
-        body.append(frame.body.vertices)
-        faces, licence = frame.body.shaped.body.faces, frame.body.shaped.body.licence
+        bodies.append(frame.body)
         if keep is not None:
             keep(frame)
-    return Clip(
-        vertices=np.stack(cloth), faces=garment_faces, body_vertices=np.stack(body), body_faces=faces, fps=fps,
-        name=garment_name, notices=tuple(text for text in (licence, motion.source, motion.licence) if text),
-    )  # fmt: skip
+    return _clip(np.stack(cloth), garment_faces, bodies, motion, fps, garment_name)
 
 
 def recorded_take(take: Take, garment: Garment, body: ShapedBody, *, lead_in: bool = False) -> Clip:
@@ -58,9 +57,22 @@ def recorded_take(take: Take, garment: Garment, body: ShapedBody, *, lead_in: bo
         lead_in: Keep the frames before the clip.
     """
     chosen = np.arange(len(take.motion)) if lead_in else take.clip_frames
-    skinned = np.stack([body.posed(take.motion[int(i)]).vertices for i in chosen])
-    notices = (body.body.licence, take.motion.source, take.motion.licence)
+    bodies = [body.posed(take.motion[int(i)]) for i in chosen]
+    return _clip(take.vertices[chosen], garment.faces, bodies, take.motion, take.motion.fps, garment.name)
+
+
+def _clip(
+    vertices: FramesOfVertices, faces: Faces, bodies: list[PosedBody], motion: Motion, fps: float, name: str
+) -> Clip:
+    """Cloth and body; formats that can skin get the body's skeleton, which is half the size."""
+    shaped = bodies[0].shaped
+    body = shaped.body
+    skeleton = Skeleton(
+        shaped.joints, body.parents, np.stack([posed.transforms for posed in bodies]), shaped.vertices,
+        body.weight_indices, body.weights, JOINT_NAMES,
+    )  # fmt: skip
     return Clip(
-        vertices=take.vertices[chosen], faces=garment.faces, body_vertices=skinned, body_faces=body.body.faces,
-        fps=take.motion.fps, name=garment.name, notices=tuple(text for text in notices if text),
+        vertices=vertices, faces=faces, body_vertices=np.stack([posed.vertices for posed in bodies]),
+        body_faces=body.faces, fps=fps, name=name, skeleton=skeleton,
+        notices=tuple(text for text in (body.licence, motion.source, motion.licence) if text),
     )  # fmt: skip
