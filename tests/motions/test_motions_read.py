@@ -70,6 +70,9 @@ def test_damaged_motion_files_are_refused(tmp_path):
     write_tensors(path, arrays, {key: value for key, value in metadata.items() if key != "leg_length"})
     with pytest.raises(BadMotion, match="lacks a part of a motion; got no 'leg_length'"):
         motions.read(path)
+    write_tensors(path, arrays, metadata | {"fps": "fast"})
+    with pytest.raises(BadMotion, match="'fps' of .* has the wrong type; got 'fast'"):
+        motions.read(path)
     write_tensors(path, arrays | {"translations": arrays["translations"] * np.float32(np.nan)}, metadata)
     with pytest.raises(BadMotion, match="'translations' must be finite"):
         motions.read(path)

@@ -46,7 +46,7 @@ def normalised(rotation: Quaternion) -> Quaternion:
     return rotation / np.linalg.norm(rotation, axis=-1, keepdims=True)
 
 
-def angle(rotation: Quaternion) -> Float[np.ndarray, "..."]:
+def angle(rotation: Quaternion) -> Float[np.ndarray, "..."] | np.floating:
     """How far a rotation turns, 0 to pi [rad]."""
     rotation = np.asarray(rotation)
     return 2 * np.arctan2(np.linalg.norm(rotation[..., 1:], axis=-1), np.abs(rotation[..., 0]))

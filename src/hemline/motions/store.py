@@ -12,7 +12,14 @@ from hemline.files import read_tensors, write_tensors
 from .motion import Motion
 
 _ARRAYS = ("rotations", "translations")
-_FIELDS = ("fps", "leg_length", "name", "source", "licence", "notes")
+_FIELDS = {
+    "fps": int | float,
+    "leg_length": int | float,
+    "name": str,
+    "source": str,
+    "licence": str,
+    "notes": list,
+}
 
 
 def write(path: str | Path, motion: Motion) -> None:
@@ -61,11 +68,18 @@ def read_many(path: str | Path) -> dict[str, Motion]:
 
 
 def _described(motion: Motion) -> dict[str, Any]:
-    return {field: getattr(motion, field) for field in _FIELDS}
+    return {field: getattr(motion, field) for field in _FIELDS} | {"notes": list(motion.notes)}
 
 
 def _motion(path: str | Path, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Motion:
     missing = [name for name in _ARRAYS if name not in arrays] + [name for name in _FIELDS if name not in metadata]
     if missing:
         raise BadMotion(f"{path} lacks a part of a motion", f"no '{missing[0]}'", "write it again with hemline")
-    return Motion(**{name: arrays[name] for name in _ARRAYS}, **{field: metadata[field] for field in _FIELDS})
+    fields = {field: metadata[field] for field in _FIELDS}
+    for field, kind in _FIELDS.items():
+        if not isinstance(fields[field], kind):
+            raise BadMotion(
+                f"'{field}' of {path} has the wrong type", repr(fields[field]), "write it again with hemline"
+            )
+    notes = tuple(map(str, fields.pop("notes")))
+    return Motion(**{name: arrays[name] for name in _ARRAYS}, **fields, notes=notes)
