@@ -21,6 +21,8 @@ class GarmentFile:
     """Unit of the mesh: m, dm, cm, mm, in, ft."""
     up: str = "y"
     """Axis that points up in the mesh: y or z."""
+    origin: str | None = None
+    """Where the mesh has its origin: pelvis (of the body at rest) or floor (between its soles)."""
     body: str | None = None
     """Name of the body it was made on."""
     betas: tuple[float, ...] | None = None
@@ -74,7 +76,8 @@ def read_garment_toml(path: str | Path) -> GarmentFile:
 
 
 _KINDS = {
-    "mesh": "text", "name": "text", "unit": "text", "up": "'y' or 'z'", "body": "text", "betas": "a list of numbers",
+    "mesh": "text", "name": "text", "unit": "text", "up": "'y' or 'z'",
+    "origin": "'pelvis' or 'floor'", "body": "text", "betas": "a list of numbers",
     "material": "a name or a table", "pins": "a list of vertex ids or a rule",
     "chains": "a list of lists of vertex ids", "key_joint": "text",
     "pattern": "true or false", "flat_rest": "true or false",
@@ -84,6 +87,8 @@ _KINDS = {
 def _fits(key: str, value: Any) -> bool:
     if key == "up":
         return value in ("y", "z")
+    if key == "origin":
+        return value in ("pelvis", "floor")
     if key in ("pattern", "flat_rest"):
         return isinstance(value, bool)
     if key == "betas":

@@ -63,7 +63,7 @@ def pinned_vertices(
     return highest, (guessed,) if rule is None else ()
 
 
-def guessed_key_joint(pins: Pins, shaped: "ShapedBody") -> tuple[str, str]:
+def guessed_key_joint(pins: Pins, shaped: "ShapedBody") -> tuple[str, tuple[str, ...]]:
     """The joint that the pinned body points follow most, by their skin weights, and a note that says so.
 
     Args:
@@ -71,15 +71,14 @@ def guessed_key_joint(pins: Pins, shaped: "ShapedBody") -> tuple[str, str]:
         shaped: The body.
     """
     if not len(pins):
-        return "pelvis", "key joint: pelvis, since nothing is pinned"
+        return "pelvis", ("key joint: pelvis, as nothing is pinned",)
     body = shaped.body
     corner = body.faces[pins.body_faces]
     share = body.weights[corner] * pins.barycentric[:, :, None]
     total = np.bincount(body.weight_indices[corner].reshape(-1), share.reshape(-1), len(JOINT_NAMES))
     joint = int(total.argmax())
-    return JOINT_NAMES[
-        joint
-    ], f"key joint: {JOINT_NAMES[joint]}, {100 * total[joint] / total.sum():.0f} % of the pins' skin weights"
+    share_percent = 100 * total[joint] / total.sum()
+    return JOINT_NAMES[joint], (f"key joint: {JOINT_NAMES[joint]}, {share_percent:.0f} % of the pins' skin weights",)
 
 
 def _by_hand(ids: tuple[int, ...], count: int, name: str) -> np.ndarray:
