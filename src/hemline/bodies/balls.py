@@ -84,16 +84,16 @@ def _spread(areas: np.ndarray, count: int) -> np.ndarray:
 
 def _largest_balls(shaped: ShapedBody, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Another vertex that is touched, centre and radius of the largest ball within that touches each given vertex."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     vertices = shaped.vertices.astype(np.float64)
     points, normals = vertices[at], shaped.normals[at].astype(np.float64)
-    tree, radii = cKDTree(vertices), np.full(len(at), 0.2)
+    tree, radii = KDTree(vertices), np.full(len(at), 0.2)
     other, active = at.copy(), np.arange(len(at))
     for _ in range(12):
         distance, nearest = tree.query(points[active] - radii[active, None] * normals[active])
         shrinks = distance < radii[active] - 1e-4
-        active, nearest = active[shrinks], nearest[shrinks]
+        active, nearest = active[shrinks], np.asarray(nearest)[shrinks]
         apart = points[active] - vertices[nearest]
         along = np.maximum(np.einsum("pc,pc->p", apart, normals[active]), 1e-6)
         radii[active] = np.minimum(radii[active], np.einsum("pc,pc->p", apart, apart) / (2 * along))

@@ -36,25 +36,39 @@ def dual_quaternions(transforms, duals_out):
 
 
 @kernel(fastmath={"contract"})
-def skin_dual(duals, weight_indices, weights, points, points_out):
-    """Dual-quaternion skinning. in: duals (joints, 8), points at rest. out: points posed."""
+def skin_dual(transforms, duals, weight_indices, weights, points, points_out):
+    """Dual-quaternion skinning. in: transforms (joints, 3, 4), duals (joints, 8), points at rest. out: points posed.
+
+    Points that one joint holds alone take its transform as it is.
+    """
     for v in range(len(points)):
-        first = weight_indices[v, 0]
+        first = np.uintp(weight_indices[v, 0])
+        a, b, c = points[v, 0], points[v, 1], points[v, 2]
+        if weights[v, 0] == 1:
+            for row in range(3):
+                m0, m1, m2 = transforms[first, row, 0], transforms[first, row, 1], transforms[first, row, 2]
+                points_out[v, row] = m0 * a + m1 * b + m2 * c + transforms[first, row, 3]
+            continue
+        fw, fx, fy, fz = duals[first, 0], duals[first, 1], duals[first, 2], duals[first, 3]
         w = x = y = z = dw = dx = dy = dz = np.float32(0)
         for i in range(weights.shape[1]):
             share = weights[v, i]
             if share == 0:
                 break
-            q = duals[np.uintp(weight_indices[v, i])]
-            near = duals[first, 0] * q[0] + duals[first, 1] * q[1] + duals[first, 2] * q[2] + duals[first, 3] * q[3]
-            if near < 0:
+            j = np.uintp(weight_indices[v, i])
+            if fw * duals[j, 0] + fx * duals[j, 1] + fy * duals[j, 2] + fz * duals[j, 3] < 0:
                 share = -share
-            w, x, y, z = w + share * q[0], x + share * q[1], y + share * q[2], z + share * q[3]
-            dw, dx, dy, dz = dw + share * q[4], dx + share * q[5], dy + share * q[6], dz + share * q[7]
+            w += share * duals[j, 0]
+            x += share * duals[j, 1]
+            y += share * duals[j, 2]
+            z += share * duals[j, 3]
+            dw += share * duals[j, 4]
+            dx += share * duals[j, 5]
+            dy += share * duals[j, 6]
+            dz += share * duals[j, 7]
         scale = np.float32(1) / np.sqrt(w * w + x * x + y * y + z * z)
         w, x, y, z = w * scale, x * scale, y * scale, z * scale
         dw, dx, dy, dz = dw * scale, dx * scale, dy * scale, dz * scale
-        a, b, c = points[v, 0], points[v, 1], points[v, 2]
         ux, uy, uz = y * c - z * b + w * a, z * a - x * c + w * b, x * b - y * a + w * c
         points_out[v, 0] = a + 2 * (y * uz - z * uy + w * dx - dw * x + y * dz - z * dy)
         points_out[v, 1] = b + 2 * (z * ux - x * uz + w * dy - dw * y + z * dx - x * dz)

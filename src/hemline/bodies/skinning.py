@@ -46,5 +46,5 @@ def skin_points(
     else:
         duals = np.empty((len(transforms), 8), dtype=np.float32)
         dual_quaternions(transforms, duals)
-        skin_dual(duals, weight_indices, weights, points, posed)
+        skin_dual(transforms, duals, weight_indices, weights, points, posed)
     return posed
