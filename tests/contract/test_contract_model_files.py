@@ -5,7 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
-from made_models import ropes_model
+from made_models import body, ropes_model
 
 from hemline.animators import load, model_file, shipped_models
 from hemline.errors import BadModel, BadOutput
@@ -110,6 +110,25 @@ def test_a_face_past_the_last_vertex_is_refused(model, tmp_path):
     faces[3, 1] = 300
     with pytest.raises(BadModel, match="300"):
         load(changed(model, tmp_path / "bad.safetensors", {"garment.faces": faces}))
+
+
+def test_bones_on_vertices_that_are_not_there_are_refused(model, tmp_path):
+    arrays = read_tensors(model, "model")[0]
+    corners = arrays["ropes.corners"].copy()
+    corners[-1, 2] = 300
+    with pytest.raises(BadModel, match="a bone lies on a vertex past the garment's last; got 300"):
+        load(changed(model, tmp_path / "bad.safetensors", {"ropes.corners": corners}))
+    nearest = arrays["ropes.carriage_nearest"].copy()
+    nearest[0] = len(body().vertices)
+    bad = load(changed(model, tmp_path / "bad.safetensors", {"ropes.carriage_nearest": nearest}))
+    with pytest.raises(BadModel, match="a bone hangs on a vertex past the body's last; got 13348"):
+        bad.start(body().posed(body().rest_pose))
+
+
+def test_ropes_and_garment_on_different_shapes_are_refused(model, tmp_path):
+    betas = np.ones_like(read_tensors(model, "model")[0]["ropes.betas"])
+    with pytest.raises(BadModel, match="on different shapes"):
+        load(changed(model, tmp_path / "bad.safetensors", {"ropes.betas": betas}))
 
 
 def test_truncated_files_are_refused(model, tmp_path):

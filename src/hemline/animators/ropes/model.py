@@ -181,6 +181,8 @@ class AnimatorRopes:
         if not np.array_equal(_trimmed(ropes.betas), _trimmed(garment.body_betas)):
             raise BadModel("ropes and garment of the model are on different shapes", ropes.betas.tolist(), AGAIN)
         count = len(garment.vertices)
+        if ropes.embedding.corners.max(initial=0) >= count:
+            raise BadModel("a bone lies on a vertex past the garment's last", int(ropes.embedding.corners.max()), AGAIN)
         bases = [PackedBasis.of(part(arrays, name), vertex_count=count) for name in ("skinning_basis", "shape_basis")]
         inputs = 3 * len(ropes.parents)
         networks = [
@@ -205,6 +207,10 @@ class AnimatorRopes:
                 f"the model of '{self.garment.name}' was fitted on body {self.body_name} ({self.body_hash})",
                 f"{shaped.body.name} ({shaped.body.hash})", "use that body, or fit the garment again",
             )  # fmt: skip
+        if self.ropes.carriage.nearest.max(initial=0) >= len(shaped.vertices):
+            raise BadModel(
+                "a bone hangs on a vertex past the body's last", int(self.ropes.carriage.nearest.max()), AGAIN
+            )
         fitted = np.zeros_like(shaped.betas)
         fitted[: len(self.garment.body_betas)] = self.garment.body_betas
         rest = self.rest
