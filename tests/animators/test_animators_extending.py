@@ -53,7 +53,7 @@ def test_the_toy_is_fitted_saved_loaded_and_played(installed, tmp_path):
     assert isinstance(back, animators.Animator)
     shaped = bodies.load("anny24").shaped()
     rest = shaped.posed(shaped.rest_pose)
-    state, vertices = back.step(back.start(rest), rest, 1 / 30)
+    _, vertices = back.step(back.start(rest), rest, 1 / 30)
     np.testing.assert_allclose(vertices, back.garment.vertices, atol=1e-5)
     _, crowd = back.step(back.start([rest, rest], agents=2), [rest, rest], 1 / 30)
     assert crowd.shape == (2, *vertices.shape)

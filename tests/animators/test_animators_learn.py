@@ -141,7 +141,8 @@ def test_order_of_the_frames_changes_only_the_luck_of_the_batches(learned, frame
 def test_sampled_collision_loss_is_unbiased(frames):
     import torch
 
-    from hemline.animators.ropes.nets import Contact, Lesson, _Trainer
+    from hemline.animators.ropes.lesson import Contact, Lesson
+    from hemline.animators.ropes.nets import _Trainer
     from hemline.animators.ropes.pca import principal
 
     found = principal(lambda at: frames.displacements[:, at], 3 * VERTICES, 12)

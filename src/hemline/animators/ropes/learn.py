@@ -15,6 +15,7 @@ from hemline.files import content_hash
 from .collision import Distances
 from .config import RopesConfig
 from .frames import Frames
+from .lesson import Contact, Lesson
 from .mlp import Mlp
 from .pca import Pca, principal
 from .reconstruct import PackedBasis, pack_basis
@@ -115,7 +116,7 @@ def _stage(
     folder: Path | None,
 ) -> Stage:
     try:
-        from .nets import Contact, Lesson, train_network
+        from .nets import train_network
     except ModuleNotFoundError as reason:
         raise MissingExtra("torch", "learn", "fitting rope chains") from reason
     components, extra, rate, seed = settings

@@ -183,18 +183,17 @@ class AnimatorRopes:
         count = len(garment.vertices)
         if ropes.embedding.corners.max(initial=0) >= count:
             raise BadModel("a bone lies on a vertex past the garment's last", int(ropes.embedding.corners.max()), AGAIN)
-        bases = [PackedBasis.of(part(arrays, name), vertex_count=count) for name in ("skinning_basis", "shape_basis")]
-        inputs = 3 * len(ropes.parents)
-        networks = [
-            Mlp.of(part(arrays, name), inputs=inputs, outputs=basis.mode_count)
-            for name, basis in zip(("skinning", "shape"), bases, strict=True)
-        ]
+        inputs = 3 * ropes.node_count
+        first = PackedBasis.of(part(arrays, "skinning_basis"), vertex_count=count)
+        second = PackedBasis.of(part(arrays, "shape_basis"), vertex_count=count)
+        skinning = Mlp.of(part(arrays, "skinning"), inputs=inputs, outputs=first.mode_count)
+        shape = Mlp.of(part(arrays, "shape"), inputs=inputs, outputs=second.mode_count)
         body = entry(metadata, "body", dict)
         figures = entry(metadata, "figures", dict)
         if not all(isinstance(value, int | float) for value in figures.values()):
             raise BadModel("figures of the model are numbers", figures, AGAIN)
         return cls(
-            garment, ropes, array_of(arrays, "rest", "float32", (count, 3)), *bases, *networks,
+            garment, ropes, array_of(arrays, "rest", "float32", (count, 3)), first, second, skinning, shape,
             body_name=entry(body, "name", str), body_hash=entry(body, "hash", str),
             config=config_of(RopesConfig, entry(metadata, "config", dict)), figures=figures,
             licences=tuple(str(text) for text in entry(metadata, "licences", list)),

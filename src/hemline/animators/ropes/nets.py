@@ -3,58 +3,21 @@
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import torch
 
-from hemline.arrays import Float, Int
 from hemline.errors import BadModel
 from hemline.files import read_tensors, write_tensors
 
-from .collision import Distances, pushed_out
+from .collision import pushed_out
 from .config import RopesConfig
+from .lesson import Contact, Lesson
 from .mlp import Mlp
 
 SMALLEST_DEVIATION = 0.005
 """Inputs that hardly move are divided by at least this, so that they are not blown up [m]."""
-
-
-@dataclass(frozen=True)
-class Lesson:
-    """What one network learns from."""
-
-    stage: str
-    """`skinning` or `shape`: the name of the checkpoint."""
-    bones: Float[np.ndarray, "frames ins"]
-    """Displacements of all bones in the key frame [m], float32."""
-    rope_bones: Float[np.ndarray, "frames ins"] | None
-    """The same, from simulated ropes."""
-    free: Float[np.ndarray, " ins"]
-    """1 where an input belongs to a simulated bone, 0 for those that the body carries: noise goes on the first."""
-    coefficients: Float[np.ndarray, "frames modes"]
-    """What should come out [m]."""
-    deviations: Float[np.ndarray, " modes"]
-    """Root mean square of each coefficient [m]."""
-    train: Int[np.ndarray, " train"]
-    """Frames to learn from."""
-    val: Int[np.ndarray, " val"]
-    """Frames that choose the moment to stop."""
-    vertex_count: int
-
-
-@dataclass(frozen=True)
-class Contact:
-    """What the collision term needs to see of the frames."""
-
-    basis: Float[np.ndarray, "modes rows"]
-    """Basis vectors as they are played."""
-    before: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    """Positions in the key frame (frames, rows) without this network, at some frames and rows [m]."""
-    truth: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    """True positions in the key frame at some frames and rows [m]."""
-    distances: Distances
 
 
 def train_network(
@@ -192,7 +155,8 @@ class _Trainer:
         targets = np.empty_like(points)
         for i, frame in enumerate(frames):
             both = self.contact.distances(int(frame), np.concatenate([points[i], truth[i]]))
-            targets[i] = pushed_out(points[i], truth[i], *np.split(both, 2), self.config.expansion)
+            here, there = np.split(both, 2)
+            targets[i] = pushed_out(points[i], truth[i], here, there, self.config.expansion)
         return targets
 
     def remember_best(self) -> None:

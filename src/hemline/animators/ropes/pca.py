@@ -1,5 +1,6 @@
 """Principal components of many large frames, without holding more than a strip of them."""
 
+import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -28,7 +29,8 @@ class Pca:
 
     def coefficients(self, strips: Strips) -> Float[np.ndarray, "frames modes"]:
         r"""$c = B u$ of each frame [m], float32."""
-        return sum(strips(at) @ self.basis[:, at].T for at in _strips(self.basis.shape[1]))
+        parts = (strips(at) @ self.basis[:, at].T for at in _strips(self.basis.shape[1]))
+        return functools.reduce(np.add, parts)
 
 
 def principal(strips: Strips, rows: int, count: int) -> Pca:
