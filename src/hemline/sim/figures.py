@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hemline.arrays import FramesOfVertices
+from hemline.arrays import FramesOfVertices, Mask
 
 from .sheet import Sheet
 
@@ -21,9 +21,9 @@ def edge_strain(sheet: Sheet, vertices: FramesOfVertices) -> np.ndarray:
     return np.abs(length / sheet.edge_length.astype(np.float32) - 1)
 
 
-def strain_figures(sheet: Sheet, vertices: FramesOfVertices) -> dict[str, float]:
-    """`edge_strain_p50`, `_p99` and `_max` over all edges of all frames, as shares."""
-    strain = edge_strain(sheet, vertices).ravel()
+def strain_figures(sheet: Sheet, vertices: FramesOfVertices, fixed: Mask) -> dict[str, float]:
+    """`edge_strain_p50`, `_p99` and `_max` over all frames and all edges that are not pinned at both ends, as shares."""
+    strain = edge_strain(sheet, vertices)[:, ~fixed[sheet.edges].all(axis=1)].ravel()
     middle, high = np.percentile(strain, [50, 99])
     return {
         "edge_strain_p50": float(middle), "edge_strain_p99": float(high), "edge_strain_max": float(strain.max()),

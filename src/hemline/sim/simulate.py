@@ -109,7 +109,7 @@ def simulate(
     return Take(
         kind="clip", vertices=vertices, motion=whole[:done], betas=shaped.betas, lead_in=leads,
         pinched=np.array(record.pinched, np.int32),
-        figures=strain_figures(dressed.sheet, shown) | record.figures(), failed=failed,
+        figures=strain_figures(dressed.sheet, shown, dressed.stepper.fixed) | record.figures(), failed=failed,
         inputs={"garment": garment.hash, "body": shaped.body.hash, "betas": [float(b) for b in shaped.betas],
                 "motion": motion.hash, "clip": motion.name, "settings": asdict(settings)},
         end_state=_end_state(state, before) | end.memory(),
@@ -148,7 +148,9 @@ def _end_state(state: ClothState, pose: Pose) -> dict[str, np.ndarray]:
 
 
 def _state(end: EndState) -> ClothState:
-    arrays = {name: np.ascontiguousarray(end[name], np.float64) for name in ("positions", "velocities", "change", "load")}
+    arrays = {
+        name: np.ascontiguousarray(end[name], np.float64) for name in ("positions", "velocities", "change", "load")
+    }
     return ClothState(**arrays, pinched=end["pinched"].astype(bool), time=float(end["time"][0]))
 
 

@@ -10,7 +10,8 @@ from jaxtyping import Bool, Float, Int
 from hemline.errors import SimulationFailed
 
 from .air_kernels import air_at_vertices, air_by_triangle
-from .conjugate_kernels import conjugate_gradients
+from .clusters import Clusters, make_clusters
+from .conjugate_kernels import coarse_matrix, conjugate_gradients, factorise
 from .membrane_kernels import green_strain, membrane, membrane_blocks
 from .settings import SimSettings
 from .sheet import Sheet
@@ -115,7 +116,8 @@ class Stepper:
         self.mean_weight = 9.81 * float(sheet.mass.mean())
         gram = np.einsum("fac,fad->fcd", sheet.shape, sheet.shape)
         self.cap = CAP * sheet.elastic.density * sheet.area / 3 / np.linalg.eigvalsh(gram)[:, 1]
-        self._work = _Memory(sheet)
+        self.clusters = make_clusters(sheet, self.fixed)
+        self._work = _Memory(sheet, self.clusters)
 
     def start(self, positions: Positions) -> ClothState:
         """At rest at the given positions."""
@@ -177,7 +179,7 @@ class Stepper:
 class _Memory:
     """Working arrays of one stepper."""
 
-    def __init__(self, sheet: Sheet):
+    def __init__(self, sheet: Sheet, clusters: Clusters):
         faces, verts = len(sheet.faces), sheet.vertex_count
         chunks = (verts + CHUNK - 1) // CHUNK
         self.strain = np.zeros((faces, 3))
@@ -188,7 +190,9 @@ class _Memory:
         self.diagonal, self.inverse = np.empty((verts, 6), np.float32), np.empty((verts, 6), np.float32)
         self.right, self.solution = np.empty((verts, 3), np.float32), np.empty((verts, 3), np.float32)
         self.cg = [np.empty((verts, 3), np.float32) for _ in range(3)]
-        self.partial = np.empty((chunks, 2))
+        patches = len(clusters.members.starts) - 1
+        self.band = np.empty((3 * patches, clusters.width))
+        self.sums = [np.empty(chunks), np.empty((patches, 4)), np.empty(3 * patches)]
         self.far_bending = sheet.far_bending.astype(np.float32)
         self.air_force, self.air_matrix = np.zeros((faces, 3)), np.zeros((faces, 6))
         self.air, self.air_diagonal = np.zeros((verts, 3)), np.zeros((verts, 6))
@@ -239,10 +243,19 @@ class _Step:
             memory.diagonal, memory.inverse,
         )  # fmt: skip
         np.negative(memory.gradient, out=memory.right, casting="same_kind")
+        clusters = stepper.clusters
+        coarse_matrix(
+            clusters.members.starts, clusters.members.columns, clusters.label, stepper.fixed, sheet.ring.starts,
+            sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns, memory.far_bending,
+            memory.diagonal, memory.band,
+        )  # fmt: skip
+        if not factorise(memory.band):
+            raise StepRejected("the Hessian is not positive")
         steps = conjugate_gradients(
             sheet.ring.starts, sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns,
-            memory.far_bending, memory.diagonal, memory.inverse, memory.right, self.settings.solver_share,
-            self.settings.solver_steps, memory.solution, *memory.cg, memory.partial,
+            memory.far_bending, memory.diagonal, memory.inverse, clusters.members.starts, clusters.members.columns,
+            clusters.label, stepper.fixed, memory.band, memory.right, self.settings.solver_share,
+            self.settings.solver_steps, memory.solution, *memory.cg, *memory.sums,
         )  # fmt: skip
         self._search(memory.solution.astype(np.float64))
         return steps
