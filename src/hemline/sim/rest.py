@@ -42,7 +42,7 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
     settings = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0))
     dressed = DressedBody(garment, shaped, settings)
     pose = shaped.rest_pose
-    state, end = dressed.stepper.start(garment.vertices), FrameEnd(dressed)
+    state, end = dressed.stepper.start(garment.vertices), FrameEnd(garment, shaped)
     residuals: list[float] = []
     step = 1 / settings.fps
     for frame in range(round(settings.settle * settings.fps)):

@@ -69,13 +69,13 @@ def simulate(
         _check_count("start", rest.vertices[0], garment)
         leading, placement = lead_in(shaped, motion, max(1, round(settings.lead_in * settings.fps)))
         state, before = dressed.stepper.start(placement.points(rest.vertices[0])), leading[0]
-        end = FrameEnd(dressed)
+        end = FrameEnd(garment, shaped)
         record.keep(state.positions, int(rest.pinched[0]))
         poses = [leading[i] for i in range(1, len(leading))] + [motion[i] for i in range(len(motion))]
     else:
         _check_count("resume", resume.get("positions", np.zeros(0)), garment)
         state, before = _state(resume), Pose(resume["rotations"], resume["translation"])
-        end = FrameEnd(dressed, resume)
+        end = FrameEnd(garment, shaped, resume)
         leading, poses = None, [motion[i] for i in range(len(motion))]
     failed = None
     lead_frames = 0 if leading is None else len(leading)
