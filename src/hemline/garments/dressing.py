@@ -1,5 +1,6 @@
 """A garment moved from one shape of a body onto another."""
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,7 @@ CLEARANCE = 0.003
 _NEAR = 0.05
 
 
+@lru_cache(maxsize=4)
 def body_tree(shaped: "ShapedBody") -> ClosestTree:
     """The surface of a body at rest, ready for questions of nearness."""
     return ClosestTree(np.asarray(shaped.vertices, np.float64), shaped.body.faces)

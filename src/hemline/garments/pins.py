@@ -7,7 +7,7 @@ import numpy as np
 from hemline.arrays import Faces, Float, Int, Normals, Points, Vertices
 from hemline.meshes import ClosestTree
 
-_ROUNDS = 8
+_ROUNDS = 24
 _LOWEST = 0.001
 
 
@@ -33,7 +33,8 @@ class Pins:
     ) -> "Pins":
         """Bind garment vertices to the body so that `positions` on it gives back where they are.
 
-        Where x = q + h n with q on the surface and n the interpolated normal there, found by a fixed point on q.
+        Where x = q + h n with q on the surface and n the interpolated normal there: a damped fixed point on q, the
+        best of 24 rounds.
         A height below 1 mm is raised to it.
 
         Args:
@@ -42,16 +43,25 @@ class Pins:
             tree: The body's surface at rest.
             normals: Its vertex normals.
         """
-        target = np.asarray(positions, np.float64)
-        for _ in range(_ROUNDS):
-            closest = tree.closest(target)
+        positions = np.asarray(positions, np.float64)
+        count = len(positions)
+        faces, weights, heights = np.zeros(count, np.int32), np.zeros((count, 3)), np.zeros(count)
+        missed, offset = np.full(count, np.inf), np.zeros((count, 3))
+        for turn in range(_ROUNDS):
+            closest = tree.closest(positions - offset)
             normal = np.einsum("pc,pcx->px", closest.weights, normals[tree.faces[closest.faces]].astype(np.float64))
             normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-            heights = np.maximum(((positions - closest.positions) * normal).sum(axis=1), _LOWEST)
-            target = positions - heights[:, None] * normal
+            height = np.maximum(((positions - closest.positions) * normal).sum(axis=1), _LOWEST)
+            there = height[:, None] * normal
+            miss = np.linalg.norm(closest.positions + there - positions, axis=1)
+            nearer = miss < missed
+            faces[nearer], weights[nearer] = closest.faces[nearer], closest.weights[nearer]
+            heights[nearer], missed[nearer] = height[nearer], miss[nearer]
+            # half the way: from far off, full steps would jump to and fro over the skin's bumps
+            offset = there if turn == 0 else (offset + there) / 2
         # rounded, so that another machine's last bits give the same pins
-        weights, heights = closest.weights.round(6).astype(np.float32), heights.round(7).astype(np.float32)
-        return cls(np.asarray(vertices, np.int32), closest.faces, weights, heights)
+        rounded = weights.round(6).astype(np.float32), heights.round(7).astype(np.float32)
+        return cls(np.asarray(vertices, np.int32), faces, *rounded)
 
     def positions(self, body_vertices: Vertices, body_normals: Normals, body_faces: Faces) -> Points:
         """Where the pins are on a body: x = sum_c w_c v_c + h n, with n the interpolated unit normal.

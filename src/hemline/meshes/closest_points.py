@@ -56,14 +56,13 @@ class ClosestTree:
         pairs = np.sort(np.stack([self.faces[:, [1, 2]], self.faces[:, [2, 0]], self.faces[:, [0, 1]]], 1), axis=2)
         key = pairs[..., 0].astype(np.int64) * len(self.vertices) + pairs[..., 1]
         _, edge = np.unique(key.reshape(-1), return_inverse=True)
-        at_edge = np.zeros((edge.max() + 1, 3))
-        np.add.at(at_edge, edge, np.repeat(normal, 3, axis=0))
+        at_edge = _summed(edge, np.repeat(normal, 3, axis=0), edge.max() + 1)
         at_vertex = np.zeros((len(self.vertices), 3))
         for corner in range(3):
             one = self.corners[:, (corner + 1) % 3] - self.corners[:, corner]
             two = self.corners[:, (corner + 2) % 3] - self.corners[:, corner]
             angle = np.arctan2(np.linalg.norm(np.cross(one, two), axis=1), (one * two).sum(axis=1))
-            np.add.at(at_vertex, self.faces[:, corner], normal * angle[:, None])
+            at_vertex += _summed(self.faces[:, corner], normal * angle[:, None], len(self.vertices))
         return normal, at_edge[edge].reshape(-1, 3, 3), at_vertex
 
     def closest(self, points: Points) -> ClosestPoints:
@@ -118,6 +117,10 @@ def closest_points_on_mesh(points: Points, vertices: Vertices, faces: Faces) -> 
         Triangles, barycentric weights, positions and distances.
     """
     return ClosestTree(np.asarray(vertices, np.float64), faces).closest(points)
+
+
+def _summed(index: np.ndarray, vectors: np.ndarray, count: int) -> np.ndarray:
+    return np.stack([np.bincount(index, vectors[:, axis], count) for axis in range(3)], axis=1)
 
 
 def _halved(centres: np.ndarray, leaves: int) -> np.ndarray:

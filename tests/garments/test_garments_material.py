@@ -1,0 +1,49 @@
+"""Materials: what ships is physical, what is wrong is refused."""
+
+import math
+
+import pytest
+
+from hemline.errors import BadGarment
+from hemline.garments import MATERIALS, Material
+
+
+def test_paper_is_that_of_agentdress():
+    paper = MATERIALS["paper"]
+    assert (paper.density, paper.young, paper.bending, paper.friction) == (0.1, 30.0, 1e-5, 0.3)
+
+
+@pytest.mark.parametrize("name", sorted(MATERIALS))
+def test_a_hanging_metre_stretches_by_a_few_percent_and_drapes_over_centimetres(name):
+    material = MATERIALS[name]
+    assert material.name == name
+    assert 0.005 < material.density * 9.81 * 1.0 / material.young < 0.04
+    # bending length: how far a strip reaches out before it hangs
+    assert 0.01 < (material.bending / (material.density * 9.81)) ** (1 / 3) < 0.03
+
+
+def test_a_table_starts_from_its_base():
+    own = Material.of({"base": "cotton", "density": 0.2})
+    assert own.density == 0.2 and own.young == MATERIALS["cotton"].young and own.name == "cotton (changed)"
+    assert Material.of(own.as_dict()) == own
+    assert Material.of({"density": 1, "young": 2, "poisson": 0, "bending": 0}).name == "own"
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("coton", "unknown material; got 'coton'; did you mean 'cotton'"),
+        (3, "must be a name or a table"),
+        ({"base": "silk", "denisty": 0.1}, "no constant 'denisty'; got 0.1; did you mean 'density'"),
+        ({"density": 0.1}, "lacks a constant; got young, poisson, bending"),
+        ({"base": "silk", "young": "stiff"}, "young must be a finite number"),
+        ({"base": "silk", "young": math.nan}, "young must be a finite number"),
+        ({"base": "silk", "young": True}, "young must be a finite number"),
+        ({"base": "silk", "density": 0}, "density must be positive"),
+        ({"base": "silk", "bending": -1}, "bending must not be negative"),
+        ({"base": "silk", "poisson": 1.0}, "poisson must lie between"),
+    ],
+)
+def test_refuses(content, message):
+    with pytest.raises(BadGarment, match=message):
+        Material.of(content)
