@@ -8,9 +8,15 @@ from hemline.errors import BadBody
 
 from .body import Body as Body
 from .body_file import read_body, write_body
+from .overlap import overlap_percent as overlap_percent
+from .overlap import overlapping as overlapping
 from .posed import PosedBody as PosedBody
 from .shaped import ShapedBody as ShapedBody
 from .skinning import skin_points as skin_points
+from .untangling import MotionUntangling as MotionUntangling
+from .untangling import Untangling as Untangling
+from .untangling import untangle as untangle
+from .untangling import untangle_motion as untangle_motion
 
 _SHIPPED = {"anny24": Path(__file__).parents[1] / "models" / "anny24.safetensors"}
 
@@ -65,4 +71,7 @@ def write(path: str | Path, body: Body) -> None:
     write_body(path, body)
 
 
-__all__ = ["Body", "PosedBody", "ShapedBody", "load", "names", "read", "skin_points", "write"]
+__all__ = [
+    "Body", "MotionUntangling", "PosedBody", "ShapedBody", "Untangling", "load", "names", "overlap_percent",
+    "overlapping", "read", "skin_points", "untangle", "untangle_motion", "write",
+]  # fmt: skip

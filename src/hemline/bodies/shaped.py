@@ -76,14 +76,14 @@ class ShapedBody:
         return placed(self, motion)
 
     def untangled(self, pose: Pose) -> Pose:
-        """The pose with limbs lifted out of each other; see `untangle.untangle`, which also says by how much."""
-        from .untangle import untangle
+        """The pose with limbs lifted out of each other; see `untangling.untangle`, which also says by how much."""
+        from .untangling import untangle
 
         return untangle(self, pose).pose
 
     def untangled_motion(self, motion: Motion) -> Motion:
-        """The motion with limbs lifted out of each other; see `untangle.untangle_motion`."""
-        from .untangle import untangle_motion
+        """The motion with limbs lifted out of each other; see `untangling.untangle_motion`."""
+        from .untangling import untangle_motion
 
         return untangle_motion(self, motion).motion
 

@@ -58,4 +58,6 @@ def add_overlaps(
                 continue
             vector_out[row] += columns_out[row] * residual
             for column in range(3 * count):
+                if columns_out[column] == 0:
+                    continue
                 matrix_out[row, column] += columns_out[row] * columns_out[column]

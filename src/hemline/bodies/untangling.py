@@ -1,5 +1,6 @@
 """Lift limbs out of the torso and out of each other, a little and smoothly."""
 
+import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from hemline.motions import JOINT_NAMES, Motion, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 
 from .balls import Balls, fill_with_balls
+from .body import Body
 from .shaped import ShapedBody
 from .skinning import skin_points
 from .untangle_kernels import add_overlaps, deepest_overlaps
@@ -21,12 +23,12 @@ TURNED = tuple(
 )
 """Joints that may be turned."""
 
-_STIFFNESS = 2e-4 * np.repeat([1.0, 4.0, 2.0, 8.0], 6)
+_STIFFNESS = np.repeat([1e-3, 2e-2, 4e-3, 4e-2], 6)
 """What turning each joint costs against overlap [m^2/rad^2]: shoulders, elbows, hips, knees."""
 _GAP, _GAP_RAMP = 0.012, 0.01
 """Room that limbs get which overlapped; it grows with their overlap, up to this overlap [m]."""
 _RAMP = 0.005
-_STEPS = 6
+_STEPS, _DAMPING = 10, 1.0
 _SMOOTHING = 0.06
 """Width of the Gaussian by which a motion's corrections are smoothed in time [s]."""
 
@@ -60,7 +62,8 @@ class MotionUntangling:
 def untangle(shaped: ShapedBody, pose: Pose) -> Untangling:
     r"""The pose nearest to the given one in which limbs overlap less, and how far it is from it.
 
-    Minimises, by a fixed number of Gauss-Newton steps over small rotations $\theta$ of shoulders, elbows, hips, knees,
+    Minimises, by a fixed number of damped Gauss-Newton steps over small rotations $\theta$ of shoulders, elbows, hips
+    and knees,
 
     $$\tfrac12 \sum_{\text{pairs}} f(r_a + r_b + g - |c_a - c_b|)^2 + \tfrac12 \sum_j k_j |\theta_j|^2$$
 
@@ -109,7 +112,6 @@ def _degrees(turns: np.ndarray) -> np.ndarray:
 def _turns(shaped: ShapedBody, pose: Pose) -> Float[np.ndarray, "turned 3"]:
     """Rotation vectors of the joints in `TURNED`, in their parents' frames; all zero where nothing overlaps [rad]."""
     balls, free = fill_with_balls(shaped), np.zeros(3 * len(TURNED))
-    shares = _shares(shaped, balls)
     transforms, _ = shaped.transforms_of(pose.rotations[None], pose.translation[None])
     centres = skin_points(transforms[0], balls.weight_indices, balls.weights, balls.centres)
     deepest = np.zeros(balls.limb_pairs.max() + 1)
@@ -118,13 +120,11 @@ def _turns(shaped: ShapedBody, pose: Pose) -> Float[np.ndarray, "turned 3"]:
         return free.reshape(-1, 3)
     gaps = _GAP * np.minimum(deepest / _GAP_RAMP, 1)
     for _ in range(_STEPS):
-        free -= _step(shaped, pose, balls, shares, gaps, free)
+        free -= _step(shaped, pose, balls, gaps, free)
     return free.reshape(-1, 3) * _scales(free)[:, None]
 
 
-def _step(
-    shaped: ShapedBody, pose: Pose, balls: Balls, shares: np.ndarray, gaps: np.ndarray, free: np.ndarray
-) -> np.ndarray:
+def _step(shaped: ShapedBody, pose: Pose, balls: Balls, gaps: np.ndarray, free: np.ndarray) -> np.ndarray:
     """One Gauss-Newton step of the free parameters."""
     scales = _scales(free)
     rotations = _turned(pose.rotations[None], (free.reshape(-1, 3) * scales[:, None])[None]).astype(np.float32)
@@ -132,14 +132,13 @@ def _step(
     centres = skin_points(transforms[0], balls.weight_indices, balls.weights, balls.centres)
     matrix, vector = np.diag(_STIFFNESS), _STIFFNESS * free
     above = shaped.body.parents[list(TURNED)]
-    offsets = to_matrix(shaped.body.rest_offsets[above].astype(np.float64))
-    axes = transforms[0][above, :, :3] @ offsets.transpose(0, 2, 1)
+    axes = transforms[0][above, :, :3] @ _from_rest(shaped.body)
     at = joints[0][list(TURNED)].astype(np.float64)
     add_overlaps(
-        centres, balls.radii, balls.pairs, balls.limb_pairs, gaps, _RAMP, at, axes, shares, scales,
+        centres, balls.radii, balls.pairs, balls.limb_pairs, gaps, _RAMP, at, axes, _shares(shaped), scales,
         matrix, vector, np.empty(len(free)),
     )  # fmt: skip
-    return np.linalg.solve(matrix, vector)
+    return np.linalg.solve(matrix + _DAMPING * np.diag(np.diag(matrix)), vector)
 
 
 def _scales(free: np.ndarray) -> np.ndarray:
@@ -148,9 +147,17 @@ def _scales(free: np.ndarray) -> np.ndarray:
     return 1 / np.sqrt(1 + (lengths / np.deg2rad(LIMIT_DEG)) ** 2)
 
 
-def _shares(shaped: ShapedBody, balls: Balls) -> Float[np.ndarray, "balls turned"]:
+@functools.lru_cache(maxsize=8)
+def _from_rest(body: Body) -> Float[np.ndarray, "turned 3 3"]:
+    """Rotations from the T-pose to the template's own pose, of the parents of the joints that may turn."""
+    offsets = to_matrix(body.rest_offsets[body.parents[list(TURNED)]].astype(np.float64))
+    return np.ascontiguousarray(offsets.transpose(0, 2, 1))
+
+
+@functools.lru_cache(maxsize=8)
+def _shares(shaped: ShapedBody) -> Float[np.ndarray, "balls turned"]:
     """How much of each ball moves with each joint that may turn."""
-    below = np.zeros((len(JOINT_NAMES), len(TURNED)))
+    balls, below = fill_with_balls(shaped), np.zeros((len(JOINT_NAMES), len(TURNED)))
     for joint, parent in enumerate(shaped.body.parents):
         below[joint] = below[parent] if parent >= 0 else 0
         if joint in TURNED:
