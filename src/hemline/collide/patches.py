@@ -35,8 +35,10 @@ class Patches:
     """Limb that each patch belongs to."""
     ring_start: Int[np.ndarray, " verts+1"]
     """Where each vertex's incident faces begin in `ring`."""
-    ring: Int[np.ndarray, "corners 2"]
-    """The other two vertices of each incident face, in its order."""
+    ring: Int[np.ndarray, " corners"]
+    """Faces around each vertex."""
+    across: Int[np.ndarray, "faces 3"]
+    """The face over each edge ab, bc, ca; itself where there is none."""
     limb: Int[np.ndarray, " verts"]
     """Limb of each renumbered vertex."""
 
@@ -64,16 +66,18 @@ def make_patches(shaped: "ShapedBody") -> Patches:
     order, number = _renumbered(faces[np.concatenate(flat)], len(shaped.vertices))
     faces = number[faces]
     unique = [np.unique(faces[leaf]) for leaf in flat]
-    ring_start, ring = _rings(faces, len(order))
+    kept = np.concatenate([_filled(faces[leaf]) for leaf in flat])
+    ring_start, ring = _rings(kept, len(order))
     return Patches(
         order=order.astype(np.int32),
-        faces=np.concatenate([_filled(faces[leaf]) for leaf in flat]).astype(np.int32),
+        faces=kept.astype(np.int32),
         leaf_start=_starts([len(each) for each in unique]),
         leaf_vertices=np.concatenate(unique).astype(np.int32),
         patch_start=_starts([len(patch) for patch in leaves]),
         patch_limb=limb[face_bone[[patch[0] for patch in patches]]].astype(np.int32),
         ring_start=ring_start,
         ring=ring,
+        across=_across(kept),
         limb=limb[bone[order]].astype(np.int32),
     )
 
@@ -146,10 +150,22 @@ def _starts(counts: list[int]) -> np.ndarray:
 
 
 def _rings(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    corner = faces.reshape(-1)
-    others = np.stack([np.roll(faces, -1, axis=1).reshape(-1), np.roll(faces, -2, axis=1).reshape(-1)], axis=1)
+    """Faces around each vertex; those that only fill a leaf are left out."""
+    real = np.flatnonzero(faces[:, 0] != faces[:, 1])
+    corner = faces[real].reshape(-1)
     rank = np.argsort(corner, kind="stable")
-    return _starts(list(np.bincount(corner, minlength=count))), others[rank].astype(np.int32)
+    return _starts(list(np.bincount(corner, minlength=count))), real[rank // 3].astype(np.int32)
+
+
+def _across(faces: np.ndarray) -> np.ndarray:
+    """The face on the other side of each edge. Of several, where parts touch, one with the opposite direction."""
+    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+    scale = int(faces.max()) + 1
+    key, opposite = edges @ [scale, 1], edges @ [1, scale]
+    rank = np.argsort(key, kind="stable")
+    found = rank[np.minimum(np.searchsorted(key, opposite, sorter=rank), len(key) - 1)]
+    own = np.arange(len(key)) // 3
+    return np.where(key[found] == opposite, found // 3, own).reshape(-1, 3).astype(np.int32)
 
 
 def vertex_blocks(vertices: Vertices, size: int) -> Int[np.ndarray, " verts"]:

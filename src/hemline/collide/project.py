@@ -5,7 +5,7 @@ their nearest place on their own limb, moved 2 mm outward, lies inside another p
 itself there. Those are kept outside of their own limb and reported.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -14,16 +14,12 @@ from hemline.arrays import Bool, Faces, Float, Int, Points, Vertices
 from hemline.errors import BadGarment
 
 from .patches import Patches, dominant_joints, make_patches, vertex_blocks
-from .pushkernels import judge, list_tests, push, seek_places, settle
-from .raykernels import BLOCK, GROUP, certify, into_frame, surface_boxes, windings
+from .raykernels import BLOCK, GROUP
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
 
 Guarantee = Literal["exact", "fast"]
-
-PINCH_OFFSET = np.float32(0.002)
-"""How far an anchor is moved outward before it is asked whether it lies inside another part [m]."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +30,8 @@ class ProjectionSettings:
     """Vertices nearer to the skin than this are moved outward [m]."""
     gap: float = 0.0015
     """No vertex that is pushed ends nearer to the skin than this [m]."""
-    reach: float = 0.012
-    """Vertices higher than this over the tangent plane of their anchor are left alone [m]."""
+    far: float = 0.02
+    """Vertices that were farther outside than this are tested, but looked at only in every fourth frame [m]."""
     release: float = 0.05
     """Time constant with which a displacement that is no longer needed fades [s]."""
 
@@ -47,7 +43,9 @@ class ProjectorState:
     frame: int
     """Frames done."""
     anchors: Int[np.ndarray, " verts"]
-    """Nearest vertex of the body found last."""
+    """The face of the body found nearest last."""
+    heights: Float[np.ndarray, " verts"]
+    """Signed distance when last measured [m]."""
     offsets: Float[np.ndarray, "verts 3"]
     """Displacement in the last frame, in the frame of the key bone [m]."""
     directions: Int[np.ndarray, " groups"]
@@ -83,6 +81,8 @@ class Projector:
     """The projector's order of vertices to the garment's."""
     home: Int[np.ndarray, " verts"]
     """Body vertex nearest to each garment vertex at rest, both renumbered."""
+    limb: Int[np.ndarray, " verts"]
+    """The limb that each garment vertex belongs to: that of its home."""
     key_joint: int
     """The bone in whose frame rays run."""
     guarantee: Guarantee
@@ -123,6 +123,7 @@ class Projector:
             patches=patches,
             order=order.astype(np.int32),
             home=home.astype(np.int32),
+            limb=patches.limb[home],
             key_joint=int(np.bincount(joints).argmax()),
             guarantee=guarantee,
             settings=settings or ProjectionSettings(),
@@ -133,7 +134,8 @@ class Projector:
         count = len(self.order)
         return ProjectorState(
             frame=0,
-            anchors=self.home.copy(),
+            anchors=self.patches.ring[self.patches.ring_start[self.home]],
+            heights=np.zeros(count, np.float32),
             offsets=np.zeros((count, 3), np.float32),
             directions=np.zeros(-(-count // GROUP), np.int8),
             lively=np.zeros(-(-count // BLOCK), np.bool_),
@@ -165,123 +167,6 @@ class Projector:
             )
         if not np.isfinite(vertices).all():
             raise BadGarment("garment vertices must be finite", "NaN or infinity", "look at what made this frame")
-        return _Frame(self, state, posed, vertices).projected(dt)
+        from .project_frame import ProjectedFrame
 
-
-class _Frame:
-    """One frame's arrays on their way through the stages."""
-
-    def __init__(self, projector: Projector, state: ProjectorState, posed: "PosedBody", vertices: Vertices):
-        self.projector, self.vertices = projector, vertices
-        self.settings, patches = projector.settings, projector.patches
-        self.to_world = np.ascontiguousarray(posed.transforms[projector.key_joint], np.float32)
-        turn = self.to_world[:, :3].T
-        to_bone = np.ascontiguousarray(np.concatenate([turn, -turn @ self.to_world[:, 3:]], axis=1))
-        self.body = np.empty((len(patches.order), 3), np.float32)
-        self.points = np.empty_like(vertices)
-        into_frame(to_bone, posed.vertices, patches.order, self.body)
-        into_frame(to_bone, vertices, projector.order, self.points)
-        self.leaf_box = np.empty((6, len(patches.leaf_start) - 1), np.float32)
-        self.patch_box = np.empty((6, len(patches.patch_start) - 1), np.float32)
-        surface_boxes(
-            self.body, patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.leaf_box, self.patch_box
-        )
-        self.known, self.normals = np.zeros(len(self.body), np.bool_), np.empty_like(self.body)
-        self.corners = np.empty((len(patches.leaf_start) - 1, 9, 8), np.float32)
-        self.state = replace(
-            state, frame=state.frame + 1, anchors=state.anchors.copy(), directions=state.directions.copy()
-        )
-
-    def projected(self, dt: float) -> tuple[ProjectorState, Vertices, ProjectionReport]:
-        state, settings = self.state, self.settings
-        near = np.empty(len(self.points), np.int32)
-        tries = 5 if state.frame == 1 else 1
-        count = certify(
-            self.points, self.patch_box, state.lively, np.float32(0.005), state.frame, tries, state.directions, near
-        )
-        ids = near[:count]
-        pushed, signed = np.empty((count, 3), np.float32), np.empty(count, np.float32)
-        decay = np.float32(np.exp(-dt / settings.release))
-        patches = self.projector.patches
-        push(
-            self.points, ids, self.body, patches.ring_start, patches.ring, self.known, self.normals, state.anchors,
-            state.offsets, decay, np.float32(settings.margin), np.float32(settings.gap), np.float32(settings.reach),
-            pushed, signed,
-        )  # fmt: skip
-        if self.projector.guarantee == "exact":
-            inside, pinched, anchors = self.repaired(ids, pushed, signed)
-            inside_before, deepest = int(inside.sum()), signed[inside]
-        else:
-            pinched, anchors = np.empty(0, np.int32), np.empty((0, 3), np.float32)
-            inside_before, deepest = None, signed[signed < 0]
-        offsets, lively, out = np.empty_like(state.offsets), np.empty_like(state.lively), self.vertices.copy()
-        moved = settle(self.points, ids, pushed, offsets, lively, self.to_world, self.projector.order, out)
-        report = ProjectionReport(
-            moved=moved,
-            deepest_mm=float(np.abs(deepest).max(initial=0)) * 1000,
-            pinched=pinched,
-            pinched_anchors=anchors,
-            inside_before=inside_before,
-            exact=self.projector.guarantee == "exact",
-        )
-        return replace(state, offsets=offsets, lively=lively), out, report
-
-    def windings(self, tests: Points, group: Int[np.ndarray, " tests"]) -> Int[np.ndarray, " tests"]:
-        winding, patches = np.empty(len(tests), np.int32), self.projector.patches
-        windings(
-            tests, group, self.state.directions, self.body, patches.faces, self.leaf_box, patches.patch_start,
-            self.patch_box, self.corners, winding,
-        )  # fmt: skip
-        return winding
-
-    def repaired(self, ids: Int[np.ndarray, " near"], pushed: Points, signed: Float[np.ndarray, " near"]):
-        count = len(ids)
-        tests, group = np.empty((2 * count, 3), np.float32), np.empty(2 * count, np.int32)
-        after, bad = np.empty(count, np.int32), np.empty(count, np.int32)
-        inside, keep = np.empty(count, np.bool_), np.empty(count, np.bool_)
-        used = list_tests(self.points, ids, pushed, GROUP, tests, group, after)
-        winding = self.windings(tests[:used], group[:used])
-        bad_count = judge(signed, winding, after, np.float32(self.settings.margin), inside, keep, bad)
-        pushed[keep] = self.points[ids[keep]]
-        pinched, anchors = self.relocated(ids, bad[:bad_count], pushed, signed)
-        return inside, pinched, anchors
-
-    def relocated(self, ids, bad, pushed, signed):
-        anchors, places = self.sought(ids[bad], np.full(len(bad), -1, np.int32))
-        rise = self.lifted(-np.abs(places[:, 6]))
-        candidates = places[:, :3] + rise[:, None] * places[:, 3:6]
-        free = self.windings(candidates, ids[bad] // GROUP) == 0
-        signed[bad] = places[:, 6]
-        pushed[bad[free]] = candidates[free]
-        self.state.anchors[ids[bad[free]]] = anchors[free]
-        bad = bad[~free]
-        home = self.projector.patches.limb[self.projector.home[ids[bad]]]
-        anchors, places = self.sought(ids[bad], home)
-        candidates = places[:, :3] + PINCH_OFFSET * places[:, 3:6]
-        free = self.windings(candidates, ids[bad] // GROUP) == 0
-        kept = np.where(
-            (places[:, 6] < self.settings.margin)[:, None],
-            places[:, :3] + self.lifted(places[:, 6])[:, None] * places[:, 3:6],
-            self.points[ids[bad]],
-        )
-        pushed[bad] = np.where(free[:, None], candidates, kept)
-        self.state.anchors[ids[bad]] = anchors
-        vertices = self.projector.order[ids[bad[~free]]]
-        rank = np.argsort(vertices)
-        world = candidates[~free] @ self.to_world[:, :3].T + self.to_world[:, 3]
-        return vertices[rank], world[rank].astype(np.float32)
-
-    def sought(self, ids, limb):
-        patches = self.projector.patches
-        anchors, places = np.empty(len(ids), np.int32), np.empty((len(ids), 7), np.float32)
-        seek_places(
-            self.points, ids, limb, self.body, patches.leaf_start, patches.leaf_vertices, patches.patch_start,
-            self.patch_box, patches.patch_limb, patches.ring_start, patches.ring, self.known, self.normals, anchors,
-            places,
-        )  # fmt: skip
-        return anchors, places
-
-    def lifted(self, distance):
-        room = np.float32(self.settings.margin - self.settings.gap)
-        low = np.minimum(distance, np.float32(self.settings.margin))
-        return np.float32(self.settings.gap) + room * room / (room + np.float32(self.settings.margin) - low)
+        return ProjectedFrame(self, state, posed, vertices).projected(dt)

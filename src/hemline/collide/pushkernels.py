@@ -4,96 +4,79 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-from .surfacekernels import seek, squared_distance, surface_place, vertex_normal, walk
+from .surfacekernels import blended_normal, place_on, seek, walk
 
 _index = np.uintp
 
 
 @kernel(forceinline=True)
 def lifted(distance, margin, gap):
-    """Distance at which a vertex ends that was at `distance` < `margin`: in (gap, margin), monotone, C1 at the margin."""
+    """Distance at which a vertex at `distance` < `margin` ends: in (gap, margin), monotone, C1 at the margin."""
     room = margin - gap
     return gap + room * room / (room + margin - distance)
 
 
 @kernel
 def push(
-    points,
-    ids,
-    body,
-    ring_start,
-    ring,
-    known,
-    normals,
-    anchors,
-    offsets,
-    decay,
-    margin,
-    gap,
-    reach,
-    pushed_out,
-    signed_out,
-):
+    points, ids, body, faces, across, ring_start, ring, known, normals, anchors, heights, offsets, decay, margin, gap, far,
+    turn, pushed_out, signed_out,
+):  # fmt: skip
     """Where each listed vertex should go to be outside of the surface around its anchor.
 
-    in: points (n,3), ids (k,), body (verts,3), its rings, decay of offsets (0..1), margin, gap, reach [m];
-    in and out: anchors (n,), known and normals of the body; offsets (n,3) is only read;
-    out: pushed_out (k,3), signed_out (k,): distance before [m], beyond `reach` only roughly.
+    in: points (n,3), ids (k,), body (verts,3), its faces, the faces across their edges and around vertices; offsets
+    (n,3) and their decay (0..1); margin, gap [m]; far [m]: vertices that were farther outside are left alone but in
+    every fourth turn; in and out: anchors (n,), heights (n,): signed distance when last measured, known and normals of
+    the body;
+    out: pushed_out (k,3), signed_out (k,): signed distance before [m].
     """
-    place = np.empty(7, np.float32)
+    tiny, one = np.float32(1e-8), np.float32(1)
     last = np.int64(-1)
-    tiny = np.float32(1e-10)
     for k in range(len(ids)):
         i = _index(ids[k])
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        start = np.int64(anchors[i])
-        if last >= 0 and squared_distance(body, last, x, y, z) < squared_distance(body, start, x, y, z):
-            start = last
-        last, squared = walk(body, ring_start, ring, start, x, y, z)
-        anchors[i] = last
         ox, oy, oz = offsets[i, 0] * decay, offsets[i, 1] * decay, offsets[i, 2] * decay
         held = ox * ox + oy * oy + oz * oz > tiny
-        v = _index(last)
-        vertex_normal(body, ring_start, ring, last, known, normals)
-        height = (x - body[v, 0]) * normals[v, 0] + (y - body[v, 1]) * normals[v, 1] + (z - body[v, 2]) * normals[v, 2]
-        pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x, y, z
-        signed_out[k] = np.sqrt(squared)
-        if height > reach:
-            if held:
-                pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x + ox, y + oy, z + oz
+        if heights[i] > far and not held and (ids[k] + turn) % 4:
+            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x, y, z
+            signed_out[k] = heights[i]
             continue
-        surface_place(body, ring_start, ring, last, x, y, z, known, normals, place)
-        signed_out[k] = place[6]
-        push_from(place, x, y, z, margin, gap, pushed_out[k])
-        if held:
-            nx, ny, nz = place[3], place[4], place[5]
-            done = (pushed_out[k, 0] - x) * nx + (pushed_out[k, 1] - y) * ny + (pushed_out[k, 2] - z) * nz
-            more = max(ox * nx + oy * ny + oz * nz - done, np.float32(0))
-            pushed_out[k, 0] += more * nx
-            pushed_out[k, 1] += more * ny
-            pushed_out[k, 2] += more * nz
-
-
-@kernel
-def push_from(place, x, y, z, margin, gap, out):
-    """Move a point that is at signed distance < margin from a place of the surface to its lifted distance."""
-    distance = place[6]
-    out[0], out[1], out[2] = x, y, z
-    if distance < margin:
-        rise = lifted(distance, margin, gap)
-        height = (x - place[0]) * place[3] + (y - place[1]) * place[4] + (z - place[2]) * place[5]
-        share = (margin - gap) / (margin - gap + margin - distance)
-        for axis in range(3):
-            across = (x if axis == 0 else y if axis == 1 else z) - place[axis] - height * place[3 + axis]
-            out[axis] = place[axis] + share * across + (rise + share * (height - distance)) * place[3 + axis]
+        start = np.int64(anchors[i])
+        if last >= 0:
+            p, q = _index(faces[_index(last), 0]), _index(faces[_index(start), 0])
+            px, py, pz = body[p, 0] - x, body[p, 1] - y, body[p, 2] - z
+            qx, qy, qz = body[q, 0] - x, body[q, 1] - y, body[q, 2] - z
+            if px * px + py * py + pz * pz < qx * qx + qy * qy + qz * qz:
+                start = last
+        last, at_b, at_c, squared = walk(body, faces, across, ring_start, ring, start, x, y, z)
+        anchors[i] = last
+        cx, cy, cz = place_on(body, faces, last, at_b, at_c)
+        rx, ry, rz = x - cx, y - cy, z - cz
+        nx, ny, nz = blended_normal(body, faces, ring_start, ring, last, at_b, at_c, known, normals)
+        height = rx * nx + ry * ny + rz * nz
+        distance = np.sqrt(squared) * (one if height >= 0 else -one)
+        signed_out[k] = heights[i] = distance
+        if distance < margin:
+            rise = lifted(distance, margin, gap)
+            share = (margin - gap) / (margin - gap + margin - distance)
+            up = rise + share * (height - distance) - share * height
+            yx, yy, yz = cx + share * rx + up * nx, cy + share * ry + up * ny, cz + share * rz + up * nz
+            if held:
+                done = (yx - x) * nx + (yy - y) * ny + (yz - z) * nz
+                more = max(ox * nx + oy * ny + oz * nz - done, np.float32(0))
+                yx, yy, yz = yx + more * nx, yy + more * ny, yz + more * nz
+            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = yx, yy, yz
+        elif held:
+            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x + ox, y + oy, z + oz
+        else:
+            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x, y, z
 
 
 @kernel
 def list_tests(points, ids, pushed, per_group, tests_out, group_out, after_out):
     """Positions to test for each listed vertex: where it was, and where it would go if that differs.
 
-    in: points (n,3), ids (k,), pushed (k,3), vertices per group; out: tests_out (2k,3), group_out (2k,), after_out (k,):
-    which test is of the pushed position, the one before it being of the other. Returns how many.
+    in: points (n,3), ids (k,), pushed (k,3), vertices per group; out: tests_out (2k,3), group_out (2k,), after_out
+    (k,): which test is of the pushed position, the one before it being of the other. Returns how many.
     """
     count = 0
     for k in range(len(ids)):
@@ -110,11 +93,13 @@ def list_tests(points, ids, pushed, per_group, tests_out, group_out, after_out):
 
 
 @kernel
-def judge(signed, winding, after, margin, inside_out, keep_out, bad_out):
+def judge(points, ids, signed, winding, after, margin, pushed_out, inside_out, bad_out):
     """Decide by the winding numbers of both positions of each vertex.
 
-    in: signed (k,) distances before, winding (tests,), after (k,); out: inside_out (k,): inside before; keep_out (k,):
-    free where it was, and pushed by a stale anchor or into something; bad_out: both are inside. Returns how many bad.
+    A vertex that was free, and was pushed by a stale anchor or into something, stays where it was.
+
+    in: points (n,3), ids (k,), signed (k,) distances before, winding (tests,), after (k,); in and out: pushed_out (k,3);
+    out: inside_out (k,): inside before; bad_out: inside in both. Returns how many bad.
     """
     count = 0
     for k in range(len(signed)):
@@ -122,30 +107,65 @@ def judge(signed, winding, after, margin, inside_out, keep_out, bad_out):
         before = winding[after[k - 1] + 1 if k > 0 else 0]
         inside_out[k] = before != 0
         stale = before == 0 and signed[k] < -margin
-        keep_out[k] = before == 0 and abs(signed[k]) > np.float32(1e-5) and (there != 0 or stale)
-        if there != 0 and not keep_out[k]:
+        if before == 0 and abs(signed[k]) > np.float32(1e-5) and (there != 0 or stale):
+            for axis in range(3):
+                pushed_out[k, axis] = points[_index(ids[k]), axis]
+        elif there != 0:
             bad_out[count] = k
             count += 1
     return count
 
 
 @kernel
-def seek_places(
-    points, ids, limb, body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, ring_start, ring, known,
-    normals, anchors_out, places_out,
+def seek_ways_out(
+    points, ids, bad, limb, own_limb, pinch, margin, gap, body, faces, leaf_start, leaf_vertices, patch_start,
+    patch_box, patch_limb, across, ring_start, ring, known, normals, anchors, heights, signed_out, trial_out,
+    otherwise_out,
 ):  # fmt: skip
-    """Nearest place of the surface to each listed vertex, on the limb named for it (below 0: on any).
+    """Where vertices that are still inside could go: over the nearest place of the surface.
 
-    in: points (n,3), ids (k,), limb (k,), the body; out: anchors_out (k,), places_out (k,7).
+    in: points (n,3), ids (k,), bad: which of them, limb (n,) of each vertex, own_limb: only search that and try the
+    place moved outward by `pinch` [m]; the body; in and out: anchors, heights (n,); signed_out (k,): distance [m];
+    out: trial_out (bad,3): what to test; otherwise_out (bad,3): outside of the own limb only.
     """
-    bound = np.empty(len(patch_limb), np.float32)
-    for k in range(len(ids)):
-        x, y, z = points[ids[k], 0], points[ids[k], 1], points[ids[k], 2]
-        anchor = seek(
-            body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, limb[k], x, y, z, bound
-        )  # fmt: skip
-        anchors_out[k] = anchor
-        surface_place(body, ring_start, ring, anchor, x, y, z, known, normals, places_out[k])
+    bound, one = np.empty(len(patch_limb), np.float32), np.float32(1)
+    for k in range(len(bad)):
+        i = _index(ids[bad[k]])
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        on = limb[i] if own_limb else np.int32(-1)
+        vertex = seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, on, x, y, z, bound)
+        face, at_b, at_c, squared = walk(body, faces, across, ring_start, ring, ring[ring_start[vertex]], x, y, z)
+        cx, cy, cz = place_on(body, faces, face, at_b, at_c)
+        nx, ny, nz = blended_normal(body, faces, ring_start, ring, face, at_b, at_c, known, normals)
+        height = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
+        distance = np.sqrt(squared) * (one if height >= 0 else -one)
+        anchors[i], heights[i] = face, distance
+        if not own_limb:
+            signed_out[bad[k]] = distance
+        rise = pinch if own_limb else lifted(-abs(distance), margin, gap)
+        trial_out[k, 0], trial_out[k, 1], trial_out[k, 2] = cx + rise * nx, cy + rise * ny, cz + rise * nz
+        if distance < margin:
+            rise = lifted(distance, margin, gap)
+            x, y, z = cx + rise * nx, cy + rise * ny, cz + rise * nz
+        otherwise_out[k, 0], otherwise_out[k, 1], otherwise_out[k, 2] = x, y, z
+
+
+@kernel
+def take_ways_out(bad, winding, trial, otherwise, pushed_out, still_out, where_out):
+    """Send vertices where it is free.
+
+    out: pushed_out (k,3); still_out (bad,): those for which it is not, where_out (bad,3): their trials.
+    """
+    count = 0
+    for k in range(len(bad)):
+        for axis in range(3):
+            pushed_out[bad[k], axis] = trial[k, axis] if winding[k] == 0 else otherwise[k, axis]
+        if winding[k] != 0:
+            still_out[count] = bad[k]
+            for axis in range(3):
+                where_out[count, axis] = trial[k, axis]
+            count += 1
+    return count
 
 
 @kernel

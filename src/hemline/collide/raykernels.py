@@ -16,11 +16,12 @@ GROUP = 64
 _index = np.uintp
 
 
-@kernel
+@kernel(fastmath={"contract"})
 def into_frame(frame, points, order, out):
     """Points in the frame of a bone, reordered: out[i] = frame points[order[i]]. in: frame (3,4); out: (n,3)."""
     for i in range(len(order)):
-        x, y, z = points[order[i], 0], points[order[i], 1], points[order[i], 2]
+        k = _index(order[i])
+        x, y, z = points[k, 0], points[k, 1], points[k, 2]
         for axis in range(3):
             out[i, axis] = frame[axis, 0] * x + frame[axis, 1] * y + frame[axis, 2] * z + frame[axis, 3]
 
@@ -29,35 +30,23 @@ def into_frame(frame, points, order, out):
 def surface_boxes(body, leaf_start, leaf_vertices, patch_start, leaf_box_out, patch_box_out):
     """Boxes of leaves (6,leaves) and of patches (6,patches): three lowest, then three highest coordinates [m]."""
     for leaf in range(leaf_box_out.shape[1]):
-        first = leaf_vertices[leaf_start[leaf]]
-        x, y, z = body[first, 0], body[first, 1], body[first, 2]
-        lx, ly, lz, hx, hy, hz = x, y, z, x, y, z
-        for k in range(leaf_start[leaf] + np.uint32(1), leaf_start[leaf + 1]):
-            vertex = leaf_vertices[k]
-            x, y, z = body[vertex, 0], body[vertex, 1], body[vertex, 2]
+        first = _index(leaf_vertices[leaf_start[leaf]])
+        lx, ly, lz = body[first, 0], body[first, 1], body[first, 2]
+        hx, hy, hz = lx, ly, lz
+        for k in range(leaf_start[leaf] + 1, leaf_start[leaf + 1]):
+            v = _index(leaf_vertices[_index(k)])
+            x, y, z = body[v, 0], body[v, 1], body[v, 2]
             lx, ly, lz = min(lx, x), min(ly, y), min(lz, z)
             hx, hy, hz = max(hx, x), max(hy, y), max(hz, z)
         leaf_box_out[0, leaf], leaf_box_out[1, leaf], leaf_box_out[2, leaf] = lx, ly, lz
         leaf_box_out[3, leaf], leaf_box_out[4, leaf], leaf_box_out[5, leaf] = hx, hy, hz
     for row in range(6):
         for patch in range(patch_box_out.shape[1]):
-            value = leaf_box_out[row, patch_start[patch]]
-            for leaf in range(patch_start[patch] + np.uint32(1), patch_start[patch + 1]):
-                other = leaf_box_out[row, leaf]
+            value = leaf_box_out[row, _index(patch_start[patch])]
+            for leaf in range(patch_start[patch] + 1, patch_start[patch + 1]):
+                other = leaf_box_out[row, _index(leaf)]
                 value = min(value, other) if row < 3 else max(value, other)
             patch_box_out[row, patch] = value
-
-
-@kernel(forceinline=True)
-def block_box(points, ids, begin, end, box_out):
-    """Box of points[ids[begin:end]]: three lowest, then three highest coordinates [m]."""
-    lx, ly, lz = np.float32(np.inf), np.float32(np.inf), np.float32(np.inf)
-    hx, hy, hz = np.float32(-np.inf), np.float32(-np.inf), np.float32(-np.inf)
-    for k in range(begin, end):
-        x, y, z = points[ids[k], 0], points[ids[k], 1], points[ids[k], 2]
-        lx, ly, lz = min(lx, x), min(ly, y), min(lz, z)
-        hx, hy, hz = max(hx, x), max(hy, y), max(hz, z)
-    box_out[0], box_out[1], box_out[2], box_out[3], box_out[4], box_out[5] = lx, ly, lz, hx, hy, hz
 
 
 @kernel(forceinline=True)
@@ -122,7 +111,8 @@ def block_box(points, begin, end, direction):
 def certify(points, patch_box, lively, margin, turn, tries, direction, near_out):
     """Find the vertices that cannot be shown to be free of the body by boxes alone.
 
-    in: points (n,3), patch_box (6,patches), lively (blocks,): not to be certified, margin [m], turn: which direction to try next, tries: how many;
+    in: points (n,3), patch_box (6,patches), lively (blocks,): not to be certified, margin [m], turn: which direction to
+    try next, tries: how many;
     in and out: direction (groups,), the one that sees fewest patches; out: near_out (n,); returns how many.
     """
     patches = patch_box.shape[1]

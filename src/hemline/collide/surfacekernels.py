@@ -1,8 +1,7 @@
 """Nearest places on a posed body's surface: compiled code.
 
-A walk from vertex to vertex follows a point from frame to frame; a search over patches finds the nearest vertex of the
-whole body, or of one limb. Around that vertex the nearest point of its incident faces is taken, with the normal
-blended from their corners.
+A walk from face to face follows a point from frame to frame; a search over patches finds the nearest vertex of the
+whole body, or of one limb.
 """
 
 import numpy as np
@@ -10,50 +9,10 @@ import numpy as np
 from hemline.compiled import kernel
 
 _index = np.uintp
+MOST_STEPS = 100
 
 
 @kernel(forceinline=True)
-def squared_distance(body, vertex, x, y, z):
-    """Squared distance of a point to a vertex [m^2]."""
-    v = _index(vertex)
-    dx, dy, dz = body[v, 0] - x, body[v, 1] - y, body[v, 2] - z
-    return dx * dx + dy * dy + dz * dz
-
-
-@kernel(forceinline=True)
-def walk(body, ring_start, ring, start, x, y, z):
-    """Vertex reached from `start` by going to the neighbour nearest to a point while that is nearer."""
-    best, nearest = np.int64(start), squared_distance(body, start, x, y, z)
-    while True:
-        here = best
-        for k in range(ring_start[_index(here)], ring_start[_index(here) + _index(1)]):
-            other = ring[_index(k), 0]
-            distance = squared_distance(body, other, x, y, z)
-            if distance < nearest:
-                best, nearest = np.int64(other), distance
-        if best == here:
-            return best, nearest
-
-
-@kernel
-def vertex_normal(body, ring_start, ring, vertex, known, normals_out):
-    """Area-weighted unit normal of a vertex, computed when first asked for. in and out: known, normals_out (verts,3)."""
-    v = _index(vertex)
-    if known[v]:
-        return
-    x, y, z = body[v, 0], body[v, 1], body[v, 2]
-    nx, ny, nz = np.float32(0), np.float32(0), np.float32(0)
-    for k in range(ring_start[v], ring_start[v + _index(1)]):
-        b, c = _index(ring[_index(k), 0]), _index(ring[_index(k), 1])
-        bx, by, bz = body[b, 0] - x, body[b, 1] - y, body[b, 2] - z
-        cx, cy, cz = body[c, 0] - x, body[c, 1] - y, body[c, 2] - z
-        nx, ny, nz = nx + by * cz - bz * cy, ny + bz * cx - bx * cz, nz + bx * cy - by * cx
-    scale = np.float32(1) / max(np.sqrt(nx * nx + ny * ny + nz * nz), np.float32(1e-20))
-    normals_out[v, 0], normals_out[v, 1], normals_out[v, 2] = nx * scale, ny * scale, nz * scale
-    known[v] = True
-
-
-@kernel
 def nearest_weights(a, b, c):
     """Barycentric weights (of b and of c) of the point of the triangle a, b, c nearest to the origin.
 
@@ -88,61 +47,114 @@ def nearest_weights(a, b, c):
     return vb * scale, vc * scale
 
 
-@kernel
-def surface_place(body, ring_start, ring, vertex, x, y, z, known, normals, place_out):
-    """Nearest point of the faces around a vertex, and the blended normal there.
+@kernel(forceinline=True)
+def walk(body, faces, across, ring_start, ring, start, x, y, z):
+    """Nearest point of the surface reached from a face by going on over the edge or corner that is nearest.
 
-    in and out: known (verts,), normals (verts,3); out: place_out (7,): point, unit normal, signed distance [m].
+    in: body (verts,3), faces (faces,3), across (faces,3): the face over each edge ab, bc, ca; ring: faces around each
+    vertex; start: a face; returns face, weights of its second and third corner, squared distance [m^2].
     """
+    best, at_b, at_c, nearest = np.int64(start), np.float32(0), np.float32(0), np.float32(np.inf)
+    begin, end, over_edge = np.int64(0), np.int64(1), False
+    vertex, edge = _index(0), _index(0)
+    for step in range(MOST_STEPS):
+        here, before = best, nearest
+        for k in range(begin, end):
+            if step == 0:
+                face = here
+            elif over_edge:
+                face = np.int64(across[_index(here), edge])
+            else:
+                face = np.int64(ring[_index(k)])
+            i, j, l = _index(faces[_index(face), 0]), _index(faces[_index(face), 1]), _index(faces[_index(face), 2])
+            a = (body[i, 0] - x, body[i, 1] - y, body[i, 2] - z)
+            b = (body[j, 0] - x, body[j, 1] - y, body[j, 2] - z)
+            c = (body[l, 0] - x, body[l, 1] - y, body[l, 2] - z)
+            s, t = nearest_weights(a, b, c)
+            r = np.float32(1) - s - t
+            px, py, pz = r * a[0] + s * b[0] + t * c[0], r * a[1] + s * b[1] + t * c[1], r * a[2] + s * b[2] + t * c[2]
+            distance = px * px + py * py + pz * pz
+            if distance < nearest:
+                best, at_b, at_c, nearest = face, s, t, distance
+        if nearest >= before * np.float32(0.999999):
+            break
+        at_a = np.float32(1) - at_b - at_c
+        on_a, on_b, on_c = at_a > np.float32(1e-6), at_b > 0, at_c > 0
+        if on_a and on_b and on_c:
+            break
+        over_edge = (on_a and on_b) or (on_b and on_c) or (on_a and on_c)
+        if over_edge:
+            edge = _index(0 if not on_c else 1 if not on_a else 2)
+            begin, end = 0, 1
+        else:
+            vertex = _index(faces[_index(best), _index(0 if on_a else 1 if on_b else 2)])
+            begin, end = np.int64(ring_start[vertex]), np.int64(ring_start[vertex + _index(1)])
+    return best, at_b, at_c, nearest
+
+
+@kernel
+def vertex_normal(body, faces, ring_start, ring, vertex, known, normals_out):
+    """Area-weighted normal of a vertex, computed when first asked for. in and out: known (verts,), normals_out (verts,3)."""
     v = _index(vertex)
-    a = (body[v, 0] - x, body[v, 1] - y, body[v, 2] - z)
-    nearest, best, at_b, at_c = np.float32(np.inf), np.int64(-1), np.float32(0), np.float32(0)
-    px, py, pz = a
+    nx, ny, nz = np.float32(0), np.float32(0), np.float32(0)
     for k in range(ring_start[v], ring_start[v + _index(1)]):
-        i, j = _index(ring[_index(k), 0]), _index(ring[_index(k), 1])
-        b = (body[i, 0] - x, body[i, 1] - y, body[i, 2] - z)
-        c = (body[j, 0] - x, body[j, 1] - y, body[j, 2] - z)
-        s, t = nearest_weights(a, b, c)
-        r = np.float32(1) - s - t
-        cx, cy, cz = r * a[0] + s * b[0] + t * c[0], r * a[1] + s * b[1] + t * c[1], r * a[2] + s * b[2] + t * c[2]
-        distance = cx * cx + cy * cy + cz * cz
-        if distance < nearest:
-            nearest, best, at_b, at_c, px, py, pz = distance, np.int64(k), s, t, cx, cy, cz
-    vertex_normal(body, ring_start, ring, vertex, known, normals)
-    nx, ny, nz = normals[v, 0], normals[v, 1], normals[v, 2]
-    if best >= 0:
-        i, j, r = _index(ring[_index(best), 0]), _index(ring[_index(best), 1]), np.float32(1) - at_b - at_c
-        vertex_normal(body, ring_start, ring, i, known, normals)
-        vertex_normal(body, ring_start, ring, j, known, normals)
-        nx = r * nx + at_b * normals[i, 0] + at_c * normals[j, 0]
-        ny = r * ny + at_b * normals[i, 1] + at_c * normals[j, 1]
-        nz = r * nz + at_b * normals[i, 2] + at_c * normals[j, 2]
+        f = _index(ring[_index(k)])
+        a, b, c = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2])
+        x, y, z = body[a, 0], body[a, 1], body[a, 2]
+        bx, by, bz = body[b, 0] - x, body[b, 1] - y, body[b, 2] - z
+        cx, cy, cz = body[c, 0] - x, body[c, 1] - y, body[c, 2] - z
+        nx, ny, nz = nx + by * cz - bz * cy, ny + bz * cx - bx * cz, nz + bx * cy - by * cx
     scale = np.float32(1) / max(np.sqrt(nx * nx + ny * ny + nz * nz), np.float32(1e-20))
-    nx, ny, nz = nx * scale, ny * scale, nz * scale
-    outward = -(px * nx + py * ny + pz * nz)
-    place_out[0], place_out[1], place_out[2] = px + x, py + y, pz + z
-    place_out[3], place_out[4], place_out[5] = nx, ny, nz
-    place_out[6] = np.sqrt(px * px + py * py + pz * pz) * np.float32(1 if outward >= 0 else -1)
+    normals_out[v, 0], normals_out[v, 1], normals_out[v, 2] = nx * scale, ny * scale, nz * scale
+    known[v] = True
+
+
+@kernel(forceinline=True)
+def blended_normal(body, faces, ring_start, ring, face, at_b, at_c, known, normals):
+    """Unit normal at a place of a face, blended from its corners."""
+    f = _index(face)
+    i, j, k = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2])
+    for vertex in (i, j, k):
+        if not known[vertex]:
+            vertex_normal(body, faces, ring_start, ring, vertex, known, normals)
+    at_a = np.float32(1) - at_b - at_c
+    nx = at_a * normals[i, 0] + at_b * normals[j, 0] + at_c * normals[k, 0]
+    ny = at_a * normals[i, 1] + at_b * normals[j, 1] + at_c * normals[k, 1]
+    nz = at_a * normals[i, 2] + at_b * normals[j, 2] + at_c * normals[k, 2]
+    scale = np.float32(1) / max(np.sqrt(nx * nx + ny * ny + nz * nz), np.float32(1e-20))
+    return nx * scale, ny * scale, nz * scale
+
+
+@kernel(forceinline=True)
+def place_on(body, faces, face, at_b, at_c):
+    """Position of a place of a face."""
+    f = _index(face)
+    i, j, k, at_a = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2]), np.float32(1) - at_b - at_c
+    x = at_a * body[i, 0] + at_b * body[j, 0] + at_c * body[k, 0]
+    y = at_a * body[i, 1] + at_b * body[j, 1] + at_c * body[k, 1]
+    z = at_a * body[i, 2] + at_b * body[j, 2] + at_c * body[k, 2]
+    return x, y, z
 
 
 @kernel
 def seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, limb, x, y, z, bound):
-    """Vertex nearest to a point, of one limb or (limb < 0) of the whole body. room: bound (patches,)."""
+    """Vertex nearest to a point, of one limb or (limb < 0) of the whole body. bound (patches,) is room."""
     closest, first = np.float32(np.inf), np.int64(0)
     for k in range(len(bound)):
         dx = max(patch_box[0, k] - x, x - patch_box[3, k], np.float32(0))
         dy = max(patch_box[1, k] - y, y - patch_box[4, k], np.float32(0))
         dz = max(patch_box[2, k] - z, z - patch_box[5, k], np.float32(0))
-        bound[k] = dx * dx + dy * dy + dz * dz
-        if (limb < 0 or patch_limb[k] == limb) and bound[k] < closest:
+        bound[k] = dx * dx + dy * dy + dz * dz if limb < 0 or patch_limb[k] == limb else np.float32(np.inf)
+        if bound[k] < closest:
             closest, first = bound[k], k
-    best, nearest = np.int64(-1), np.float32(np.inf)
+    best, nearest = np.int64(0), np.float32(np.inf)
     for turn in range(-1, len(bound)):
         k = first if turn < 0 else turn
-        if bound[k] < nearest and (limb < 0 or patch_limb[k] == limb) and (turn < 0 or k != first):
-            for leaf in range(patch_start[k], patch_start[k + 1]):
-                for j in range(leaf_start[leaf], leaf_start[leaf + 1]):
-                    distance = squared_distance(body, leaf_vertices[j], x, y, z)
-                    if distance < nearest:
-                        best, nearest = np.int64(leaf_vertices[j]), distance
+        if bound[k] < nearest:
+            for corner in range(leaf_start[patch_start[k]], leaf_start[patch_start[k + 1]]):
+                v = _index(leaf_vertices[_index(corner)])
+                dx, dy, dz = body[v, 0] - x, body[v, 1] - y, body[v, 2] - z
+                distance = dx * dx + dy * dy + dz * dz
+                if distance < nearest:
+                    best, nearest = np.int64(v), distance
     return best

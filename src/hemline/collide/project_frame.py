@@ -1,0 +1,134 @@
+"""One frame of the projection: its arrays on their way through the stages."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.arrays import Bool, Float, Int, Points, Vertices
+
+from .project import ProjectionReport, Projector, ProjectorState
+from .pushkernels import judge, list_tests, push, seek_ways_out, settle, take_ways_out
+from .raykernels import BLOCK, GROUP, certify, into_frame, surface_boxes, windings
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody
+
+PINCH_OFFSET = np.float32(0.002)
+"""How far an anchor is moved outward before it is asked whether it lies inside another part [m]."""
+SKYLINE_MARGIN = np.float32(0.005)
+"""How much the boxes of the body are widened before vertices are certified to be free of them [m]."""
+
+
+class ProjectedFrame:
+    """Body and garment in the frame of the key bone, and what the stages find out about them."""
+
+    def __init__(self, projector: Projector, state: ProjectorState, posed: "PosedBody", vertices: Vertices):
+        patches = projector.patches
+        self.projector, self.patches, self.vertices = projector, patches, vertices
+        self.margin, self.gap = np.float32(projector.settings.margin), np.float32(projector.settings.gap)
+        self.to_world = np.ascontiguousarray(posed.transforms[projector.key_joint], np.float32)
+        turn = self.to_world[:, :3].T
+        to_bone = np.ascontiguousarray(np.concatenate([turn, -turn @ self.to_world[:, 3:]], axis=1))
+        self.body, self.points = np.empty((len(patches.order), 3), np.float32), np.empty_like(vertices)
+        into_frame(to_bone, posed.vertices, patches.order, self.body)
+        into_frame(to_bone, vertices, projector.order, self.points)
+        leaves = len(patches.leaf_start) - 1
+        self.leaf_box, self.corners = np.empty((6, leaves), np.float32), np.empty((leaves, 9, BLOCK), np.float32)
+        self.patch_box = np.empty((6, len(patches.patch_start) - 1), np.float32)
+        surface_boxes(
+            self.body, patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.leaf_box, self.patch_box
+        )
+        self.known, self.normals = np.zeros(len(self.body), np.bool_), np.empty_like(self.body)
+        self.state = replace(
+            state,
+            frame=state.frame + 1,
+            anchors=state.anchors.copy(),
+            heights=state.heights.copy(),
+            directions=state.directions.copy(),
+        )
+
+    def projected(self, dt: float) -> tuple[ProjectorState, Vertices, ProjectionReport]:
+        """The next state, the garment outside of the body, and the report."""
+        exact = self.projector.guarantee == "exact"
+        ids = self.uncertified()
+        pushed, signed = self.pushed(ids, dt)
+        inside, pinched = signed < 0, np.empty(0, np.int32)
+        anchors = np.empty((0, 3), np.float32)
+        if exact:
+            inside, bad = self.tested(ids, pushed, signed)
+            if len(bad):
+                pinched, anchors = self.led_out(ids, bad, pushed, signed)
+        offsets, lively = np.empty_like(self.state.offsets), np.empty_like(self.state.lively)
+        out = self.vertices.copy()
+        moved = settle(self.points, ids, pushed, offsets, lively, self.to_world, self.projector.order, out)
+        deepest = 1000 * float(np.abs(signed[inside]).max(initial=0))
+        before = int(np.count_nonzero(inside)) if exact else None
+        report = ProjectionReport(moved, deepest, pinched, anchors, before, exact)
+        return replace(self.state, offsets=offsets, lively=lively), out, report
+
+    def uncertified(self) -> Int[np.ndarray, " near"]:
+        """Vertices that boxes alone cannot show to be outside, or that were displaced in the last frame."""
+        near, state = np.empty(len(self.points), np.int32), self.state
+        tries = 5 if state.frame == 1 else 1
+        count = certify(
+            self.points, self.patch_box, state.lively, SKYLINE_MARGIN, state.frame, tries, state.directions, near
+        )
+        return near[:count]
+
+    def pushed(self, ids: Int[np.ndarray, " near"], dt: float) -> tuple[Points, Float[np.ndarray, " near"]]:
+        """Where each vertex should go by its anchor, and its signed distance before."""
+        pushed, signed = np.empty((len(ids), 3), np.float32), np.empty(len(ids), np.float32)
+        settings, patches, state = self.projector.settings, self.patches, self.state
+        push(
+            self.points, ids, self.body, patches.faces, patches.across, patches.ring_start, patches.ring, self.known,
+            self.normals, state.anchors, state.heights, state.offsets, np.float32(np.exp(-dt / settings.release)),
+            self.margin, self.gap, np.float32(settings.far), state.frame, pushed, signed,
+        )  # fmt: skip
+        return pushed, signed
+
+    def tested(
+        self, ids: Int[np.ndarray, " near"], pushed: Points, signed: Float[np.ndarray, " near"]
+    ) -> tuple[Bool[np.ndarray, " near"], Int[np.ndarray, " bad"]]:
+        """Which vertices were inside before, and which are in both positions. Changes `pushed` back where it was free."""
+        count = len(ids)
+        tests, group = np.empty((2 * count, 3), np.float32), np.empty(2 * count, np.int32)
+        after, bad, inside = np.empty(count, np.int32), np.empty(count, np.int32), np.empty(count, np.bool_)
+        used = list_tests(self.points, ids, pushed, GROUP, tests, group, after)
+        winding = self.windings(tests[:used], group[:used])
+        bad_count = judge(self.points, ids, signed, winding, after, self.margin, pushed, inside, bad)
+        return inside, bad[:bad_count]
+
+    def windings(self, tests: Points, group: Int[np.ndarray, " tests"]) -> Int[np.ndarray, " tests"]:
+        """Winding numbers of points that belong to groups of vertices, ascending."""
+        winding, patches = np.empty(len(tests), np.int32), self.patches
+        windings(
+            tests, group, self.state.directions, self.body, patches.faces, self.leaf_box, patches.patch_start,
+            self.patch_box, self.corners, winding,
+        )  # fmt: skip
+        return winding
+
+    def led_out(
+        self,
+        ids: Int[np.ndarray, " near"],
+        bad: Int[np.ndarray, " bad"],
+        pushed: Points,
+        signed: Float[np.ndarray, " near"],
+    ) -> tuple[Int[np.ndarray, " pinched"], Points]:
+        """Lead vertices out by the nearest skin, else by that of their own limb; what is left is pinched."""
+        for own_limb in (False, True):
+            trial, otherwise = np.empty((len(bad), 3), np.float32), np.empty((len(bad), 3), np.float32)
+            patches, state = self.patches, self.state
+            seek_ways_out(
+                self.points, ids, bad, self.projector.limb, own_limb, PINCH_OFFSET, self.margin, self.gap, self.body,
+                patches.faces, patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.patch_box,
+                patches.patch_limb, patches.across, patches.ring_start, patches.ring, self.known, self.normals,
+                state.anchors, state.heights, signed, trial, otherwise,
+            )  # fmt: skip
+            winding = self.windings(trial, ids[bad] // GROUP)
+            still, where = np.empty(len(bad), np.int32), np.empty((len(bad), 3), np.float32)
+            count = take_ways_out(bad, winding, trial, otherwise, pushed, still, where)
+            bad, where = still[:count], where[:count]
+        vertices = self.projector.order[ids[bad]]
+        rank = np.argsort(vertices)
+        return vertices[rank], where[rank] @ self.to_world[:, :3].T + self.to_world[:, 3]
