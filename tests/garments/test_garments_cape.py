@@ -20,7 +20,7 @@ def distances(shaped, points):
     distance = np.sqrt(igl.point_mesh_squared_distance(points, vertices, faces)[0])
     near = distance < 0.05
     inside = np.zeros(len(points), bool)
-    inside[near] = igl.fast_winding_number(vertices, faces, points[near]) > 0.5
+    inside[near] = np.asarray(igl.fast_winding_number(vertices, faces, points[near])) > 0.5
     return np.where(inside, -distance, distance)
 
 
@@ -112,7 +112,7 @@ def test_grid_faces_cover_the_sector_with_alternating_diagonals():
     # chords cut off a sliver of each arc
     assert areas.sum() == pytest.approx((0.4 + 0.55) * 1.0, rel=0.01)
     degree = np.bincount(faces.reshape(-1)).reshape(5, 7)[1:-1, 1:-1]
-    assert sorted(np.unique(degree).tolist()) == [4, 8]
+    assert set(degree.reshape(-1).tolist()) == {4, 8}
 
 
 @pytest.mark.parametrize(

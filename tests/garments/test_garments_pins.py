@@ -26,7 +26,7 @@ def test_bound_pins_give_back_where_they_are(shaped):
 
 def test_pins_move_rigidly_with_the_body(shaped):
     pins, _ = pinned_on(shaped)
-    turn = trimesh.transformations.rotation_matrix(0.7, [1, 2, 3])[:3, :3]
+    turn = np.array(trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]))[:3, :3]
     shift = np.array([0.3, -1.0, 2.0])
     before = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces)
     after = pins.positions(shaped.vertices @ turn.T + shift, shaped.normals @ turn.T, shaped.body.faces)

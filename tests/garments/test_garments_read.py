@@ -9,6 +9,7 @@ import trimesh
 from hemline import bodies, garments
 from hemline.errors import BadGarment, BadMesh
 from hemline.garments.dressing import body_tree
+from hemline.garments.sector import grid_faces
 from hemline.garments.units import unit_of
 from hemline.meshes import vertex_normals
 
@@ -141,7 +142,7 @@ def test_a_pattern_to_scale_is_the_rest_shape(shaped, mesh, tmp_path):
     # a square sheet beside the hip whose pattern is 2 % larger
     x, y = np.meshgrid(np.linspace(-0.2, 0.2, 9), np.linspace(0.1, -0.3, 9))
     sheet = np.stack([x, y, np.full_like(x, shaped.vertices[:, 2].min() - 0.05)], axis=-1).reshape(-1, 3)
-    faces = garments.sector.grid_faces(9, 9)
+    faces = grid_faces(9, 9)
     pattern = 1.02 * sheet[:, :2]
     garment = garments.read(obj(tmp_path / "sheet.obj", sheet, faces, pattern), shaped)
     assert garment.flat_rest and "rest shape: the pattern (vt)" in garments.explain(garment)

@@ -67,7 +67,7 @@ def test_sign_equals_the_winding_number_of_libigl(shape):
             vertices = vertices * np.where(np.arange(len(vertices)) % 3 == 0, 1.6, 0.7)[:, None]
     points = np.random.default_rng(3).uniform(-1.6, 1.6, (3000, 3))
     signed = ClosestTree(vertices, faces).signed_distances(points)
-    inside = igl.winding_number(vertices, faces.astype(np.int64), points) > 0.5
+    inside = np.asarray(igl.winding_number(vertices, faces.astype(np.int64), points)) > 0.5
     clear = np.abs(signed) > 1e-9
     np.testing.assert_array_equal(signed[clear] < 0, inside[clear])
     assert 0.02 < inside.mean() < 0.98

@@ -31,4 +31,5 @@ def test_every_obj_of_the_folder_is_read():
     for file in small:
         mesh = read_obj(file)
         assert mesh.faces.max() < len(mesh.vertices)
-        assert mesh.pattern is None or mesh.pattern_faces.max() < len(mesh.pattern)
+        if mesh.pattern is not None and mesh.pattern_faces is not None:
+            assert mesh.pattern_faces.max() < len(mesh.pattern)

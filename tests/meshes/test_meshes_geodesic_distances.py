@@ -37,7 +37,9 @@ def test_equals_the_exact_geodesics_of_libigl_on_a_bent_strip():
     vertices, faces = grid(41, 25, width=0.6, jitter=0.2)
     bent = np.stack([np.sin(4 * vertices[:, 0]) / 4, vertices[:, 1], np.cos(4 * vertices[:, 0]) / 4], axis=1)
     none = np.empty(0, np.int64)
-    exact = igl.exact_geodesic(bent, faces.astype(np.int64), np.array([300]), none, np.arange(len(bent)), none)
+    exact = np.asarray(
+        igl.exact_geodesic(bent, faces.astype(np.int64), np.array([300]), none, np.arange(len(bent)), none)
+    )
     found = geodesic_distances(bent, faces, np.array([300]))
     far = exact > 0.05
     assert (np.abs(found - exact)[far] / exact[far]).mean() < 0.004

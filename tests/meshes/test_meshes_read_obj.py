@@ -39,6 +39,7 @@ def test_keeps_every_vertex_in_its_order(tmp_path):
 
 def test_returns_the_pattern_with_its_own_ids(tmp_path):
     mesh = read_obj(written(tmp_path, SQUARE + "f 1/1/1 2/2/1 4/3/1\nf 1/1 4/3 5/4\n"))
+    assert mesh.pattern is not None and mesh.pattern_faces is not None
     assert mesh.pattern.tolist() == [[0, 0], [2, 0], [2, 2], [0, 2]]
     assert mesh.pattern_faces.tolist() == [[0, 1, 2], [0, 2, 3]]
 
