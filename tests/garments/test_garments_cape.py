@@ -133,6 +133,6 @@ def test_refuses(shaped, options, message):
 def test_refuses_a_body_without_shoulders(shaped):
     from dataclasses import replace
 
-    fallen = replace(shaped, joints=shaped.joints + np.float32([0, 0, 3]))
+    fallen = replace(shaped, joints=shaped.joints + np.array([0, 0, 3], np.float32))
     with pytest.raises(BadGarment, match="needs shoulders"):
         make_cape(fallen, vertex_count=1000)
