@@ -55,7 +55,7 @@ def test_as_many_as_libigl_counts(shaped, pose):
         boxed = ((points >= corners.min(axis=0)) & (points <= corners.max(axis=0))).all(axis=1)
         tested = part.tested[boxed]
         windings = igl.winding_number(closed, part.faces.astype(np.int64), np.ascontiguousarray(closed[tested]))
-        expected[tested[windings > 0.5]] = True
+        expected[tested[np.asarray(windings) > 0.5]] = True
     assert expected.any()
     assert np.array_equal(overlapping(posed), expected)
 

@@ -77,9 +77,9 @@ def _caps(faces: np.ndarray, first_apex: int) -> tuple[np.ndarray, tuple[np.ndar
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    there = {(int(a), int(b)) for a, b in edges}
-    open_edges = np.array([(a, b) for a, b in edges if (int(b), int(a)) not in there])
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
+    ahead, back = edges[:, 0] * first_apex + edges[:, 1], edges[:, 1] * first_apex + edges[:, 0]
+    open_edges = edges[~np.isin(back, ahead)]
     count = first_apex + 1
     graph = coo_array((np.ones(len(open_edges)), tuple(open_edges.T)), shape=(count, count))
     labels = connected_components(graph, directed=False)[1][open_edges[:, 0]]

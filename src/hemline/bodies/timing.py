@@ -33,7 +33,11 @@ def main() -> None:
     body, rng = load("anny24"), np.random.default_rng(0)
     shaped = body.shaped([0.5, -1.0])
     pose = Pose(from_axis_angle(rng.normal(scale=0.4, size=(len(JOINT_NAMES), 3))), np.zeros(3))
-    posed = shaped.posed(pose)
+    down = pose.rotations.copy()
+    for name, turn in (("left_shoulder", -1.5), ("right_shoulder", 1.5)):
+        down[JOINT_NAMES.index(name)] = from_axis_angle(np.array([0, 0, turn]))
+    tangled = Pose(down, pose.translation)
+    posed = shaped.posed(tangled)
     stages: dict[str, tuple[Callable[[], object], int]] = {
         "read the file": (load.__wrapped__, 10),
         "shape": (lambda: body.shaped([0.5, -1.0]), 20),
@@ -42,7 +46,8 @@ def main() -> None:
         "pose and skin, dual quaternions": (lambda: shaped.posed(pose, blending="dual").vertices, 1000),
         "pose and skinned normals": (lambda: shaped.posed(pose).skinned_normals, 1000),
         "pose, skin and area-weighted normals": (lambda: shaped.posed(pose).normals, 1000),
-        "untangle a pose": (lambda: untangle(shaped, pose), 20),
+        "untangle a pose that overlaps": (lambda: untangle(shaped, tangled), 20),
+        "untangle one that does not": (lambda: untangle(shaped, pose), 20),
         "count overlapping vertices": (lambda: overlapping(posed), 20),
     }
     for name, (call, repetitions) in stages.items():
