@@ -22,7 +22,7 @@ def edge_strain(sheet: Sheet, vertices: FramesOfVertices) -> np.ndarray:
 
 
 def strain_figures(sheet: Sheet, vertices: FramesOfVertices, fixed: Mask) -> dict[str, float]:
-    """`edge_strain_p50`, `_p99` and `_max` over all frames and all edges that are not pinned at both ends, as shares."""
+    """`edge_strain_p50`, `_p99`, `_max` over all frames, of edges that are not pinned at both ends, as shares."""
     strain = edge_strain(sheet, vertices)[:, ~fixed[sheet.edges].all(axis=1)].ravel()
     middle, high = np.percentile(strain, [50, 99])
     return {

@@ -12,10 +12,11 @@ from hemline.errors import SimulationFailed
 from .air_kernels import air_at_vertices, air_by_triangle
 from .clusters import Clusters, make_clusters
 from .conjugate_kernels import coarse_matrix, conjugate_gradients, factorise
+from .contact import Contact
 from .membrane_kernels import green_strain, membrane, membrane_blocks
 from .settings import SimSettings
 from .sheet import Sheet
-from .surface import Anchors, Planes, Skin, Surface, no_planes
+from .surface import Planes, Skin, Surface, no_planes
 from .vertex_kernels import CHUNK, diagonal_blocks, gradient
 
 Positions = Float[np.ndarray, "verts 3"]
@@ -218,14 +219,13 @@ class _Step:
         self.x[stepper.pinned] = self.inertial[stepper.pinned] = x0[stepper.pinned] if math.isinf(h) else now.pinned
         green_strain(x0, sheet.faces, sheet.shape, self.memory.strain)
         self._blow()
-        self.push = stepper.push * np.where(state.pinched, self.settings.pinched_share, 1.0)
+        push = stepper.push * np.where(state.pinched, self.settings.pinched_share, 1.0)
         self.limit = sheet.elastic.friction * state.load
         self.creep = self.settings.creep * h if math.isfinite(h) else 1.0
-        self.anchors: Anchors | None = None
-        self.planes: Planes = no_planes(sheet.vertex_count)
-        if stepper.surface is not None and then.skin is not None:
-            self.anchors = stepper.surface.anchors(x0, then.skin, stepper.fixed)
-            self._lay_planes()
+        self.contact: Contact | None = None
+        if stepper.surface is not None and then.skin is not None and now.skin is not None:
+            self.contact = Contact(stepper.surface, then.skin, now.skin, x0, self.x, stepper.fixed, push)
+        self.planes: Planes = no_planes(sheet.vertex_count) if self.contact is None else self.contact.planes
         self.evaluate()
 
     def newton(self) -> int:
@@ -290,10 +290,9 @@ class _Step:
 
     def touch(self) -> None:
         """Look for contact again, where the cloth is now."""
-        if self.anchors is not None:
-            assert self.stepper.surface is not None and self.now.skin is not None
-            self.anchors = self.stepper.surface.anchors(self.x, self.now.skin, self.stepper.fixed, self.anchors)
-            self._lay_planes()
+        if self.contact is not None:
+            self.contact.move(self.x)
+            self.planes = self.contact.planes
 
     def check(self) -> None:
         """Refuse a result that cannot be used."""
@@ -317,11 +316,6 @@ class _Step:
             pinched=self.state.pinched,
             time=self.state.time + self.h,
         )
-
-    def _lay_planes(self) -> None:
-        surface, then, now = self.stepper.surface, self.then.skin, self.now.skin
-        assert surface is not None and then is not None and now is not None and self.anchors is not None
-        self.planes = surface.planes(self.anchors, self.state.positions, then, now, self.push)
 
     def _blow(self) -> None:
         elastic, memory, state = self.sheet.elastic, self.memory, self.state

@@ -96,6 +96,8 @@ class Surface:
         skin: Skin,
         fixed: Bool[np.ndarray, " verts"],
         known: Anchors | None = None,
+        *,
+        reach: float | None = None,
     ) -> Anchors:
         """The closest point on the surface for every cloth vertex that is not fixed.
 
@@ -104,6 +106,7 @@ class Surface:
             skin: The surface.
             fixed: Vertices that need none.
             known: Earlier anchors; they speed the search and do not change its result.
+            reach: How far to look [m]; None: as far as usual.
         """
         count = len(positions)
         grid = skin.grid(self.reach)
@@ -111,7 +114,7 @@ class Surface:
         face, weights = np.empty(count, np.int32), np.zeros((count, 2))
         closest_faces(
             positions, skin.vertices, self.faces, self.star.starts, self.star.columns, grid.low, grid.cell, grid.size,
-            grid.starts, grid.order, self.reach, fixed, nearest, face, weights,
+            grid.starts, grid.order, reach or self.reach, fixed, nearest, face, weights,
         )  # fmt: skip
         return Anchors(nearest, face, weights)
 

@@ -1,0 +1,71 @@
+"""Contact during one step: which point of the moving body each vertex is held off from."""
+
+from dataclasses import fields
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from .surface import Anchors, Planes, Skin, Surface
+
+WIDE = 3.0
+"""How much farther than usual is looked for a body that comes fast."""
+
+
+class Contact:
+    """The contact planes of one step; found at its start, then where the cloth is.
+
+    A plane found at the step's start moves with the body's surface, so it lies on the side that the cloth comes from,
+    however far the body moves in the step. Later searches must not change that side while the vertex is inside: the
+    nearest surface may then be the far one of a hand or a foot.
+
+    Args:
+        surface: The body's mesh.
+        then: It at the step's start.
+        now: It at the step's end.
+        start: The cloth at the step's start [m].
+        guess: Where the cloth is taken to go without contact [m].
+        fixed: Vertices without contact.
+        push: Stiffness of each vertex in contact [N/m].
+    """
+
+    def __init__(
+        self,
+        surface: Surface,
+        then: Skin,
+        now: Skin,
+        start: Float[np.ndarray, "verts 3"],
+        guess: Float[np.ndarray, "verts 3"],
+        fixed: Bool[np.ndarray, " verts"],
+        push: Float[np.ndarray, " verts"],
+    ):
+        self.surface, self.then, self.now = surface, then, now
+        self.start, self.fixed, self.push = start, fixed, push
+        anchors = surface.anchors(start, then, fixed)
+        self.ahead = surface.anchors(guess, now, fixed, anchors)
+        surprised = (anchors.face < 0) & (self.ahead.face >= 0)
+        if surprised.any():
+            wide = surface.anchors(start, then, ~surprised, reach=WIDE * surface.reach)
+            anchors = _chosen(surprised, wide, anchors)
+        self.planes = self._laid(anchors)
+        self.anchors = anchors
+
+    def move(self, positions: Float[np.ndarray, "verts 3"]) -> None:
+        """Find the planes again, where the cloth is at the step's end."""
+        self.ahead = self.surface.anchors(positions, self.now, self.fixed, self.ahead)
+        planes = self._laid(self.ahead)
+        turned = np.einsum("vi,vi->v", planes.normal, self.planes.normal) < 0
+        kept = (self.planes.stiffness > 0) & (planes.gap(positions) < 0) & turned
+        self.anchors = _chosen(kept, self.anchors, self.ahead)
+        self.planes = _chosen(kept, self.planes, planes)
+
+    def _laid(self, anchors: Anchors) -> Planes:
+        return self.surface.planes(anchors, self.start, self.then, self.now, self.push)
+
+
+def _chosen(which: Bool[np.ndarray, " verts"], first, second):
+    """Rows of the first where `which`, else of the second, array by array."""
+    if not which.any():
+        return second
+    columns = which[:, None]
+    pairs = ((getattr(first, field.name), getattr(second, field.name)) for field in fields(second))
+    return type(second)(*(np.where(which if a.ndim == 1 else columns, a, b) for a, b in pairs))
