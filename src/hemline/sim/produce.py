@@ -50,6 +50,7 @@ class Plan:
     settings: SimSettings
     untangle: bool
     quantised: bool
+    part_seconds: float
 
 
 def produce(
@@ -62,6 +63,7 @@ def produce(
     untangle: bool = True,
     jobs: int = 1,
     quantised: bool = False,
+    part_seconds: float = PART_SECONDS,
     report: Report | None = None,
 ) -> list[Row]:
     """Simulate a garment against clips into a dataset; what is there already is kept.
@@ -75,6 +77,7 @@ def produce(
         untangle: Lift limbs out of each other first.
         jobs: Processes. The takes do not depend on it.
         quantised: Store vertices in steps of 10 micrometres.
+        part_seconds: Length of the parts that clips are cut into [s].
         report: Called about ten times a second of waiting.
 
     Returns:
@@ -84,7 +87,9 @@ def produce(
         BadDataset: The folder holds another garment's takes.
         BadOutput: It cannot be written.
     """
-    plan = Plan(Path(folder), garment.body_name, tuple(betas), settings or SimSettings(), untangle, quantised)
+    plan = Plan(
+        Path(folder), garment.body_name, tuple(betas), settings or SimSettings(), untangle, quantised, part_seconds
+    )
     dataset = create(folder, garment)
     _rest(dataset, plan)
     tell = report or (lambda clip, done, total: None)
@@ -119,8 +124,8 @@ def _rest(dataset: Dataset, plan: Plan) -> Take:
         return take
 
 
-def _parts(motion: Motion) -> Iterator[Motion]:
-    length = max(1, round(PART_SECONDS * motion.fps))
+def _parts(motion: Motion, seconds: float) -> Iterator[Motion]:
+    length = max(1, round(seconds * motion.fps))
     for first in range(0, len(motion), length):
         yield motion[first : first + length]
 
@@ -133,7 +138,7 @@ def _clip_takes(plan: Plan, dataset: Dataset, clip: Clip, tell: Report) -> list[
     names: list[str] = []
     before: Take | None = None
     done = 0
-    for index, part in enumerate(_parts(motion)):
+    for index, part in enumerate(_parts(motion, plan.part_seconds)):
         inputs = part_inputs(plan, dataset, clip, part, index, names[-1] if names else "")
         take = _kept(dataset.path(take_name(inputs)))
         if take is None:
