@@ -8,8 +8,8 @@ from .sheet import Elastic as Elastic
 from .sheet import Sheet as Sheet
 from .sheet import make_sheet as make_sheet
 from .simulate import simulate as simulate
-from .stepper import ClothState as ClothState
-from .stepper import Scene as Scene
+from .state import ClothState as ClothState
+from .state import Scene as Scene
 from .stepper import Stepper as Stepper
 from .surface import Skin as Skin
 from .surface import Surface as Surface

@@ -12,7 +12,8 @@ from hemline.motions.motion import Pose
 from .lead_in import between
 from .settings import SimSettings
 from .sheet import Elastic, Sheet, make_sheet
-from .stepper import ClothState, Scene, Stepper, StepReport, Wind
+from .state import ClothState, Scene, StepReport, Wind
+from .stepper import Stepper
 from .surface import Skin, Surface
 
 if TYPE_CHECKING:
@@ -104,4 +105,6 @@ class DressedBody:
         velocities = state.velocities - np.where(length < 1e-7, 0.0, inward)[:, None] * direction
         mask = np.zeros(len(positions), bool)
         mask[pinched] = True
+        # pins stay where they are bound: moved out and back, they would shake the cloth
+        positions = np.where(self.stepper.fixed[:, None], state.positions, positions)
         return replace(state, positions=positions, velocities=velocities, pinched=mask)

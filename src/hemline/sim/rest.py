@@ -59,7 +59,7 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
     motion = Motion(
         pose.rotations[None], pose.translation[None], fps=settings.fps, leg_length=shaped.leg_length, name="rest"
     )
-    vertices = state.positions.astype(np.float32)[None]
+    vertices = cleaned.positions.astype(np.float32)[None]
     figures = strain_figures(dressed.sheet, vertices, dressed.stepper.fixed) | {
         "inside": float(cleaned.inside), "deepest_mm": cleaned.deepest_mm, "pinched": float(len(cleaned.pinched)),
         "residual_share": mean_or_zero(residuals),

@@ -19,7 +19,7 @@ from .frame_end import FrameEnd
 from .lead_in import lead_in
 from .rest import rest_drape
 from .settings import SimSettings
-from .stepper import ClothState, Wind
+from .state import ClothState, Wind
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -90,7 +90,7 @@ def simulate(
             break
         cleaned = end.clean(posed, state.positions, 1 / settings.fps)
         state, before = dressed.fed_back(state, cleaned.positions, cleaned.pinched), pose
-        record.keep(state.positions, len(cleaned.pinched))
+        record.keep(cleaned.positions, len(cleaned.pinched))
         record.inside.append(cleaned.inside)
         record.deepest_mm.append(cleaned.deepest_mm)
         record.residual_share += [report.residual_share for report in reports]

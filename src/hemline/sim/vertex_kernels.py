@@ -4,7 +4,7 @@ The potential of one step of length h (backward Euler), whose minimum is the new
 
     m / (2 h^2) |x - y|^2 + membrane + bending + air + contact + friction
 
-- bending: 1/2 sum q_ij |x_i - x_j|^2 with -q the off-diagonal entries;
+- bending: -1/4 sum q_ij |x_i - x_j|^2 with q the off-diagonal entries, or what `bent` brings in its place;
 - air: -f . x + 1/2 (x - x_0) . D (x - x_0), D a symmetric 3 x 3 matrix a vertex;
 - contact: gap g = n . (x - p) - thickness; where g < 0: k/2 g^2, beyond `depth` linear;
 - friction: Coulomb's cone with lagged load, smooth below a slip: limit * f0(|u|), u the slip along the surface.
@@ -41,7 +41,7 @@ def slip_terms(slip, creep):
 @kernel(parallel=True, fastmath=FAST)
 def gradient(
     x, inertial, mass, over_h2, corner_starts, corners, corner, ring_starts, ring, ring_bending, far_starts, far,
-    far_bending, start, air, air_matrix, normal, point, carried, stiffness, limit, thickness, depth, creep, fixed,
+    far_bending, bent, start, air, air_matrix, normal, point, carried, stiffness, limit, thickness, depth, creep, fixed,
     gradient_out, energy_out, residual_out,
 ):  # fmt: skip
     """Gradient at each vertex, and by chunk: energy, and the sum of |gradient| over free vertices."""
@@ -53,7 +53,7 @@ def gradient(
             d0, d1, d2 = x0 - inertial[i, 0], x1 - inertial[i, 1], x2 - inertial[i, 2]
             k = mass[i] * over_h2
             energy += 0.5 * k * (d0 * d0 + d1 * d1 + d2 * d2)
-            g0, g1, g2 = k * d0, k * d1, k * d2
+            g0, g1, g2 = k * d0 + bent[i, 0], k * d1 + bent[i, 1], k * d2 + bent[i, 2]
             for entry in range(corner_starts[i], corner_starts[i + 1]):
                 at = corners[entry]
                 f, c = at // 3, 3 * (at % 3)

@@ -1,0 +1,193 @@
+"""One step being solved: Newton's method on the step's potential, conjugate gradients, a line search."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .air_kernels import air_at_vertices, air_by_triangle
+from .clusters import Clusters
+from .conjugate_kernels import coarse_matrix, conjugate_gradients, factorise
+from .contact import Contact
+from .hinge_kernels import hinge_forces, hinges_at_vertices
+from .membrane_kernels import green_strain, membrane, membrane_blocks
+from .sheet import Sheet
+from .state import ClothState, Positions, Scene, StepRejected
+from .surface import Planes, no_planes
+from .vertex_kernels import CHUNK, diagonal_blocks, gradient
+
+if TYPE_CHECKING:
+    from .stepper import Stepper
+
+FASTEST = 60.0
+"""A vertex faster than this is taken for a step that failed [m/s]."""
+
+WORST_RESIDUAL = 20.0
+"""So is a mean residual above this many weights."""
+
+
+class Memory:
+    """Working arrays of one stepper."""
+
+    def __init__(self, sheet: Sheet, clusters: Clusters):
+        faces, verts, hinges = len(sheet.faces), sheet.vertex_count, len(sheet.hinge_rest)
+        chunks, patches = (verts + CHUNK - 1) // CHUNK, len(clusters.members.starts) - 1
+        self.strain = np.zeros((faces, 3))
+        self.corner, self.frame, self.tension = np.empty((faces, 9)), np.empty((faces, 6)), np.empty((faces, 3))
+        self.face_energy, self.hinge_energy = np.empty(faces), np.empty(hinges)
+        self.hinge_gradient, self.bent = np.empty((hinges, 12)), np.zeros((verts, 3))
+        self.gradient, self.energy, self.residual = np.empty((verts, 3)), np.empty(chunks), np.empty(chunks)
+        self.blocks = np.empty((len(sheet.ring.columns), 9), np.float32)
+        self.diagonal, self.inverse = np.empty((verts, 6), np.float32), np.empty((verts, 6), np.float32)
+        self.right, self.solution = np.empty((verts, 3), np.float32), np.empty((verts, 3), np.float32)
+        self.vectors = [np.empty((verts, 3), np.float32) for _ in range(3)]
+        self.band = np.empty((3 * patches, clusters.width))
+        self.sums = [np.empty(chunks), np.empty((patches, 4)), np.empty(3 * patches)]
+        self.far_bending = sheet.far_bending.astype(np.float32)
+        self.air_force, self.air_matrix = np.zeros((faces, 3)), np.zeros((faces, 6))
+        self.air, self.air_diagonal = np.zeros((verts, 3)), np.zeros((verts, 6))
+
+
+class Step:
+    """One step of length h: the iterate, its contact planes, its energy. With h infinite: elasticity alone."""
+
+    def __init__(self, stepper: "Stepper", state: ClothState, h: float, then: Scene, now: Scene):
+        self.stepper, self.state, self.h = stepper, state, h
+        self.sheet, self.settings, self.memory = stepper.sheet, stepper.settings, stepper.memory
+        sheet, x0 = self.sheet, state.positions
+        moving = math.isfinite(h)
+        self.over_h2, self.viscous = (1 / h**2, sheet.elastic.damping / h) if moving else (0.0, 0.0)
+        self.creep = self.settings.creep * h if moving else 1.0
+        self.cap = stepper.cap * self.over_h2
+        self.limit = sheet.elastic.friction * state.load
+        self.inertial = x0 + h * state.velocities + h**2 * np.array(self.settings.gravity) if moving else x0
+        self.x = x0 + h * (state.velocities + state.change) if moving else x0.copy()
+        if moving and len(stepper.pinned):
+            self.x[stepper.pinned] = self.inertial[stepper.pinned] = now.pinned
+        green_strain(x0, sheet.faces, sheet.shape, self.memory.strain)
+        self._blow()
+        self.contact: Contact | None = None
+        self.planes: Planes = no_planes(sheet.vertex_count)
+        if stepper.surface is not None and then.skin is not None and now.skin is not None:
+            push = stepper.push * np.where(state.pinched, self.settings.pinched_share, 1.0)
+            self.contact = Contact(stepper.surface, then.skin, now.skin, x0, self.x, stepper.fixed, push)
+            self.planes = self.contact.planes
+        self.evaluate()
+
+    def newton(self) -> int:
+        """One Newton step with a line search; returns the steps of conjugate gradients."""
+        sheet, memory, planes, stepper, clusters = (
+            self.sheet, self.memory, self.planes, self.stepper, self.stepper.clusters
+        )  # fmt: skip
+        grow = 1 + self.viscous
+        membrane_blocks(
+            sheet.edge_corners.starts, sheet.edge_corners.columns, sheet.edge_slots, sheet.shape, sheet.area,
+            memory.frame, memory.tension, grow * stepper.lame, grow * stepper.shear, sheet.ring_bending, memory.blocks,
+        )  # fmt: skip
+        diagonal_blocks(
+            self.x, sheet.mass, self.over_h2, sheet.ring.starts, memory.blocks, sheet.far.starts, sheet.far_bending,
+            memory.air_diagonal, planes.normal, planes.point, planes.carried, planes.stiffness, self.limit,
+            self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed,
+            memory.diagonal, memory.inverse,
+        )  # fmt: skip
+        coarse_matrix(
+            clusters.members.starts, clusters.members.columns, clusters.label, stepper.fixed, sheet.ring.starts,
+            sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns, memory.far_bending,
+            memory.diagonal, memory.band,
+        )  # fmt: skip
+        if not factorise(memory.band):
+            raise StepRejected("the Hessian is not positive")
+        np.negative(memory.gradient, out=memory.right, casting="same_kind")
+        steps = conjugate_gradients(
+            sheet.ring.starts, sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns,
+            memory.far_bending, memory.diagonal, memory.inverse, clusters.members.starts, clusters.members.columns,
+            clusters.label, stepper.fixed, memory.band, memory.right, self.settings.solver_share,
+            self.settings.solver_steps, memory.solution, *memory.vectors, *memory.sums,
+        )  # fmt: skip
+        self._search(memory.solution.astype(np.float64))
+        return steps
+
+    def _search(self, direction: Positions) -> None:
+        before, energy = self.x, self.energy
+        for halving in range(8):
+            self.x = before + 0.5**halving * direction
+            self.evaluate()
+            if self.energy <= energy + 1e-10 * abs(energy):
+                return
+        self.x = before
+        self.evaluate()
+
+    def evaluate(self) -> None:
+        """Energy, gradient and residual at the iterate."""
+        sheet, memory, planes, stepper = self.sheet, self.memory, self.planes, self.stepper
+        membrane(
+            self.x, sheet.faces, sheet.shape, sheet.area, memory.strain, stepper.lame, stepper.shear, self.viscous,
+            self.cap, memory.corner, memory.frame, memory.tension, memory.face_energy,
+        )  # fmt: skip
+        if len(sheet.hinge_rest):
+            hinge_forces(
+                self.x, sheet.hinges, sheet.hinge_weight, stepper.hinge_rest, memory.hinge_gradient,
+                memory.hinge_energy,
+            )  # fmt: skip
+            corners = stepper.hinge_corners
+            hinges_at_vertices(corners.starts, corners.columns, memory.hinge_gradient, memory.bent)
+        gradient(
+            self.x, self.inertial, sheet.mass, self.over_h2, sheet.corners.starts, sheet.corners.columns,
+            memory.corner, sheet.ring.starts, sheet.ring.columns, stepper.bending[0], sheet.far.starts,
+            sheet.far.columns, stepper.bending[1], memory.bent, self.state.positions, memory.air,
+            memory.air_diagonal, planes.normal, planes.point, planes.carried, planes.stiffness, self.limit,
+            self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed, memory.gradient,
+            memory.energy, memory.residual,
+        )  # fmt: skip
+        self.energy = float(memory.energy.sum() + memory.face_energy.sum() + memory.hinge_energy.sum())
+        free = max(1, sheet.vertex_count - len(stepper.pinned))
+        self.residual_share = float(memory.residual.sum()) / free / stepper.mean_weight
+
+    def touch(self) -> None:
+        """Look for contact again, where the cloth is now."""
+        if self.contact is not None:
+            self.contact.move(self.x)
+            self.planes = self.contact.planes
+
+    def check(self) -> None:
+        """Refuse a result that cannot be used.
+
+        Raises:
+            StepRejected: It is not finite, too fast, or too far from equilibrium.
+        """
+        if not (math.isfinite(self.energy) and np.isfinite(self.x).all()):
+            raise StepRejected("positions are not finite")
+        speed = float(np.sqrt(((self.x - self.state.positions) ** 2).sum(axis=1).max())) / self.h
+        if speed > FASTEST:
+            raise StepRejected(f"a vertex moves at {speed:.3g} m/s")
+        if self.residual_share > WORST_RESIDUAL:
+            raise StepRejected(f"the residual stays at {self.residual_share:.3g} weights")
+
+    def result(self) -> ClothState:
+        """The state at the end of the step."""
+        penetration = np.clip(self.settings.thickness - self.planes.gap(self.x), 0, self.settings.contact_depth)
+        velocities = (self.x - self.state.positions) / self.h
+        return ClothState(
+            positions=self.x,
+            velocities=velocities,
+            change=velocities - self.state.velocities,
+            load=self.planes.stiffness * penetration,
+            pinched=self.state.pinched,
+            time=self.state.time + self.h,
+        )
+
+    def _blow(self) -> None:
+        elastic, memory, state = self.sheet.elastic, self.memory, self.state
+        memory.air[:], memory.air_diagonal[:] = 0, 0
+        if math.isinf(self.h) or (elastic.drag == 0 and elastic.lift == 0):
+            return
+        wind = np.empty_like(state.positions)
+        wind[:] = self.settings.wind if self.stepper.wind is None else self.stepper.wind(state.time, state.positions)
+        air_by_triangle(
+            state.positions, state.velocities, wind, self.sheet.faces, elastic.drag, elastic.lift,
+            0.5 * self.settings.air_density, memory.air_force, memory.air_matrix,
+        )  # fmt: skip
+        air_at_vertices(
+            self.sheet.corners.starts, self.sheet.corners.columns, memory.air_force, memory.air_matrix,
+            state.velocities, 1 / self.h, memory.air, memory.air_diagonal,
+        )  # fmt: skip
