@@ -2,10 +2,13 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from hemline import animators, bodies, datasets, export, garments, motions, sim
+from hemline.errors import MissingExtra
 from hemline.files import written_whole
 
 from .evaluate import Evaluation, evaluate
@@ -14,6 +17,9 @@ from .record import record
 
 Say = Callable[[str], None]
 """Called with one line for the user."""
+
+SMALL_EPOCHS = 60
+"""Passes over the data in the demo from nothing."""
 
 
 def demo(folder: Path, *, say: Say) -> dict[str, Any]:
@@ -42,7 +48,8 @@ def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any
     Returns:
         The figures of the model on an excerpt that it was not fitted on, with the simulation as truth.
     """
-    animators.require_torch()
+    if find_spec("torch") is None:
+        raise MissingExtra("torch", "learn", "fitting a model")
     folder.mkdir(parents=True, exist_ok=True)
     garment = garments.load("cape-light")
     clips = [sim.Clip(motions.load(name), motions.subject_of(name)) for name in motions.names()]
@@ -58,7 +65,7 @@ def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any
     say(f"2/4 fit: {sum(row.clip_frames for row in rows)} frames")
     dataset = datasets.open_dataset(folder / "cape-light")
     kind = animators.animator_class("ropes")
-    animator = kind.fit(dataset, kind.Config.small(), seed=0)
+    animator = kind.fit(dataset, replace(kind.Config(), epochs=SMALL_EPOCHS, collision_epochs=SMALL_EPOCHS // 20), seed=0)
     animator.save(folder / "cape-light.safetensors")
     held_out = motions.load(dataset.split("test")[0].clip)
     say(f"3/4 animate, 4/4 evaluate on {held_out.name}, which the fit did not see")
