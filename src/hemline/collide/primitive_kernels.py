@@ -18,16 +18,16 @@ ROUND_CONE, ELLIPSOID, BOX = 0, 1, 2
 
 
 @kernel
-def round_cone_distance(shape, x, y, z):
-    # model: shape (16,)   in: point   out: distance, gradient
-    ux, uy, uz = shape[3] - shape[0], shape[4] - shape[1], shape[5] - shape[2]
-    px, py, pz = x - shape[0], y - shape[1], z - shape[2]
-    radius, slope = shape[6], 0.0
+def round_cone_distance(shapes, k, x, y, z):
+    # model: shapes (prims, 16), the row k   in: point   out: distance, gradient
+    ux, uy, uz = shapes[k, 3] - shapes[k, 0], shapes[k, 4] - shapes[k, 1], shapes[k, 5] - shapes[k, 2]
+    px, py, pz = x - shapes[k, 0], y - shapes[k, 1], z - shapes[k, 2]
+    radius, slope = shapes[k, 6], 0.0
     length = math.sqrt(ux * ux + uy * uy + uz * uz)
-    difference = shape[6] - shape[7]
+    difference = shapes[k, 6] - shapes[k, 7]
     if length <= abs(difference) or length < 1e-12:
         if difference < 0.0:
-            px, py, pz, radius = x - shape[3], y - shape[4], z - shape[5], shape[7]
+            px, py, pz, radius = x - shapes[k, 3], y - shapes[k, 4], z - shapes[k, 5], shapes[k, 7]
         foot, q = -1.0, 0.0
     else:
         ux, uy, uz = ux / length, uy / length, uz / length
@@ -38,7 +38,7 @@ def round_cone_distance(shape, x, y, z):
         cosine = math.sqrt(1.0 - slope * slope)
         foot = along - q * slope / cosine
         if foot >= length:
-            px, py, pz, radius = x - shape[3], y - shape[4], z - shape[5], shape[7]
+            px, py, pz, radius = x - shapes[k, 3], y - shapes[k, 4], z - shapes[k, 5], shapes[k, 7]
         elif foot > 0.0:
             if q < 1e-12:
                 # on the axis: any direction across it will do
@@ -50,7 +50,7 @@ def round_cone_distance(shape, x, y, z):
                 size = q
             side = cosine / size
             return (
-                q * cosine + along * slope - shape[6],
+                q * cosine + along * slope - shapes[k, 6],
                 side * qx + slope * ux,
                 side * qy + slope * uy,
                 side * qz + slope * uz,
@@ -62,13 +62,38 @@ def round_cone_distance(shape, x, y, z):
 
 
 @kernel
-def ellipsoid_distance(shape, x, y, z):
-    # model: shape (16,)   in: point   out: distance, gradient
-    px, py, pz = x - shape[0], y - shape[1], z - shape[2]
-    a, b, c = shape[3], shape[4], shape[5]
-    lx = shape[6] * px + shape[7] * py + shape[8] * pz
-    ly = shape[9] * px + shape[10] * py + shape[11] * pz
-    lz = shape[12] * px + shape[13] * py + shape[14] * pz
+def round_cone_gap(shapes, k, x, y, z):
+    # model: shapes (prims, 16), the row k   in: point   returns: the distance alone
+    ux, uy, uz = shapes[k, 3] - shapes[k, 0], shapes[k, 4] - shapes[k, 1], shapes[k, 5] - shapes[k, 2]
+    px, py, pz = x - shapes[k, 0], y - shapes[k, 1], z - shapes[k, 2]
+    difference = shapes[k, 6] - shapes[k, 7]
+    squared = ux * ux + uy * uy + uz * uz
+    slack = squared - difference * difference
+    if slack <= 0.0 or squared < 1e-24:
+        if difference >= 0.0:
+            return math.sqrt(px * px + py * py + pz * pz) - shapes[k, 6]
+        px, py, pz = x - shapes[k, 3], y - shapes[k, 4], z - shapes[k, 5]
+        return math.sqrt(px * px + py * py + pz * pz) - shapes[k, 7]
+    # all lengths along the axis are multiplied by its length, to save a root
+    along = px * ux + py * uy + pz * uz
+    across = math.sqrt(max((px * px + py * py + pz * pz) * squared - along * along, 0.0))
+    foot = along - across * difference / math.sqrt(slack)
+    if foot <= 0.0:
+        return math.sqrt(px * px + py * py + pz * pz) - shapes[k, 6]
+    if foot >= squared:
+        px, py, pz = x - shapes[k, 3], y - shapes[k, 4], z - shapes[k, 5]
+        return math.sqrt(px * px + py * py + pz * pz) - shapes[k, 7]
+    return (across * math.sqrt(slack) + along * difference) / squared - shapes[k, 6]
+
+
+@kernel
+def ellipsoid_distance(shapes, k, x, y, z):
+    # model: shapes (prims, 16), the row k   in: point   out: distance, gradient
+    px, py, pz = x - shapes[k, 0], y - shapes[k, 1], z - shapes[k, 2]
+    a, b, c = shapes[k, 3], shapes[k, 4], shapes[k, 5]
+    lx = shapes[k, 6] * px + shapes[k, 7] * py + shapes[k, 8] * pz
+    ly = shapes[k, 9] * px + shapes[k, 10] * py + shapes[k, 11] * pz
+    lz = shapes[k, 12] * px + shapes[k, 13] * py + shapes[k, 14] * pz
     tiny = 1e-9 * min(a, b, c)
     ax, ay, az = max(abs(lx), tiny), max(abs(ly), tiny), max(abs(lz), tiny)
     # Newton on sum (e y / (t + e^2))^2 = 1 from the left of the root: convex, falling, so it never overshoots
@@ -88,20 +113,20 @@ def ellipsoid_distance(shape, x, y, z):
     nx, ny, nz = math.copysign(nx / size, lx), math.copysign(ny / size, ly), math.copysign(nz / size, lz)
     return (
         distance,
-        shape[6] * nx + shape[9] * ny + shape[12] * nz,
-        shape[7] * nx + shape[10] * ny + shape[13] * nz,
-        shape[8] * nx + shape[11] * ny + shape[14] * nz,
+        shapes[k, 6] * nx + shapes[k, 9] * ny + shapes[k, 12] * nz,
+        shapes[k, 7] * nx + shapes[k, 10] * ny + shapes[k, 13] * nz,
+        shapes[k, 8] * nx + shapes[k, 11] * ny + shapes[k, 14] * nz,
     )
 
 
 @kernel
-def box_distance(shape, x, y, z):
-    # model: shape (16,)   in: point   out: distance, gradient
-    px, py, pz = x - shape[0], y - shape[1], z - shape[2]
-    lx = shape[6] * px + shape[7] * py + shape[8] * pz
-    ly = shape[9] * px + shape[10] * py + shape[11] * pz
-    lz = shape[12] * px + shape[13] * py + shape[14] * pz
-    qx, qy, qz = abs(lx) - shape[3], abs(ly) - shape[4], abs(lz) - shape[5]
+def box_distance(shapes, k, x, y, z):
+    # model: shapes (prims, 16), the row k   in: point   out: distance, gradient
+    px, py, pz = x - shapes[k, 0], y - shapes[k, 1], z - shapes[k, 2]
+    lx = shapes[k, 6] * px + shapes[k, 7] * py + shapes[k, 8] * pz
+    ly = shapes[k, 9] * px + shapes[k, 10] * py + shapes[k, 11] * pz
+    lz = shapes[k, 12] * px + shapes[k, 13] * py + shapes[k, 14] * pz
+    qx, qy, qz = abs(lx) - shapes[k, 3], abs(ly) - shapes[k, 4], abs(lz) - shapes[k, 5]
     if qx > 0.0 or qy > 0.0 or qz > 0.0:
         nx, ny, nz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
         distance = math.sqrt(nx * nx + ny * ny + nz * nz)
@@ -113,28 +138,28 @@ def box_distance(shape, x, y, z):
         nz = 1.0 - nx - ny
     nx, ny, nz = math.copysign(nx, lx), math.copysign(ny, ly), math.copysign(nz, lz)
     return (
-        distance - shape[15],
-        shape[6] * nx + shape[9] * ny + shape[12] * nz,
-        shape[7] * nx + shape[10] * ny + shape[13] * nz,
-        shape[8] * nx + shape[11] * ny + shape[14] * nz,
+        distance - shapes[k, 15],
+        shapes[k, 6] * nx + shapes[k, 9] * ny + shapes[k, 12] * nz,
+        shapes[k, 7] * nx + shapes[k, 10] * ny + shapes[k, 13] * nz,
+        shapes[k, 8] * nx + shapes[k, 11] * ny + shapes[k, 14] * nz,
     )
 
 
 @kernel
-def primitive_distance(kind, shape, x, y, z):
-    # model: kind, shape (16,)   in: point   out: distance, gradient
+def primitive_distance(kind, shapes, k, x, y, z):
+    # model: kind, shapes (prims, 16), the row k   in: point   out: distance, gradient
     if kind == ROUND_CONE:
-        return round_cone_distance(shape, x, y, z)
+        return round_cone_distance(shapes, k, x, y, z)
     if kind == ELLIPSOID:
-        return ellipsoid_distance(shape, x, y, z)
-    return box_distance(shape, x, y, z)
+        return ellipsoid_distance(shapes, k, x, y, z)
+    return box_distance(shapes, k, x, y, z)
 
 
 @kernel
-def primitive_distances(kind, shape, points, distances_out, gradients_out):
-    # model: kind, shape (16,)   in: points (points, 3)   out: distances_out (points,), gradients_out (points, 3)
+def primitive_distances(kind, shapes, k, points, distances_out, gradients_out):
+    # model: kind, shapes (prims, 16), the row k   in: points (points, 3)   out: distances_out (points,), gradients_out (points, 3)
     for i in range(points.shape[0]):
-        found = primitive_distance(kind, shape, points[i, 0], points[i, 1], points[i, 2])
+        found = primitive_distance(kind, shapes, k, points[i, 0], points[i, 1], points[i, 2])
         distances_out[i] = found[0]
         gradients_out[i, 0], gradients_out[i, 1], gradients_out[i, 2] = found[1], found[2], found[3]
 
@@ -150,7 +175,8 @@ def union_distances(kinds, joints, shapes, frames, points, distances_out, neares
             x, y, z = points[i, 0] - frames[j, 0, 3], points[i, 1] - frames[j, 1, 3], points[i, 2] - frames[j, 2, 3]
             found = primitive_distance(
                 kinds[k],
-                shapes[k],
+                shapes,
+                k,
                 frames[j, 0, 0] * x + frames[j, 1, 0] * y + frames[j, 2, 0] * z,
                 frames[j, 0, 1] * x + frames[j, 1, 1] * y + frames[j, 2, 1] * z,
                 frames[j, 0, 2] * x + frames[j, 1, 2] * y + frames[j, 2, 2] * z,

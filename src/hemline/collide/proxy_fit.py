@@ -62,11 +62,11 @@ def _fitted_cone(vertices: Points, mine: np.ndarray) -> Float[np.ndarray, "8"]:
     others = others[:: max(1, len(others) // 400)]
     points = np.concatenate([own, others])
     distances, gradients = np.empty(len(points)), np.empty((len(points), 3))
-    shape = np.zeros(16)
+    shape = np.zeros((1, 16))
 
     def residuals(cone: np.ndarray) -> np.ndarray:
-        shape[:6], shape[6:8] = cone[:6], np.maximum(cone[6:8], 0.005)
-        primitive_distances(ROUND_CONE, shape, points, distances, gradients)
+        shape[0, :6], shape[0, 6:8] = cone[:6], np.maximum(cone[6:8], 0.005)
+        primitive_distances(ROUND_CONE, shape, 0, points, distances, gradients)
         return np.concatenate([distances[: len(own)], np.minimum(distances[len(own) :] + _BULGE, 0.0)])
 
     start = _axis_cone(own)

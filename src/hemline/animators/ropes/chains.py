@@ -10,12 +10,13 @@ import numpy as np
 
 from hemline.arrays import Float, Int, Nodes
 from hemline.collide.proxy import BodyProxy, Colliders
-from hemline.errors import BadInput, BadModel
+from hemline.errors import BadInput
 from hemline.motions import JOINT_NAMES
 
 from .constants import RopeConstants
 from .dynamics import RopeChains
 from .embedding import Carriage, Embedding
+from .rope_frame_kernels import carry_nodes, kinematic_motion, squared_jump
 from .state import RopesState
 
 if TYPE_CHECKING:
@@ -24,7 +25,17 @@ if TYPE_CHECKING:
 Hook = Callable[[Nodes, Nodes], Nodes]
 """A user's force: positions [m] and velocities [m/s] in, accelerations out [m/s^2], all (nodes, 3), once a step."""
 
-CHAIN_ARRAYS = ("offsets", "lengths", "masses", "rest_spans", "rest_directions", "chain_joints", "pairs", "pair_spans")
+CHAIN_ARRAYS = (
+    "offsets",
+    "lengths",
+    "masses",
+    "rest_spans",
+    "rest_directions",
+    "chain_joints",
+    "pairs",
+    "pair_spans",
+    "clearances",
+)
 CARRIAGE_ARRAYS = ("rest", "weights", "nearest", "nearest_rest")
 _TELEPORT_SPEED = 30.0
 
@@ -157,43 +168,32 @@ class Ropes:
         )  # fmt: skip
 
     def _step(self, state: RopesState, posed: "PosedBody", dt: float) -> RopesState:
-        frames = self.proxy.posed(posed)
-        target = self.carriage.carried(frames, state.kinematic_rest)
-        if not math.isfinite(target.sum()):
+        frames, kinematic = self.proxy.posed(posed), self.kinematic
+        motion = np.empty((4, len(kinematic), 3))
+        carry_nodes(self.carriage.weights, state.kinematic_rest, frames, motion[1])
+        if not math.isfinite(motion[1].sum()):
             raise BadInput("a body's transforms must be finite", "NaN or infinity", "check the pose")
-        if self._is_teleport(state, frames, dt):
+        jump = math.sqrt(squared_jump(state.frames, frames, self.key_index, state.pivots))
+        if jump > max(self.constants.teleport, _TELEPORT_SPEED * dt):
             state = self._carried_along(state, frames)
-        velocities, motion = self._kinematic_motion(state, target, dt)
+        last_dt = float(state.last_dt)
+        kinematic_motion(
+            kinematic, state.positions, state.kinematic_velocities, state.kinematic_rates, last_dt, dt, motion
+        )
+        velocities = state.velocities
+        if last_dt == 0.0:
+            # no history: the garment moves along with its roots at first
+            velocities = velocities + motion[2, self.chains.offsets[0] :].mean(0)
         push = None if self.hook is None else np.ascontiguousarray(self.hook(state.positions, velocities), np.float64)
+        colliders = Colliders(self.proxy.kinds, self.proxy.joints, state.shapes, state.centres, state.pivots)
         positions, velocities, tensions, touched = self.chains.advance(
             state.positions, velocities, state.tensions, motion, dt,
-            colliders=Colliders(self.proxy.kinds, self.proxy.joints, state.shapes, state.centres, state.pivots),
-            frames=(state.frames, frames), push=push,
+            colliders=colliders, frames=(state.frames, frames), push=push,
         )  # fmt: skip
         return RopesState(
-            positions, velocities, tensions, touched, frames, motion[3], (target - motion[0]) / dt, np.asarray(dt),
+            positions, velocities, tensions, touched, frames, motion[3], (motion[1] - motion[0]) / dt, np.asarray(dt),
             state.kinematic_rest, state.shapes, state.centres, state.pivots,
         )  # fmt: skip
-
-    def _kinematic_motion(self, state: RopesState, target: np.ndarray, dt: float) -> tuple[Nodes, np.ndarray]:
-        """Node velocities to begin with, and positions and velocities of the kinematic nodes at both ends of the step.
-
-        The velocity at the end is extrapolated from the mean velocities of this step and the last one, so that a
-        uniformly accelerated root moves exactly so in all substeps. Without history the garment starts out moving along.
-        """
-        start = state.positions[self.kinematic]
-        rate = (target - start) / dt
-        if state.last_dt > 0:
-            end = rate + (rate - state.kinematic_rates) * (dt / (dt + state.last_dt))
-            return state.velocities, np.stack([start, target, state.kinematic_velocities, end])
-        roots = rate[len(rate) - len(self.chains.offsets) + 1 :]
-        return state.velocities + (roots.mean(0) if len(roots) else 0.0), np.stack([start, target, rate, rate])
-
-    def _is_teleport(self, state: RopesState, frames: np.ndarray, dt: float) -> bool:
-        pivot = state.pivots[self.key_index]
-        old, new = state.frames[self.key_index], frames[self.key_index]
-        jump = (new[:, :3] - old[:, :3]) @ pivot + new[:, 3] - old[:, 3]
-        return float(jump @ jump) > max(self.constants.teleport, _TELEPORT_SPEED * dt) ** 2
 
     def _carried_along(self, state: RopesState, frames: np.ndarray) -> RopesState:
         """The state moved rigidly with the key joint into the new frames, its velocities relative to it, no history."""

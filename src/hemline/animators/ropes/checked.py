@@ -39,7 +39,7 @@ def checked_ropes(kind: "type[Ropes]", arrays: Mapping[str, np.ndarray], metadat
     chains = RopeChains(
         offsets, _array(arrays, "lengths", (nodes,)), _array(arrays, "masses", (nodes,)), _array(arrays, "rest_spans", (nodes,)),
         _array(arrays, "rest_directions", (nodes, 3)), _indices(arrays, "chain_joints", (count,), len(JOINT_NAMES)), pairs,
-        _array(arrays, "pair_spans", (len(pairs), 2)), RopeConstants.of(constants),  # type: ignore[arg-type]  # checked
+        _array(arrays, "pair_spans", (len(pairs), 2)), _array(arrays, "clearances", (nodes,)), RopeConstants.of(constants),  # type: ignore[arg-type]  # checked
     )  # fmt: skip
     free = chains.parents >= 0
     _check(

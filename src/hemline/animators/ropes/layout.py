@@ -5,6 +5,7 @@ the shortest way comes. Along a line of constant u the distance d is arc length,
 the longest distance between two of its bones is their difference in d.
 """
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -86,12 +87,14 @@ def _bound(
     kinematic = np.concatenate([np.arange(plan.offsets[0]), plan.offsets[:-1]])
     carriage = Carriage.of(rest[kinematic], shaped)
     roots = carriage.weights[len(kinematic) - len(plan.offsets) + 1 :]
+    proxy = BodyProxy.fit(shaped)
+    clearances, _ = proxy.distances(rest, np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1)))
     chains = RopeChains(
         plan.offsets, lengths, masses, spans, directions, roots.argmax(1).astype(np.int32), pairs,
-        np.column_stack([pair_rest, np.maximum(plan.pair_lengths * (1 + strain), pair_rest)]), constants,
+        np.column_stack([pair_rest, np.maximum(plan.pair_lengths * (1 + strain), pair_rest)]), clearances, constants,
     )  # fmt: skip
     betas = np.asarray(shaped.betas, np.float64)
-    return Ropes(chains, plan.embedding, carriage, rest, BodyProxy.fit(shaped), betas, garment.key_joint)
+    return Ropes(chains, plan.embedding, carriage, rest, proxy, betas, garment.key_joint)
 
 
 def _by_hand(garment: "Garment") -> _Plan:
@@ -142,8 +145,8 @@ def _by_geodesics(garment: "Garment", chain_count: int, bone_counts: tuple[int, 
 
 def _neighbours(offsets: Int[np.ndarray, " chains+1"], closed: bool) -> Int[np.ndarray, "pairs 2"]:
     """Free bones, each with the bone of the next chain at the same share of its way down."""
-    chains = [np.arange(first, last) for first, last in zip(offsets[:-1], offsets[1:], strict=True)]
-    following = list(zip(chains[:-1], chains[1:], strict=True))
+    chains = [np.arange(first, last) for first, last in pairwise(offsets)]
+    following = list(pairwise(chains))
     if closed and len(chains) > 2:
         following.append((chains[-1], chains[0]))
     pairs = [

@@ -2,12 +2,22 @@
 
 import math
 
-from hemline.collide.primitive_kernels import primitive_distance
+from hemline.collide.primitive_kernels import ROUND_CONE, primitive_distance, round_cone_gap
 from hemline.compiled import kernel
 
-GRADIENT, HISTORY, SLIDE = 0, 1, 2
+GRADIENT, HISTORY, SLIDE = 0.0, 1.0, 2.0
 TOUCH = 1e-9
 """A node this deep [m] counts as outside."""
+FAR = 1e30
+"""A distance [m] beyond all reach."""
+ATTEMPTS = 8
+"""Push-outs of one node in one step; the second half of them along the gradient."""
+LONGEST = 1.2
+"""A rope that a push-out would stretch beyond this share of its length gives in."""
+
+CENTRE, RADIUS, SHIFT, TURN, KIND, JOINT, AXIS, PLACED = 8, 11, 12, 15, 16, 17, 18, 19
+"""Columns of a placed primitive: a rounded cone in the world at the end of a substep (0 to 8), the ball around it, the way
+of its centre, the chord of its turn, kind and joint, the inverse square of its axis."""
 
 
 @kernel
@@ -36,17 +46,21 @@ def to_world(frames, j, x, y, z):
 
 
 @kernel
-def first_contact(kind, shape, margin, ax, ay, az, bx, by, bz):
-    # model: kind, shape   in: a path from a (outside) to b, in the rest frame
+def first_contact(kind, shapes, k, margin, ax, ay, az, bx, by, bz):
+    # model: kind, shapes, row k   in: a path from a (outside) to b, in the rest frame
     # returns: the share of the path at which it meets the surface grown by margin; 2 where it does not
+    # The distance to a convex primitive is convex along the path: Newton's method from outside never overshoots.
     x, y, z = bx - ax, by - ay, bz - az
-    length = math.sqrt(x * x + y * y + z * z)
     share = 0.0
-    for _ in range(64):
-        gap = primitive_distance(kind, shape, ax + share * x, ay + share * y, az + share * z)[0] - margin
+    for _ in range(20):
+        found = primitive_distance(kind, shapes, k, ax + share * x, ay + share * y, az + share * z)
+        gap = found[0] - margin
         if gap < 1e-7:
             return share
-        share += gap / max(length, 1e-12)
+        slope = found[1] * x + found[2] * y + found[3] * z
+        if slope >= 0.0:
+            return 2.0
+        share -= gap / slope
         if share > 1.0:
             return 2.0
     return share
@@ -69,58 +83,108 @@ def contact_velocity(normal_x, normal_y, normal_z, bx, by, bz, friction, velocit
 
 
 @kernel
-def deepest(
-    kinds, joints, shapes, reaches, centres_from, centres_to, frames_from, frames_to, margin, position_choice, start, position
-):  # fmt: skip
-    # model: primitives; reaches (prims, 2): bounding radius, chord of the turn in this substep   in: start, position (3,)
-    # returns: the deepest primitive (-1: none) and its depth; a path right through one counts with the way beyond
-    worst, which = -TOUCH, -1
-    x, y, z = position[0], position[1], position[2]
-    mx, my, mz = x - start[0], y - start[1], z - start[2]
+def place_primitives(kinds, joints, shapes, centres, frames_from, frames_to, placed_out):
+    # model: primitives, centres (prims, 4) with bounding radius   in: frames at both ends of a substep
+    # in/out: placed_out (prims, PLACED): moved on from the end of the last substep
     for k in range(kinds.shape[0]):
-        cx, cy, cz = x - centres_to[k, 0], y - centres_to[k, 1], z - centres_to[k, 2]
-        away = math.sqrt(cx * cx + cy * cy + cz * cz)
-        sx, sy, sz = (
-            centres_to[k, 0] - centres_from[k, 0],
-            centres_to[k, 1] - centres_from[k, 1],
-            centres_to[k, 2] - centres_from[k, 2],
-        )
-        path = math.sqrt((mx - sx) * (mx - sx) + (my - sy) * (my - sy) + (mz - sz) * (mz - sz)) + reaches[k, 1] * away
-        if away > reaches[k, 0] + margin + path:
-            continue
         j = int(joints[k])
-        px, py, pz = to_rest(frames_to, j, x, y, z)
-        gap = primitive_distance(kinds[k], shapes[k], px, py, pz)[0] - margin
+        if kinds[k] == ROUND_CONE:
+            for n in (0, 3):
+                x, y, z = to_world(frames_to, j, shapes[k, n], shapes[k, n + 1], shapes[k, n + 2])
+                placed_out[k, n], placed_out[k, n + 1], placed_out[k, n + 2] = x, y, z
+            placed_out[k, 6], placed_out[k, 7] = shapes[k, 6], shapes[k, 7]
+            square = 0.0
+            for n in range(3):
+                square += (shapes[k, n + 3] - shapes[k, n]) ** 2
+            placed_out[k, AXIS] = 1.0 / max(square, 1e-12)
+        x, y, z = to_world(frames_to, j, centres[k, 0], centres[k, 1], centres[k, 2])
+        dx, dy, dz = x - placed_out[k, CENTRE], y - placed_out[k, CENTRE + 1], z - placed_out[k, CENTRE + 2]
+        turn = 0.0
+        for a in range(3):
+            for b in range(3):
+                turn += (frames_to[j, a, b] - frames_from[j, a, b]) ** 2
+        placed_out[k, CENTRE], placed_out[k, CENTRE + 1], placed_out[k, CENTRE + 2] = x, y, z
+        placed_out[k, RADIUS] = centres[k, 3]
+        placed_out[k, SHIFT], placed_out[k, SHIFT + 1], placed_out[k, SHIFT + 2] = dx, dy, dz
+        placed_out[k, TURN] = min(math.sqrt(turn), 1.0)
+        placed_out[k, KIND], placed_out[k, JOINT] = kinds[k], joints[k]
+
+
+@kernel
+def gap_within(placed, shapes, frames_to, k, reach, x, y, z):
+    # returns: distance of a point in the world to primitive k at the end of the substep, or FAR where it is above reach
+    if placed[k, KIND] != ROUND_CONE:
+        x, y, z = to_rest(frames_to, int(placed[k, JOINT]), x, y, z)
+        return primitive_distance(int(placed[k, KIND]), shapes, k, x, y, z)[0]
+    # the capsule of its larger radius around its axis
+    ux, uy, uz = placed[k, 3] - placed[k, 0], placed[k, 4] - placed[k, 1], placed[k, 5] - placed[k, 2]
+    px, py, pz = x - placed[k, 0], y - placed[k, 1], z - placed[k, 2]
+    along = min(max((px * ux + py * uy + pz * uz) * placed[k, AXIS], 0.0), 1.0)
+    px, py, pz = px - along * ux, py - along * uy, pz - along * uz
+    reach += max(placed[k, 6], placed[k, 7])
+    if px * px + py * py + pz * pz > reach * reach:
+        return FAR
+    return round_cone_gap(placed, k, x, y, z)
+
+
+@kernel
+def crossing(placed, shapes, frames_from, frames_to, k, margin, gap, sx, sy, sz, x, y, z):
+    # in: a way from (sx, sy, sz) to (x, y, z), which ends `gap` outside of primitive k
+    # returns: how much of its way, seen from the primitive, lies beyond where it went in; 0 where it did not
+    kind, j = int(placed[k, KIND]), int(placed[k, JOINT])
+    px, py, pz = to_rest(frames_to, j, x, y, z)
+    qx, qy, qz = to_rest(frames_from, j, sx, sy, sz)
+    way = math.sqrt((px - qx) ** 2 + (py - qy) ** 2 + (pz - qz) ** 2)
+    if gap >= way:
+        return 0.0
+    before = primitive_distance(kind, shapes, k, qx, qy, qz)[0] - margin
+    if before <= 1e-6 or before + gap >= way:
+        return 0.0
+    return max(0.0, 1.0 - first_contact(kind, shapes, k, margin, qx, qy, qz, px, py, pz)) * way
+
+
+@kernel
+def deepest(placed, shapes, frames_from, frames_to, margin, choice, sx, sy, sz, x, y, z):
+    # model: placed primitives   in: way of a node from (sx, sy, sz) to (x, y, z)
+    # returns: the deepest primitive (-1: none) and its depth; a way right through one counts with the part beyond
+    worst, which = -TOUCH, -1
+    for k in range(placed.shape[0]):
+        # the ball around it, grown by the way past it: written out here, since a call costs more than the test
+        dx, dy, dz = x - placed[k, CENTRE], y - placed[k, CENTRE + 1], z - placed[k, CENTRE + 2]
+        mx, my, mz = x - sx - placed[k, SHIFT], y - sy - placed[k, SHIFT + 1], z - sz - placed[k, SHIFT + 2]
+        away, way = dx * dx + dy * dy + dz * dz, math.sqrt(mx * mx + my * my + mz * mz)
+        reach, slower = placed[k, RADIUS] + margin + way, 1.0 - placed[k, TURN]
+        if away * slower * slower > reach * reach:
+            continue
+        way += placed[k, TURN] * math.sqrt(away)
+        gap = gap_within(placed, shapes, frames_to, k, margin + way, x, y, z) - margin
         if gap < worst:
             worst, which = gap, k
-        elif position_choice != GRADIENT and gap < path:
-            qx, qy, qz = to_rest(frames_from, j, start[0], start[1], start[2])
-            before = primitive_distance(kinds[k], shapes[k], qx, qy, qz)[0] - margin
-            if before > 1e-6 and before + gap < path:
-                share = first_contact(kinds[k], shapes[k], margin, qx, qy, qz, px, py, pz)
-                if share < 1.0 and -(1.0 - share) * path < worst:
-                    worst, which = -(1.0 - share) * path, k
+        elif choice != GRADIENT and gap < way:
+            through = crossing(placed, shapes, frames_from, frames_to, k, margin, gap, sx, sy, sz, x, y, z)
+            if -through < worst:
+                worst, which = -through, k
     return which, worst
 
 
 @kernel
-def push_out(kind, shape, j, frames_from, frames_to, margin, friction, position_choice, velocity_choice, h,
+def push_out(kind, shapes, k, j, frames_from, frames_to, margin, friction, position_choice, velocity_choice, h,
              start, position_out, velocity_out):  # fmt: skip
     # model: one primitive   in: choices, substep h, start (3,)   in/out: position_out, velocity_out (3,)
     px, py, pz = to_rest(frames_to, j, position_out[0], position_out[1], position_out[2])
     qx, qy, qz = to_rest(frames_from, j, start[0], start[1], start[2])
-    now = primitive_distance(kind, shape, px, py, pz)
+    now = primitive_distance(kind, shapes, k, px, py, pz)
     nx, ny, nz = now[1], now[2], now[3]
     depth = margin - now[0]
     ex, ey, ez = px + depth * nx, py + depth * ny, pz + depth * nz
     rx, ry, rz = qx - px, qy - py, qz - pz
     size = math.sqrt(rx * rx + ry * ry + rz * rz)
-    before = primitive_distance(kind, shape, qx, qy, qz)[0] - margin
+    before = primitive_distance(kind, shapes, k, qx, qy, qz)[0] - margin
     remembered = position_choice != GRADIENT and size > 1e-12 and before >= -1e-6
     if remembered:
-        share = min(first_contact(kind, shape, margin, qx, qy, qz, px, py, pz), 1.0)
+        share = min(first_contact(kind, shapes, k, margin, qx, qy, qz, px, py, pz), 1.0)
         ex, ey, ez = qx - share * rx, qy - share * ry, qz - share * rz
-        there = primitive_distance(kind, shape, ex, ey, ez)
+        there = primitive_distance(kind, shapes, k, ex, ey, ez)
         nx, ny, nz = there[1], there[2], there[3]
         lift = max(margin - there[0], 0.0)
         ex, ey, ez = ex + lift * nx, ey + lift * ny, ez + lift * nz
@@ -142,58 +206,63 @@ def push_out(kind, shape, j, frames_from, frames_to, margin, friction, position_
 
 
 @kernel
-def march_out(kinds, joints, shapes, reaches, centres_to, frames_to, margin, position_out):
-    # the last resort: straight on along the gradient of the deepest primitive until outside of all
-    nx, ny, nz = 0.0, 0.0, 0.0
-    for _ in range(200):
-        which, depth = deepest(
-            kinds, joints, shapes, reaches, centres_to, centres_to, frames_to, frames_to, margin, GRADIENT,
-            position_out, position_out,
-        )  # fmt: skip
-        if which < 0:
+def retreat(placed, shapes, frames_to, margin, ax, ay, az, position_out):
+    # the last resort: towards the node above (ax, ay, az), which is outside, until outside of all
+    for _ in range(60):
+        x, y, z = position_out[0], position_out[1], position_out[2]
+        which, depth = deepest(placed, shapes, frames_to, frames_to, margin, 0.0, x, y, z, x, y, z)
+        left = math.sqrt((ax - x) ** 2 + (ay - y) ** 2 + (az - z) ** 2)
+        if which < 0 or left < 1e-9:
             return
-        if nx == 0.0 and ny == 0.0 and nz == 0.0:
-            px, py, pz = to_rest(frames_to, joints[which], position_out[0], position_out[1], position_out[2])
-            found = primitive_distance(kinds[which], shapes[which], px, py, pz)
-            nx, ny, nz = turned(frames_to, joints[which], found[1], found[2], found[3])
-        step = 1e-6 - depth
-        position_out[0] += step * nx
-        position_out[1] += step * ny
-        position_out[2] += step * nz
+        share = min(1.0, (1e-4 - depth) / left)
+        position_out[0], position_out[1], position_out[2] = (
+            x + share * (ax - x),
+            y + share * (ay - y),
+            z + share * (az - z),
+        )
+    position_out[0], position_out[1], position_out[2] = ax, ay, az
 
 
 @kernel
-def resolve_chain(
-    first, last, lengths, kinds, joints, shapes, reaches, centres_from, centres_to, frames_from, frames_to,
-    margin, friction, position_choice, velocity_choice, h, starts, positions_out, velocities_out, touched_out,
-):  # fmt: skip
-    # model: one chain, the primitives   in: choices, substep h, starts (nodes, 3) at its beginning
-    # in/out: positions_out, velocities_out (nodes, 3)   out: touched_out (nodes,)
+def free_node(placed, shapes, frames_from, frames_to, margin, friction, choice, velocity_choice, h,
+              start, position_out, velocity_out):  # fmt: skip
+    # model: the primitives   in: choices, substep h, start (3,)   in/out: position_out, velocity_out (3,)
+    # returns: how many times it was pushed, deepest primitive first; ATTEMPTS where it is still inside one
+    for attempt in range(ATTEMPTS):
+        way = choice if attempt < ATTEMPTS // 2 else 0.0
+        which, _ = deepest(placed, shapes, frames_from, frames_to, margin, way, start[0], start[1], start[2],
+                           position_out[0], position_out[1], position_out[2])  # fmt: skip
+        if which < 0:
+            return attempt
+        push_out(int(placed[which, KIND]), shapes, which, int(placed[which, JOINT]), frames_from, frames_to, margin,
+                 friction, way, velocity_choice, h, start, position_out, velocity_out)  # fmt: skip
+    return ATTEMPTS
+
+
+@kernel
+def resolve_chain(first, last, lengths, margins, placed, shapes, frames_from, frames_to, friction, choice,
+                  velocity_choice, h, starts, positions_out, velocities_out, touched_out):  # fmt: skip
+    # model: one chain, the primitives   in: choices (floats), substep h, starts (nodes, 3) at its beginning
+    # in/out: positions_out, velocities_out (nodes, 3)   out: touched_out (nodes,)   returns: whether any touched
     # One pass from root to tip; for each node the length first, collisions last.
+    any_touched = False
     for i in range(first + 1, last):
-        x = positions_out[i, 0] - positions_out[i - 1, 0]
-        y = positions_out[i, 1] - positions_out[i - 1, 1]
-        z = positions_out[i, 2] - positions_out[i - 1, 2]
-        span = math.sqrt(x * x + y * y + z * z)
+        ax, ay, az = positions_out[i - 1, 0], positions_out[i - 1, 1], positions_out[i - 1, 2]
+        x, y, z = positions_out[i, 0], positions_out[i, 1], positions_out[i, 2]
+        span = math.sqrt((x - ax) ** 2 + (y - ay) ** 2 + (z - az) ** 2)
         if span > lengths[i] * (1.0 + 1e-12):
             share = lengths[i] / span
-            positions_out[i, 0] = positions_out[i - 1, 0] + share * x
-            positions_out[i, 1] = positions_out[i - 1, 1] + share * y
-            positions_out[i, 2] = positions_out[i - 1, 2] + share * z
-        inside = True
-        for attempt in range(8):
-            which, _ = deepest(
-                kinds, joints, shapes, reaches, centres_from, centres_to, frames_from, frames_to, margin,
-                position_choice if attempt < 4 else GRADIENT, starts[i], positions_out[i],
-            )  # fmt: skip
-            if which < 0:
-                inside = False
-                break
-            touched_out[i] = True
-            push_out(
-                kinds[which], shapes[which], joints[which], frames_from, frames_to, margin, friction,
-                position_choice if attempt < 4 else GRADIENT, velocity_choice, h,
-                starts[i], positions_out[i], velocities_out[i],
-            )  # fmt: skip
-        if inside:
-            march_out(kinds, joints, shapes, reaches, centres_to, frames_to, margin, positions_out[i])
+            x, y, z = ax + share * (x - ax), ay + share * (y - ay), az + share * (z - az)
+            positions_out[i, 0], positions_out[i, 1], positions_out[i, 2] = x, y, z
+        position = positions_out[i]
+        pushes = free_node(placed, shapes, frames_from, frames_to, margins[i], friction, choice, velocity_choice, h,
+                           starts[i], position, velocities_out[i])  # fmt: skip
+        if pushes == 0:
+            continue
+        touched_out[i] = any_touched = True
+        span = math.sqrt((position[0] - ax) ** 2 + (position[1] - ay) ** 2 + (position[2] - az) ** 2)
+        if pushes == ATTEMPTS or span > LONGEST * lengths[i]:
+            # squeezed, or the way it came would tear the rope: a chain that is caught lets go
+            position[0], position[1], position[2] = x, y, z
+            retreat(placed, shapes, frames_to, margins[i], ax, ay, az, position)
+    return any_touched

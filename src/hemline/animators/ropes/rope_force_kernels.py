@@ -106,25 +106,15 @@ def add_rest_angles(offsets, rest_directions, inverse_masses, numbers, h, chain_
 
 
 @kernel
-def external_accelerations(
-    offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h,
-    chain_frames, push, positions, velocities, accelerations_out,
+def spring_accelerations(
+    offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h, chain_frames, push,
+    positions, accelerations_out,
 ):  # fmt: skip
-    # model: chains, rest state, numbers   in: substep h, chain_frames, push (nodes, 3), positions, velocities
-    # out: accelerations_out (nodes, 3) of the free nodes
-    drag, damping = numbers[DRAG], numbers[PARENT_DAMPING]
-    rate = (1.0 - math.exp(-0.5 * h * (drag + damping))) / (0.5 * h)
-    wind_share = drag / (drag + damping) if drag + damping > 0.0 else 0.0
-    for i in range(offsets[0]):
+    # model: chains, rest state, numbers   in: substep h, chain_frames, push (nodes, 3), positions
+    # out: accelerations_out (nodes, 3) that do not depend on velocities: gravity, push, springs
+    for i in range(positions.shape[0]):
         for d in range(3):
-            accelerations_out[i, d] = 0.0
-    for c in range(offsets.shape[0] - 1):
-        for d in range(3):
-            accelerations_out[offsets[c], d] = 0.0
-        for i in range(offsets[c] + 1, offsets[c + 1]):
-            for d in range(3):
-                towards = wind_share * numbers[WIND + d] + (1.0 - wind_share) * velocities[i - 1, d]
-                accelerations_out[i, d] = numbers[GRAVITY + d] + push[i, d] + rate * (towards - velocities[i, d])
+            accelerations_out[i, d] = numbers[GRAVITY + d] + push[i, d]
     if numbers[LATERAL] > 0.0 or numbers[LATERAL_STRETCH] > 0.0:
         add_lateral(pairs, pair_spans, inverse_masses, numbers, h, positions, accelerations_out)
     if numbers[SHRINK] > 0.0:
@@ -133,3 +123,17 @@ def external_accelerations(
         add_rest_angles(
             offsets, rest_directions, inverse_masses, numbers, h, chain_frames, positions, accelerations_out
         )
+
+
+@kernel
+def external_accelerations(offsets, numbers, h, springs, velocities, accelerations_out):
+    # model: chains, numbers   in: substep h, springs (nodes, 3) from `spring_accelerations`, velocities
+    # out: accelerations_out (nodes, 3): with wind drag and damping relative to the parent
+    drag, damping = numbers[DRAG], numbers[PARENT_DAMPING]
+    rate = (1.0 - math.exp(-0.5 * h * (drag + damping))) / (0.5 * h)
+    wind_share = drag / (drag + damping) if drag + damping > 0.0 else 0.0
+    for c in range(offsets.shape[0] - 1):
+        for i in range(offsets[c] + 1, offsets[c + 1]):
+            for d in range(3):
+                towards = wind_share * numbers[WIND + d] + (1.0 - wind_share) * velocities[i - 1, d]
+                accelerations_out[i, d] = springs[i, d] + rate * (towards - velocities[i, d])

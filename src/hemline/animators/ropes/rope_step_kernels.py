@@ -6,8 +6,8 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-from .rope_collision_kernels import resolve_chain, to_world
-from .rope_force_kernels import FRICTION, MARGIN, external_accelerations
+from .rope_collision_kernels import PLACED, place_primitives, resolve_chain, to_world
+from .rope_force_kernels import FRICTION, external_accelerations, spring_accelerations
 from .tension_kernels import (
     impulse_demand,
     pull,
@@ -73,7 +73,7 @@ def copy_frames(frames, frames_out):
 @kernel
 def copy_nodes(values, values_out):
     for i in range(values.shape[0]):
-        for d in range(3):
+        for d in range(values.shape[1]):
             values_out[i, d] = values[i, d]
 
 
@@ -132,21 +132,6 @@ def frames_between(frames_from, frames_to, pivots, share, frames_out):
 
 
 @kernel
-def place_primitives(joints, centres, frames_from, frames_to, centres_out, reaches_out):
-    # model: joints (prims,), centres (prims, 4) at rest with bounding radius   in: frames at both ends of a substep
-    # out: centres_out (prims, 3) at its end, reaches_out (prims, 2)
-    for k in range(joints.shape[0]):
-        j = int(joints[k])
-        x, y, z = to_world(frames_to, j, centres[k, 0], centres[k, 1], centres[k, 2])
-        centres_out[k, 0], centres_out[k, 1], centres_out[k, 2] = x, y, z
-        turn = 0.0
-        for a in range(3):
-            for b in range(3):
-                turn += (frames_to[j, a, b] - frames_from[j, a, b]) ** 2
-        reaches_out[k, 0], reaches_out[k, 1] = centres[k, 3], math.sqrt(turn)
-
-
-@kernel
 def place_kinematic(kinematic, motion, dt, share, positions_out, velocities_out):
     # in: kinematic (kin,), motion (4, kin, 3): positions at both ends of the frame, velocities at both ends
     # out: positions and velocities of those nodes at `share` of the frame (cubic Hermite)
@@ -163,53 +148,53 @@ def place_kinematic(kinematic, motion, dt, share, positions_out, velocities_out)
 
 
 @kernel
-def kick(offsets, lengths, inverse_masses, choices, h, accelerations, root_velocities, second,
-         positions, velocities_out, tensions_out, held_out):  # fmt: skip
-    # model: chains   in: external accelerations (nodes, 3); root_velocities (chains, 3) at the end of this half step;
-    #     second: 1.0 for the half step that ends the step   in/out: velocities_out (roots at its beginning), tensions_out (warm)
-    # out: held_out (nodes,) ropes that pull   (steps 1 and 4: Eq. 2 to 5, then the impulses of Eq. 6 to 9)
-    widest = 0
+def read_geometry(offsets, lengths, inverse_masses, positions, directions_out, system_out, taut_out):
+    # model: chains   in: positions (nodes, 3)   out: directions_out (nodes, 3), taut_out (nodes,),
+    #     system_out (3, nodes): spans, diagonal and side of the matrix
     for c in range(offsets.shape[0] - 1):
-        widest = max(widest, offsets[c + 1] - offsets[c])
-    directions_work, taut_work = np.zeros((widest, 3)), np.zeros(widest, np.bool_)
-    work = np.zeros((6, widest))
-    free_work, active_work = np.zeros(widest, np.bool_), np.zeros(widest, np.bool_)
-    for c in range(offsets.shape[0] - 1):
-        first, last = offsets[c], offsets[c + 1]
-        count = last - first
-        directions, taut, free = directions_work[:count], taut_work[:count], free_work[:count]
-        spans, diagonal, beside = work[0, :count], work[1, :count], work[2, :count]
-        wanted, impulses, upper = work[3, :count], work[4, :count], work[5, :count]
-        masses, tensions, v = inverse_masses[first:last], tensions_out[first:last], velocities_out[first:last]
-        held = held_out[first:last]
-        rope_directions(positions[first:last], lengths[first:last], SLACKNESS, directions, spans, taut)
-        rope_matrix(directions, masses, diagonal, beside)
-        for d in range(3):
-            accelerations[first, d] = (root_velocities[c, d] - v[0, d]) * 2.0 / h
-        tension_demand(directions, spans, v, accelerations[first:last], h, wanted)
-        for i in range(count):
-            free[i] = False
-        if choices[TENSION_SWEEPS] > 0:
-            solve_sweeps(diagonal, beside, wanted, taut, free, choices[TENSION_SWEEPS], 1.0, tensions)
-        else:
-            solve_direct(diagonal, beside, wanted, taut, free, tensions, active_work[:count], upper)
-        for i in range(count):
-            held[i] = i > 0 and tensions[i] > 0.0
-            for d in range(3):
-                v[i, d] += 0.5 * h * accelerations[first + i, d]
-        pull(directions, masses, tensions, 0.5 * h, v)
-        if second > 0.0:
-            for i in range(count):
-                free[i] = held[i]
-        apply_impulses(
-            directions, masses, diagonal, beside, taut, free, choices, v, wanted, impulses, active_work[:count], upper
-        )
+        a, b = offsets[c], offsets[c + 1]
+        rope_directions(positions[a:b], lengths[a:b], SLACKNESS, directions_out[a:b], system_out[0, a:b], taut_out[a:b])
+        rope_matrix(directions_out[a:b], inverse_masses[a:b], system_out[1, a:b], system_out[2, a:b])
 
 
 @kernel
-def apply_impulses(directions, masses, diagonal, beside, taut, held, choices, velocities_out,
-                   wanted, impulses, active_work, upper):  # fmt: skip
+def kick(offsets, inverse_masses, choices, h, accelerations, root_velocities, second, directions, system, taut,
+         velocities_out, tensions_out, held_out, numbers_work, flags_work):  # fmt: skip
+    # model: chains   in: external accelerations (nodes, 3); root_velocities (chains, 3) at the end of this half step;
+    #     second: 1.0 for the half step that ends the step; the geometry
+    # in/out: velocities_out (roots at its beginning), tensions_out (warm)   out: held_out (nodes,) ropes that pull
+    # Steps 1 and 4: Eq. 2 to 5, then the impulses of Eq. 6 to 9.
+    for c in range(offsets.shape[0] - 1):
+        a, b = offsets[c], offsets[c + 1]
+        count = b - a
+        wanted, upper, active = numbers_work[0, :count], numbers_work[1, :count], flags_work[0, :count]
+        free, v, tensions = flags_work[1, :count], velocities_out[a:b], tensions_out[a:b]
+        for d in range(3):
+            accelerations[a, d] = (root_velocities[c, d] - v[0, d]) * 2.0 / h
+        tension_demand(directions[a:b], system[0, a:b], v, accelerations[a:b], h, wanted)
+        for i in range(count):
+            free[i] = False
+        if choices[TENSION_SWEEPS] > 0:
+            solve_sweeps(
+                system[1, a:b], system[2, a:b], wanted, taut[a:b], free, choices[TENSION_SWEEPS], 1.0, tensions
+            )
+        else:
+            solve_direct(system[1, a:b], system[2, a:b], wanted, taut[a:b], free, tensions, active, upper)
+        for i in range(count):
+            held_out[a + i] = i > 0 and tensions[i] > 0.0
+            free[i] = second > 0.0 and held_out[a + i]
+            for d in range(3):
+                v[i, d] += 0.5 * h * accelerations[a + i, d]
+        pull(directions[a:b], inverse_masses[a:b], tensions, 0.5 * h, v)
+        apply_impulses(directions[a:b], inverse_masses[a:b], system[1, a:b], system[2, a:b], taut[a:b], free, choices,
+                       v, numbers_work[:, :count], active)  # fmt: skip
+
+
+@kernel
+def apply_impulses(directions, inverse_masses, diagonal, beside, taut, held, choices, velocities_out,
+                   numbers_work, active_work):  # fmt: skip
     # in: one chain and its matrix   in/out: velocities_out: no taut rope lengthens after it, no held one shortens
+    wanted, upper, impulses = numbers_work[0], numbers_work[1], numbers_work[2]
     impulse_demand(directions, velocities_out, wanted)
     for i in range(impulses.shape[0]):
         impulses[i] = 0.0
@@ -217,19 +202,7 @@ def apply_impulses(directions, masses, diagonal, beside, taut, held, choices, ve
         solve_sweeps(diagonal, beside, wanted, taut, held, choices[IMPULSE_SWEEPS], 0.0, impulses)
     else:
         solve_direct(diagonal, beside, wanted, taut, held, impulses, active_work, upper)
-    pull(directions, masses, impulses, 1.0, velocities_out)
-
-
-@kernel
-def settle_impulses(first, last, lengths, inverse_masses, choices, positions, velocities_out):
-    # in: one chain after its collisions   in/out: velocities_out: no taut rope lengthens
-    count = last - first
-    directions, work = np.zeros((count, 3)), np.zeros((6, count))
-    taut, free, active = np.zeros(count, np.bool_), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-    rope_directions(positions[first:last], lengths[first:last], SLACKNESS, directions, work[0], taut)
-    rope_matrix(directions, inverse_masses[first:last], work[1], work[2])
-    apply_impulses(directions, inverse_masses[first:last], work[1], work[2], taut, free, choices,
-                   velocities_out[first:last], work[3], work[4], active, work[5])  # fmt: skip
+    pull(directions, inverse_masses, impulses, 1.0, velocities_out)
 
 
 @kernel
@@ -309,55 +282,65 @@ def limit_speeds(offsets, velocities_out):
 
 @kernel
 def advance_chains(
-    offsets, lengths, rest_spans, rest_directions, inverse_masses, chain_joints, pairs, pair_spans, numbers, choices,
-    kinds, joints, shapes, centres, pivots, kinematic, motion, frames_from, frames_to, push, dt, steps,
+    offsets, lengths, rest_spans, rest_directions, inverse_masses, margins, chain_joints, pairs, pair_spans, numbers,
+    choices, kinds, joints, shapes, centres, pivots, kinematic, motion, frames_from, frames_to, push, dt, steps,
     positions_out, velocities_out, tensions_out, touched_out,
 ):  # fmt: skip
     # model: chains (offsets, lengths, rest state, masses, lateral pairs), numbers and choices, primitives
     # in: motion of the kinematic nodes, frames of the joints at both ends of the frame, push (nodes, 3), dt, substeps
     # in/out: positions_out, velocities_out (nodes, 3), tensions_out (nodes,)   out: touched_out (nodes,)
     nodes, chains, h = positions_out.shape[0], offsets.shape[0] - 1, dt / steps
-    accelerations, starts, ends = np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros((nodes, 3))
+    springs, accelerations = np.zeros((nodes, 3)), np.zeros((nodes, 3))
+    starts, ends, directions = np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros((nodes, 3))
+    system, taut, held = np.zeros((3, nodes)), np.zeros(nodes, np.bool_), np.zeros(nodes, np.bool_)
+    numbers_work, flags_work = np.zeros((3, nodes)), np.zeros((2, nodes), np.bool_)
     chain_frames, root_velocities = np.zeros((chains, 3, 3)), np.zeros((chains, 3))
     before, after = frames_from.copy(), frames_from.copy()
-    centres_from, centres_to = np.zeros((kinds.shape[0], 3)), np.zeros((kinds.shape[0], 3))
-    reaches, held = np.zeros((kinds.shape[0], 2)), np.zeros(nodes, np.bool_)
-    place_primitives(joints, centres, before, before, centres_from, reaches)
+    placed = np.zeros((kinds.shape[0], PLACED))
+    position_way, velocity_way = float(choices[POSITION]), float(choices[VELOCITY])
+    place_primitives(kinds, joints, shapes, centres, before, before, placed)
     place_kinematic(kinematic, motion, dt, 0.0, positions_out, velocities_out)
+    turn_chains(chain_joints, before, chain_frames)
+    read_geometry(offsets, lengths, inverse_masses, positions_out, directions, system, taut)
+    spring_accelerations(offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h,
+                         chain_frames, push, positions_out, springs)  # fmt: skip
     for step in range(steps):
         share = (step + 1.0) / steps
         copy_nodes(positions_out, starts)
         place_kinematic(kinematic, motion, dt, share, positions_out, ends)
         for c in range(chains):
-            root = offsets[c]
             for d in range(3):
-                root_velocities[c, d] = (positions_out[root, d] - starts[root, d]) / h
-        turn_chains(chain_joints, before, chain_frames)
+                root_velocities[c, d] = (positions_out[offsets[c], d] - starts[offsets[c], d]) / h
         # step 1: half a kick
-        external_accelerations(offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h,
-                               chain_frames, push, starts, velocities_out, accelerations)  # fmt: skip
-        kick(offsets, lengths, inverse_masses, choices, h, accelerations, root_velocities, 0.0,
-             starts, velocities_out, tensions_out, held)  # fmt: skip
+        external_accelerations(offsets, numbers, h, springs, velocities_out, accelerations)
+        kick(offsets, inverse_masses, choices, h, accelerations, root_velocities, 0.0, directions, system, taut,
+             velocities_out, tensions_out, held, numbers_work, flags_work)  # fmt: skip
         limit_speeds(offsets, velocities_out)
         # step 2: positions, root to tip; step 3: collisions
         frames_between(frames_from, frames_to, pivots, share, after)
-        place_primitives(joints, centres, before, after, centres_to, reaches)
+        place_primitives(kinds, joints, shapes, centres, before, after, placed)
         for c in range(chains):
-            for i in range(offsets[c] + 1, offsets[c + 1]):
+            a, b = offsets[c], offsets[c + 1]
+            for i in range(a + 1, b):
                 move_node(i, lengths[i], held[i], h, starts, velocities_out, positions_out)
-            resolve_chain(offsets[c], offsets[c + 1], lengths, kinds, joints, shapes, reaches, centres_from, centres_to,
-                          before, after, numbers[MARGIN], numbers[FRICTION], choices[POSITION], choices[VELOCITY], h,
-                          starts, positions_out, velocities_out, touched_out)  # fmt: skip
-            settle_impulses(offsets[c], offsets[c + 1], lengths, inverse_masses, choices, positions_out, velocities_out)
+            hit = resolve_chain(a, b, lengths, margins, placed, shapes, before, after, numbers[FRICTION], position_way,
+                                velocity_way, h, starts, positions_out, velocities_out, touched_out)  # fmt: skip
             for d in range(3):
-                root_velocities[c, d] = ends[offsets[c], d]
+                root_velocities[c, d] = ends[a, d]
+            read_geometry(offsets[c : c + 2], lengths, inverse_masses, positions_out, directions, system, taut)
+            if hit:
+                for i in range(b - a):
+                    flags_work[1, i] = False
+                apply_impulses(directions[a:b], inverse_masses[a:b], system[1, a:b], system[2, a:b], taut[a:b],
+                               flags_work[1, : b - a], choices, velocities_out[a:b], numbers_work[:, : b - a],
+                               flags_work[0, : b - a])  # fmt: skip
         turn_chains(chain_joints, after, chain_frames)
         # step 4: the other half
-        external_accelerations(offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h,
-                               chain_frames, push, positions_out, velocities_out, accelerations)  # fmt: skip
-        kick(offsets, lengths, inverse_masses, choices, h, accelerations, root_velocities, 1.0,
-             positions_out, velocities_out, tensions_out, held)  # fmt: skip
+        spring_accelerations(offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h,
+                             chain_frames, push, positions_out, springs)  # fmt: skip
+        external_accelerations(offsets, numbers, h, springs, velocities_out, accelerations)
+        kick(offsets, inverse_masses, choices, h, accelerations, root_velocities, 1.0, directions, system, taut,
+             velocities_out, tensions_out, held, numbers_work, flags_work)  # fmt: skip
         limit_speeds(offsets, velocities_out)
         copy_frames(after, before)
-        copy_nodes(centres_to, centres_from)
     place_kinematic(kinematic, motion, dt, 1.0, positions_out, velocities_out)

@@ -33,13 +33,19 @@ def solve_active(diagonal, beside, wanted, active, values_out, upper_work):
 @kernel
 def solve_direct(diagonal, beside, wanted, taut, held, values_out, active_work, upper_work):
     # in: the system; taut (m + 1,) ropes that may pull; held (m + 1,) ropes whose value has no sign
-    # out: values_out (m + 1,)   returns: pivots made
+    # in/out: values_out (m + 1,), from whose positive ones the search starts   returns: systems solved
     # Block principal pivoting with Murty's single pivot as a way out: finite for any positive definite matrix.
     last = diagonal.shape[0] - 1
-    scale = 0.0
+    scale, idle = 0.0, True
     for i in range(1, last + 1):
-        active_work[i] = taut[i]
+        active_work[i] = taut[i] and (held[i] or wanted[i] > 0.0 or values_out[i] > 0.0)
         scale = max(scale, abs(wanted[i]))
+        idle = idle and not active_work[i]
+    if idle:
+        # no rope asks for anything: all values are zero
+        for i in range(1, last + 1):
+            values_out[i] = 0.0
+        return 0
     slack = 1e-13 * scale
     best, patience, rounds = last + 1, 3, 0
     while rounds < 4 * last + 20:
@@ -131,6 +137,14 @@ def rope_matrix(directions, inverse_masses, diagonal_out, beside_out):
 
 
 @kernel
+def tangent(angle):
+    square = angle * angle
+    if square < 0.01:
+        return angle * (1.0 + square * (1.0 / 3.0 + square * (2.0 / 15.0 + square * 17.0 / 315.0)))
+    return math.tan(angle)
+
+
+@kernel
 def tension_demand(directions, spans, velocities, accelerations, h, wanted_out):
     # in: one chain's directions, spans, velocities and external accelerations (m + 1, 3), the root's own in row 0;
     #     step h: the turn within it is followed exactly, and a rope that slackens is only caught if it must be;
@@ -153,7 +167,7 @@ def tension_demand(directions, spans, velocities, accelerations, h, wanted_out):
         vx, vy, vz = vx + 0.5 * h * ax, vy + 0.5 * h * ay, vz + 0.5 * h * az
         along = vx * dx + vy * dy + vz * dz
         speed = math.sqrt(max(vx * vx + vy * vy + vz * vz - along * along, 0.0))
-        turn = 2.0 / h * speed * math.tan(min(0.5 * h * speed / radius, 0.8))
+        turn = 2.0 / h * speed * tangent(min(0.5 * h * speed / radius, 0.8))
         wanted_out[i] = pulled + turn + 2.0 / h * min(away, 0.0)
 
 
