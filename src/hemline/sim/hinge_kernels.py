@@ -7,7 +7,7 @@ from hemline.compiled import kernel, prange
 def hinge_forces(x, hinges, weight, rest, gradient_out, energy_out):
     """Gradient of the energy of each hinge at its four vertices.
 
-    # model: E = w / 2 (s(angle) - s(rest))^2, s(a) = 2 sin(a / 2); w = 3 bending length^2 / (area + area)
+    # model: E = w / 2 (s(angle) - s(rest))^2, s(a) = 2 sin(a / 2); w = bending length^2 / (area + area)
     # out: gradient (hinges, 12), energy (hinges)
     """
     for h in prange(hinges.shape[0]):

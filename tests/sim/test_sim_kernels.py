@@ -1,0 +1,230 @@
+"""Kernels against plain NumPy twins, finite differences and other libraries."""
+
+import numpy as np
+import pytest
+from scipy.linalg import cholesky_banded, solveh_banded
+from scipy.sparse import bsr_array, csr_array, eye_array, kron
+from scipy.sparse.linalg import spsolve
+
+from hemline.sim import Skin, Stepper, Surface
+from hemline.sim.air_kernels import air_at_vertices, air_by_triangle
+from hemline.sim.conjugate_kernels import factorise, solve_band
+from hemline.sim.state import Scene
+from hemline.sim.step import Step
+from hemline.sim.vertex_kernels import contact_terms, slip_terms
+
+
+def crumpled(positions, amount=0.03, seed=1):
+    return positions + amount * np.random.default_rng(seed).normal(size=positions.shape)
+
+
+def twin_energy(sheet, x):
+    """St. Venant-Kirchhoff and isometric bending, in plain NumPy."""
+    edges = np.stack([x[sheet.faces[:, 1]] - x[sheet.faces[:, 0]], x[sheet.faces[:, 2]] - x[sheet.faces[:, 0]]], 2)
+    frame = edges @ sheet.shape[:, 1:]
+    strain = 0.5 * (frame.transpose(0, 2, 1) @ frame - np.eye(2))
+    young, poisson = sheet.elastic.young, sheet.elastic.poisson
+    lame, shear = young * poisson / (1 - poisson**2), young / (2 * (1 + poisson))
+    density = 0.5 * lame * np.trace(strain, axis1=1, axis2=2) ** 2 + shear * (strain**2).sum(axis=(1, 2))
+    angle_free = 0.0
+    for rows, values in ((sheet.ring, sheet.ring_bending), (sheet.far, sheet.far_bending)):
+        i = np.repeat(np.arange(len(x)), np.diff(rows.starts))
+        angle_free -= 0.25 * (values * ((x[i] - x[rows.columns]) ** 2).sum(axis=1)).sum()
+    return (sheet.area * density).sum() + angle_free
+
+
+def test_energy_is_its_twins(square):
+    sheet, positions = square(7, young=40.0, poisson=0.2, bending=1e-3)
+    x = crumpled(positions)
+    assert Stepper(sheet).energy(x) == pytest.approx(twin_energy(sheet, x), rel=1e-12)
+
+
+@pytest.mark.parametrize("curved", [0.0, 0.2])
+def test_forces_are_the_gradient_of_the_energy(square, curved):
+    sheet, positions = square(6, curved=curved, young=5.0, bending=0.05)
+    stepper, x = Stepper(sheet), crumpled(positions)
+    gradient = stepper.gradient(x)
+    for seed in range(3):
+        direction = np.random.default_rng(seed).normal(size=x.shape)
+        change = (stepper.energy(x + 1e-6 * direction) - stepper.energy(x - 1e-6 * direction)) / 2e-6
+        # central differences of a smooth function: relative error about 1e-16 / 1e-6 and 1e-12
+        assert (gradient * direction).sum() == pytest.approx(change, rel=1e-6)
+
+
+@pytest.mark.parametrize("curved", [0.0, 0.2])
+def test_elastic_forces_have_no_resultant_and_no_moment(square, curved):
+    sheet, positions = square(6, curved=curved, young=5.0, bending=0.05)
+    x = crumpled(positions)
+    gradient = Stepper(sheet).gradient(x)
+    assert np.abs(gradient.sum(axis=0)).max() < 1e-11
+    assert np.abs(np.cross(x, gradient).sum(axis=0)).max() < 1e-11
+
+
+def assembled(stepper):
+    """The Hessian of the last Newton step as a sparse matrix."""
+    sheet, memory, count = stepper.sheet, stepper.memory, stepper.sheet.vertex_count
+    ring = bsr_array((memory.blocks.reshape(-1, 3, 3).astype(float), sheet.ring.columns, sheet.ring.starts))
+    far = csr_array((sheet.far_bending, sheet.far.columns, sheet.far.starts), shape=(count, count))
+    square = memory.diagonal[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3).astype(float)
+    diagonal = bsr_array((square, np.arange(count), np.arange(count + 1)))
+    return (ring.tocsr() + kron(far, eye_array(3)).tocsr() + diagonal.tocsr()).tocsr()
+
+
+def stretched_step(square, **material):
+    """A step from a sheet under tension, where no part of the Hessian has to be left out."""
+    sheet, positions = square(9, young=20.0, bending=1e-3, **material)
+    stepper = Stepper(sheet)
+    state = stepper.start(crumpled(positions * [1.3, 1, 1.3], 0.002))
+    nowhere = Scene(np.zeros((0, 3)))
+    return stepper, Step(stepper, state, 0.01, nowhere, nowhere)
+
+
+def test_hessian_is_the_gradient_of_the_forces(square):
+    stepper, step = stretched_step(square)
+    step.newton()
+    matrix = assembled(stepper)
+    x, direction = step.state.positions, np.random.default_rng(0).normal(size=step.x.shape)
+    nowhere = Scene(np.zeros((0, 3)))
+
+    def gradient_at(positions):
+        trial = Step(stepper, step.state, 0.01, nowhere, nowhere)
+        trial.x = positions
+        trial.evaluate()
+        return stepper.memory.gradient.copy()
+
+    first = gradient_at(x)
+    stepper2, step2 = stretched_step(square)
+    step2.x = x.copy()
+    step2.evaluate()
+    step2.newton()
+    matrix = assembled(stepper2)
+    change = (gradient_at(x + 1e-6 * direction) - gradient_at(x - 1e-6 * direction)) / 2e-6
+    product = (matrix @ direction.ravel()).reshape(-1, 3)
+    # blocks are stored in float32: 6e-8 of the largest entries
+    assert np.abs(product - change).max() < 2e-6 * np.abs(change).max()
+    assert np.isfinite(first).all()
+
+
+def test_conjugate_gradients_solve_the_system(square):
+    sheet, positions = square(20, young=200.0, bending=1e-3)
+    pinned = np.arange(5)
+    stepper = Stepper(sheet, pinned=pinned)
+    stepper.settings.__dict__["solver_share"] = 1e-5
+    scene = Scene(positions[pinned])
+    step = Step(stepper, stepper.start(positions * [1.2, 1, 1.2]), 0.01, scene, scene)
+    step.newton()
+    memory = stepper.memory
+    free = np.repeat(~stepper.fixed, 3)
+    matrix = assembled(stepper)[free][:, free]
+    wanted = spsolve(matrix.tocsc(), memory.right.ravel()[free].astype(float))
+    found = memory.solution.ravel()[free]
+    assert np.linalg.norm(found - wanted) < 1e-3 * np.linalg.norm(wanted)
+    assert not memory.solution[pinned].any()
+
+
+def test_banded_factor_and_solution_are_scipys():
+    rng = np.random.default_rng(3)
+    count, width = 40, 7
+    band = np.zeros((count, width))
+    band[:, :-1] = rng.normal(size=(count, width - 1))
+    band[:, -1] = 30
+    for row in range(width - 1):
+        band[row, : width - 1 - row] = 0
+    lower = np.zeros((width, count))
+    for row in range(count):
+        for column in range(max(0, row - width + 1), row + 1):
+            lower[row - column, column] = band[row, column - row + width - 1]
+    right = rng.normal(size=count)
+    factor, solution = band.copy(), right.copy()
+    assert factorise(factor)
+    assert np.allclose(factor[:, -1], cholesky_banded(lower, lower=True)[0])
+    solve_band(factor, solution)
+    assert np.allclose(solution, solveh_banded(lower, right, lower=True))
+    band[20, -1] = -1
+    assert not factorise(band)
+
+
+@pytest.mark.parametrize("gap", [0.001, -0.002, -0.01, -0.03])
+def test_contact_load_is_the_derivative_of_its_energy(gap):
+    value, load, _ = contact_terms(gap, 50.0, 0.01)
+    step = 1e-8
+    change = (contact_terms(gap + step, 50.0, 0.01)[0] - contact_terms(gap - step, 50.0, 0.01)[0]) / (2 * step)
+    assert -load == pytest.approx(change, abs=1e-6)
+    assert value >= 0
+
+
+@pytest.mark.parametrize("slip", [1e-6, 3e-5, 1e-3])
+def test_friction_is_the_derivative_of_its_potential_and_at_most_one(slip):
+    creep = 5e-5
+    _, over = slip_terms(slip, creep)
+    change = (slip_terms(slip + 1e-10, creep)[0] - slip_terms(slip - 1e-10, creep)[0]) / 2e-10
+    assert over * slip == pytest.approx(change, rel=1e-4)
+    assert over * slip <= 1 + 1e-12
+
+
+def sphere(radius=0.3, detail=4):
+    import trimesh
+
+    ball = trimesh.creation.icosphere(detail, radius)
+    vertices = np.asarray(ball.vertices, np.float32)
+    return ball, Skin(vertices, vertices / np.float32(radius)), Surface(np.asarray(ball.faces), reach=0.06)
+
+
+def test_closest_points_are_libigls():
+    import igl
+
+    _, skin, surface = sphere()
+    rng = np.random.default_rng(5)
+    direction = rng.normal(size=(400, 3))
+    points = direction / np.linalg.norm(direction, axis=1, keepdims=True) * rng.uniform(0.26, 0.34, (400, 1))
+    anchors = surface.anchors(points, skin, np.zeros(400, bool))
+    weights = np.column_stack([1 - anchors.weights.sum(axis=1), anchors.weights])
+    corners = skin.vertices[surface.faces[anchors.face]].astype(float)
+    found = np.einsum("pc,pcx->px", weights, corners)
+    squared = igl.point_mesh_squared_distance(points, skin.vertices.astype(float), surface.faces.astype(np.int64))[0]
+    assert (anchors.face >= 0).all()
+    assert np.linalg.norm(found - points, axis=1) == pytest.approx(np.sqrt(squared), abs=1e-9)
+
+
+def test_points_out_of_reach_have_no_anchor_and_earlier_ones_change_nothing():
+    _, skin, surface = sphere()
+    points = np.array([[0.0, 0.31, 0], [0, 0.5, 0], [0, 0, 0], [0.29, 0, 0.01], [5, 5, 5]])
+    fixed = np.array([False, False, False, True, False])
+    first = surface.anchors(points, skin, fixed)
+    assert (first.face >= 0).tolist() == [True, False, False, False, False]
+    moved = points + 0.01
+    known = surface.anchors(moved, skin, fixed, first)
+    afresh = surface.anchors(moved, skin, fixed)
+    assert np.array_equal(known.face, afresh.face)
+    assert np.array_equal(known.weights, afresh.weights)
+
+
+def test_planes_are_carried_by_the_surface():
+    _, skin, surface = sphere()
+    points = np.array([[0.0, 0.31, 0.0]])
+    later = Skin(skin.vertices + np.float32([0.1, 0.2, 0.3]), skin.normals)
+    anchors = surface.anchors(points, skin, np.zeros(1, bool))
+    planes = surface.planes(anchors, points, skin, later, np.array([7.0]))
+    assert planes.carried[0] == pytest.approx(points[0] + [0.1, 0.2, 0.3], abs=1e-6)
+    assert planes.normal[0] == pytest.approx([0, 1, 0], abs=1e-2)
+    assert planes.gap(planes.carried)[0] == pytest.approx(0.01, abs=5e-4)
+    assert planes.stiffness[0] == 7.0
+
+
+def test_air_on_one_triangle_is_the_textbooks():
+    # area 1/2, wind at 60 degrees to the normal: drag = rho/2 A |u|^2 cd cos along u,
+    # lift = rho/2 A |u|^2 cl cos sin across u
+    x = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    speed, angle, drag, lift = 3.0, np.pi / 3, 1.1, 0.4
+    wind = np.tile(speed * np.array([np.sin(angle), 0, np.cos(angle)]), (3, 1))
+    velocity = np.zeros((3, 3))
+    force, matrix = np.empty((1, 3)), np.empty((1, 6))
+    air_by_triangle(x, velocity, wind, np.array([[0, 1, 2]], np.int32), drag, lift, 0.6, force, matrix)
+    size = 0.6 * 0.5 * speed**2 * np.cos(angle)
+    along, across = np.array([np.sin(angle), 0, np.cos(angle)]), np.array([-np.cos(angle), 0, np.sin(angle)])
+    assert 3 * force[0] == pytest.approx(size * (drag * along + lift * np.sin(angle) * across), abs=1e-12)
+    starts, corners = np.arange(4, dtype=np.int32), np.arange(3, dtype=np.int32)
+    at, diagonal = np.empty((3, 3)), np.empty((3, 6))
+    air_at_vertices(starts, corners, force, matrix, velocity, 100.0, at, diagonal)
+    assert at.sum(axis=0) == pytest.approx(3 * force[0], abs=1e-12)
+    assert diagonal[0] == pytest.approx(100 * matrix[0])
