@@ -35,13 +35,11 @@ def run(arguments: Arguments) -> int:
     """Play and write."""
     import hemline
     from hemline import bodies, export, motions
-    from hemline.files import check_writable
     from hemline.play import play, record
 
     motion = motions.open_motion(arguments.motion)
     output = arguments.output or _beside(arguments.motion)
     export.check_format(output)
-    check_writable(output)
     animator = hemline.load(arguments.model)
     body = bodies.load(arguments.body or animator.body_name).shaped(arguments.betas)
     if arguments.explain:

@@ -27,11 +27,9 @@ def run(arguments: Arguments) -> int:
     """Read the take, skin the body it was simulated against, write."""
     from hemline import bodies, export
     from hemline.datasets import open_dataset
-    from hemline.files import check_writable
     from hemline.play.record import recorded_take
 
     export.check_format(arguments.output)
-    check_writable(arguments.output)
     dataset = open_dataset(arguments.dataset)
     rows = [row for row in dataset.rows() if row.kind == "clip"]
     if not 0 <= arguments.take < len(rows):

@@ -1,11 +1,11 @@
 """The ending of a path chooses the format."""
 
-import tempfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 from hemline.errors import BadOutput
+from hemline.files import check_writable
 
 from .clip import Clip
 from .glb import write_glb
@@ -67,11 +67,4 @@ def check_format(path: str | Path) -> None:
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise BadOutput(f"cannot write {path}", f"the ending '{path.suffix}'", f"choose one of {' '.join(FORMATS)}")
-    if path.is_dir():
-        raise BadOutput(f"cannot write {path}", "a folder of that name", "choose another name")
-    try:
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        cure = "name a folder that exists and can be written"
-        raise BadOutput(f"cannot write {path}", error.strerror or error, cure) from error
+    check_writable(path)
