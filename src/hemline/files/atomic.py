@@ -63,7 +63,7 @@ def check_writable(path: str | Path) -> None:
     """
     path = Path(path)
     if path.is_dir():
-        raise BadOutput(f"cannot write {path}", "a folder", "name a file")
+        raise BadOutput(f"cannot write {path}", "a folder of that name", "choose another name")
     try:
         with tempfile.TemporaryFile(dir=path.parent):
             return
