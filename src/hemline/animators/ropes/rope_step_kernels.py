@@ -222,24 +222,24 @@ def turn_about(x, y, z, vx, vy, vz, time, length):
 
 @kernel
 def move_node(i, length, held, h, starts, velocities, positions_out):
-    # in: node i, its rope, starts (nodes, 3), velocities at the half step   in/out: positions_out (i - 1 is there)  (Eq. 10 to 13)
-    cx, cy, cz = positions_out[i - 1, 0], positions_out[i - 1, 1], positions_out[i - 1, 2]
+    # in: node i, its rope, starts (nodes, 3), velocities at the half step
+    # in/out: positions_out, where i - 1 is already   (Eq. 10 to 13, in the frame of the node above: see dynamics.py)
+    x, y, z = starts[i, 0] - starts[i - 1, 0], starts[i, 1] - starts[i - 1, 1], starts[i, 2] - starts[i - 1, 2]
     vx, vy, vz = velocities[i, 0], velocities[i, 1], velocities[i, 2]
+    left = h
     if held:
-        x, y, z = starts[i, 0] - starts[i - 1, 0], starts[i, 1] - starts[i - 1, 1], starts[i, 2] - starts[i - 1, 2]
         vx, vy, vz = vx - velocities[i - 1, 0], vy - velocities[i - 1, 1], vz - velocities[i - 1, 2]
-        left = h
     else:
-        x, y, z = starts[i, 0] - cx, starts[i, 1] - cy, starts[i, 2] - cz
+        vx -= (positions_out[i - 1, 0] - starts[i - 1, 0]) / h
+        vy -= (positions_out[i - 1, 1] - starts[i - 1, 1]) / h
+        vz -= (positions_out[i - 1, 2] - starts[i - 1, 2]) / h
         a = vx * vx + vy * vy + vz * vz
         b = vx * x + vy * y + vz * z
         c = x * x + y * y + z * z - length * length
         if a * h * h + 2.0 * b * h + c <= 0.0:
-            positions_out[i, 0], positions_out[i, 1], positions_out[i, 2] = (
-                cx + x + h * vx,
-                cy + y + h * vy,
-                cz + z + h * vz,
-            )
+            positions_out[i, 0] = positions_out[i - 1, 0] + x + h * vx
+            positions_out[i, 1] = positions_out[i - 1, 1] + y + h * vy
+            positions_out[i, 2] = positions_out[i - 1, 2] + z + h * vz
             return
         root = 0.0
         if a > 0.0 and b * b - a * c >= 0.0:
@@ -247,11 +247,13 @@ def move_node(i, length, held, h, starts, velocities, positions_out):
             near = (-b - math.sqrt(b * b - a * c)) / a
             root = far if 0.0 <= far <= h else (near if 0.0 <= near <= h else 0.0)
         x, y, z = x + root * vx, y + root * vy, z + root * vz
-        left = h - root
+        left -= root
     if x * x + y * y + z * z < 1e-24:
         x, y, z = 0.0, -1.0, 0.0
     x, y, z = turn_about(x, y, z, vx, vy, vz, left, length)
-    positions_out[i, 0], positions_out[i, 1], positions_out[i, 2] = cx + x, cy + y, cz + z
+    positions_out[i, 0] = positions_out[i - 1, 0] + x
+    positions_out[i, 1] = positions_out[i - 1, 1] + y
+    positions_out[i, 2] = positions_out[i - 1, 2] + z
 
 
 @kernel
