@@ -89,7 +89,7 @@ def fitted(dataset) -> AnimatorRopes:
 def test_frames_are_gathered_without_lead_ins_and_split_by_clip(dataset, garment, shaped, tmp_path):
     source = Source.of(dataset)
     ropes = lay_out(garment, shaped, rest=garment.vertices)
-    frames, distances = gather(source, ropes, tmp_path, roped=True)
+    frames, distances = gather(source, ropes, tmp_path, roped=True, mirror=False)
     assert len(frames.side) == 10 * (40 - LEAD_IN)
     assert [len(part) for part in (frames.train, frames.val, frames.test)] == [8 * 36, 36, 36]
     assert all(len(set(frames.side[i : i + 36])) == 1 for i in range(0, 360, 36))
@@ -109,6 +109,17 @@ def test_frames_are_gathered_without_lead_ins_and_split_by_clip(dataset, garment
     # distances know where the body is: its joints are inside, far away is outside
     spine = (shaped.posed(motion[LEAD_IN]).joints[6] - neck[:, 3]) @ neck[:, :3]
     assert distances(0, spine[None])[0] < 0 < distances(0, spine[None] + 3)[0]
+
+
+def test_mirrored_frames_are_for_training_only_and_are_mirror_images(dataset, garment, tmp_path):
+    source, ropes = Source.of(dataset), lay_out(garment, bodies.load("anny24").shaped(), rest=garment.vertices)
+    frames, _ = gather(source, ropes, tmp_path, roped=False, mirror=True)
+    assert [len(part) for part in (frames.train, frames.val, frames.test)] == [2 * 8 * 36, 36, 36]
+    one, image = frames.displacements[:36], frames.displacements[36:72]
+    across = np.arange(ROWS * COLUMNS).reshape(ROWS, COLUMNS)[:, ::-1].reshape(-1)
+    here = garment.vertices + one.reshape(36, -1, 3)
+    there = garment.vertices + image.reshape(36, -1, 3)
+    np.testing.assert_allclose(there, here[:, across] * [-1, 1, 1], atol=3e-6)
 
 
 def test_a_fitted_model_plays_unseen_clips_from_their_bones(fitted, dataset):

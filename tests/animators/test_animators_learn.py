@@ -179,6 +179,8 @@ def test_divergence_is_said(frames):
     [
         ({"components": 0}, "'components' is a count; got 0; use a whole number from 1"),
         ({"epochs": 2.5}, "'epochs' is a count"),
+        ({"epochs": True}, "'epochs' is a count"),
+        ({"mirror": 1}, "'mirror' is a switch; got 1; use true or false"),
         ({"collision_epochs": -1}, "whole number from 0"),
         ({"bone_noise": float("nan")}, "'bone_noise' is a finite number"),
         ({"rope_share": 1.5}, "'rope_share' is a share"),

@@ -25,9 +25,9 @@ class RopesConfig:
     """Passes after that, on both terms."""
     batch: int = 128
     """Frames a step of the optimiser."""
-    skinning_rate: float = 1e-3
+    skinning_rate: float = 1e-4
     """First learning rate of Adam for the skinning network; a cosine takes it to zero."""
-    shape_rate: float = 3e-4
+    shape_rate: float = 1e-5
     """The same for the shape network."""
     data_weight: float = 0.1
     """Weight of the mean square distance to the truth."""
@@ -39,6 +39,8 @@ class RopesConfig:
     """Vertices drawn for the collision term in each step."""
     bone_noise: float = 0.004
     """Standard deviation of noise on the simulated bones during training [m]."""
+    mirror: bool = True
+    """Show each training frame with left and right exchanged, too, if garment and body are symmetric."""
     rope_share: float = 0.0
     """Share of the training frames whose bones come from the ropes instead of the truth."""
     checkpoint_epochs: int = 10
@@ -49,9 +51,12 @@ class RopesConfig:
     def __post_init__(self) -> None:
         for each in fields(self):
             value = getattr(self, each.name)
-            if each.type in (int, "int"):
+            if each.type in (bool, "bool"):
+                if not isinstance(value, bool):
+                    raise BadInput(f"option '{each.name}' is a switch", repr(value), "use true or false")
+            elif each.type in (int, "int"):
                 least = 0 if each.name in ("second_columns", "collision_epochs") else 1
-                if not isinstance(value, int) or not least <= value <= 100_000:
+                if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= 100_000:
                     cure = f"use a whole number from {least} to 100000"
                     raise BadInput(f"option '{each.name}' is a count", repr(value), cure)
             elif not isinstance(value, int | float) or not 0 <= value < 1e6:

@@ -64,7 +64,7 @@ def fit(
     strain = float(np.median([row.figures.get("edge_strain_p99", 0.02) for row in source.rows]))
     ropes = ropes or lay_out(garment, shaped, rest=rest, chain_count=config.chains, strain_p99=strain)
     with _kept(checkpoints) as folder:
-        frames, distances = gather(source, ropes, folder, roped=config.rope_share > 0)
+        frames, distances = gather(source, ropes, folder, roped=config.rope_share > 0, mirror=config.mirror)
         learned = learn(frames, distances, config, seed=seed, progress=progress, folder=folder)
     return AnimatorRopes(
         garment, ropes, rest, learned.skinning_basis, learned.shape_basis, learned.skinning, learned.shape,

@@ -14,11 +14,13 @@ from hemline.collide.proxy import BodyProxy
 from hemline.datasets import Dataset, Row, Take
 from hemline.errors import BadDataset
 from hemline.files import content_hash
+from hemline.motions import JOINT_NAMES
 
 from .bones import rest_bones
 from .chains import Ropes
 from .frames import Frames
 from .keyframe import from_key, to_key
+from .mirror import mirror_of, mirrored_transforms, mirrored_vertices
 
 SIDES = ("train", "val", "test")
 
@@ -66,9 +68,14 @@ class Source:
         return cls(dataset, tuple(row for row, _ in pairs), tuple(side for _, side in pairs))
 
     @property
-    def frame_count(self) -> int:
-        """Frames of all takes, lead-ins left out."""
-        return sum(row.clip_frames for row in self.rows)
+    def frame_counts(self) -> list[int]:
+        """Frames of each take, the lead-in left out."""
+        return [row.clip_frames for row in self.rows]
+
+    def shown_count(self, *, mirrored: bool) -> int:
+        """Frames in all; those to train on twice where they are mirrored."""
+        again = sum(n for n, side in zip(self.frame_counts, self.sides, strict=True) if side == 0)
+        return sum(self.frame_counts) + (again if mirrored else 0)
 
     @cached_property
     def shapes(self) -> list[tuple[float, ...]]:
@@ -101,7 +108,18 @@ class Source:
         return content_hash(self.dataset.garment.hash, checksums)
 
 
-def gather(source: Source, ropes: Ropes, folder: Path, *, roped: bool) -> tuple[Frames, BodyDistances]:
+@dataclass(frozen=True)
+class _Shown:
+    """The frames of one take as they are shown to the networks: as they are, or mirrored."""
+
+    vertices: FramesOfVertices
+    transforms: Transforms
+    rope_bones: np.ndarray | None
+    side: int
+    shape: int
+
+
+def gather(source: Source, ropes: Ropes, folder: Path, *, roped: bool, mirror: bool) -> tuple[Frames, BodyDistances]:
     """All frames in the frame of the key joint.
 
     Args:
@@ -109,31 +127,29 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, roped: bool) -> tuple[
         ropes: The bones.
         folder: Displacements are mapped from a file here, `displacements.npy`: they may be larger than the memory.
         roped: Run the ropes along every clip, too.
+        mirror: Show the frames to train on mirrored, too, where garment and body are symmetric.
 
     Returns:
         The frames, and distances to the body for the collision term.
     """
-    count, vertices = source.frame_count, len(source.dataset.garment.vertices)
+    partner = mirror_of(source.dataset.garment, source.shaped[0]) if mirror else None
+    count, vertices = source.shown_count(mirrored=partner is not None), len(source.dataset.garment.vertices)
     path = folder / "displacements.npy"
     displacements = np.lib.format.open_memmap(path, mode="w+", dtype=np.float32, shape=(count, 3 * vertices))
     bones, rope_bones = (np.empty((count, ropes.node_count, 3), np.float32) for _ in range(2))
     sides, shapes = np.empty(count, np.int32), np.empty(count, np.int32)
-    every = np.empty((count, *source.shaped[0].posed(source.shaped[0].rest_pose).transforms.shape), np.float32)
-    rests = [
-        rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)
-    ]  # fmt: skip
+    every = np.empty((count, len(JOINT_NAMES), 3, 4), np.float32)
+    rests = [rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)]
     first = 0
-    for take, side, shape in source.takes():
-        at = slice(first, first + len(take.clip_frames))
-        shaped, transforms = source.shaped[shape], _transforms(source.shaped[shape], take)
-        keys = transforms[take.clip_frames, ropes.key_index]
-        displacements[at] = _moved(take.vertices[take.clip_frames], source.rests[shape], keys)
-        seen = ropes.embedded(take.vertices[take.clip_frames])
-        seen[:, ropes.kinematic] = ropes.carried_by(transforms[take.clip_frames], shaped)
+    for shown in _all_shown(source, ropes, roped, partner):
+        at, shape = slice(first, first + len(shown.vertices)), shown.shape
+        keys = shown.transforms[:, ropes.key_index]
+        displacements[at] = (_in_key(shown.vertices, keys) - source.rests[shape]).reshape(len(keys), -1)
+        seen = ropes.embedded(shown.vertices)
+        seen[:, ropes.kinematic] = ropes.carried_by(shown.transforms, source.shaped[shape])
         bones[at] = _in_key(seen, keys) - rests[shape]
-        if roped:
-            rope_bones[at] = _in_key(_simulated(ropes, shaped, take, seen), keys) - rests[shape]
-        every[at], sides[at], shapes[at] = transforms[take.clip_frames], side, shape
+        rope_bones[at] = bones[at] if shown.rope_bones is None else _in_key(shown.rope_bones, keys) - rests[shape]
+        every[at], sides[at], shapes[at] = shown.transforms, shown.side, shape
         first = at.stop
     displacements.flush()
     free = np.ones((ropes.node_count, 3), np.float32)
@@ -141,30 +157,38 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, roped: bool) -> tuple[
     frames = Frames(
         displacements=displacements, bones=bones.reshape(count, -1),
         rope_bones=rope_bones.reshape(count, -1) if roped else None, free=free.reshape(-1),
-        rests=np.stack(source.rests).reshape(len(source.rests), -1), shape=shapes, side=sides, mark=source.mark,
+        rests=np.stack(source.rests).reshape(len(source.rests), -1), shape=shapes, side=sides,
+        mark=content_hash(source.mark, bones),
     )  # fmt: skip
     proxies = tuple(BodyProxy.fit(shaped) for shaped in source.shaped)
     return frames, BodyDistances(proxies, shapes, every, ropes.key_index)
+
+
+def _all_shown(source: Source, ropes: Ropes, roped: bool, partner: np.ndarray | None) -> Iterator[_Shown]:
+    for take, side, shape in source.takes():
+        shaped, clip = source.shaped[shape], take.clip_frames
+        transforms = _transforms(shaped, take)[clip]
+        vertices = take.vertices[clip]
+        yield _Shown(vertices, transforms, _simulated(ropes, shaped, take) if roped else None, side, shape)
+        if partner is not None and side == 0:
+            yield _Shown(mirrored_vertices(vertices, partner), mirrored_transforms(transforms), None, side, shape)
 
 
 def _transforms(shaped: ShapedBody, take: Take) -> Transforms:
     return shaped.transforms_of(take.motion.rotations, take.motion.translations)[0]
 
 
-def _moved(vertices: FramesOfVertices, rest: Vertices, keys: np.ndarray) -> np.ndarray:
-    return (_in_key(vertices, keys) - rest).reshape(len(vertices), -1)
-
-
 def _in_key(points: np.ndarray, keys: np.ndarray) -> np.ndarray:
     return np.stack([to_key(key.astype(np.float64), each) for key, each in zip(keys, points, strict=True)])
 
 
-def _simulated(ropes: Ropes, shaped: ShapedBody, take: Take, seen: np.ndarray) -> np.ndarray:
-    """The ropes' own bones along a clip; those of the truth (`seen`) while they settle, in the first second."""
+def _simulated(ropes: Ropes, shaped: ShapedBody, take: Take) -> np.ndarray:
+    """The ropes' own bones along a clip; those of the truth while they settle, in the first second."""
     state = ropes.start(shaped.posed(take.motion[0]))
     positions = []
     for index in range(len(take.motion)):
         state = ropes.step(state, shaped.posed(take.motion[index]), 1 / take.motion.fps)
         positions.append(state.positions)
-    settled = (take.clip_frames >= take.motion.fps)[:, None, None]
-    return np.where(settled, np.stack(positions)[take.clip_frames], seen)
+    clip = take.clip_frames
+    settled = (clip >= take.motion.fps)[:, None, None]
+    return np.where(settled, np.stack(positions)[clip], ropes.embedded(take.vertices[clip]))

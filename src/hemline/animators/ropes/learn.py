@@ -20,6 +20,8 @@ from .mlp import Mlp
 from .pca import Pca, principal
 from .reconstruct import PackedBasis, pack_basis
 
+BASIS_FRAMES = 5000
+"""Frames that a basis is found from; of more, this many are drawn: its time grows with their square."""
 CHUNK = 256
 """Frames handled at a time where whole frames are needed."""
 
@@ -88,6 +90,8 @@ def learn(
     tell = progress or (lambda stage, done, total: None)
     mark = content_hash(asdict(config), {"seed": seed}, frames.mark)
     train = frames.train
+    if len(train) > BASIS_FRAMES:
+        train = np.sort(np.random.default_rng(seed).choice(train, BASIS_FRAMES, replace=False))
 
     def truth(at: slice) -> np.ndarray:
         return np.ascontiguousarray(frames.displacements[train, at])
