@@ -50,6 +50,8 @@ class ProjectorState:
     """Displacement in the last frame, in the frame of the key bone [m]."""
     directions: Int[np.ndarray, " groups"]
     """The axis along which each group of vertices sees least of the body."""
+    hidden: Int[np.ndarray, " groups"]
+    """1 for groups of which no vertex could be certified by boxes, uint8."""
     lively: Bool[np.ndarray, " blocks"]
     """Blocks in which a vertex was displaced."""
 
@@ -138,6 +140,7 @@ class Projector:
             heights=np.zeros(count, np.float32),
             offsets=np.zeros((count, 3), np.float32),
             directions=np.zeros(-(-count // GROUP), np.int8),
+            hidden=np.zeros(-(-count // GROUP), np.uint8),
             lively=np.zeros(-(-count // BLOCK), np.bool_),
         )
 

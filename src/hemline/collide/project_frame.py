@@ -8,7 +8,7 @@ import numpy as np
 from hemline.arrays import Bool, Float, Int, Points, Vertices
 
 from .project import ProjectionReport, Projector, ProjectorState
-from .pushkernels import judge, list_tests, push, seek_ways_out, settle, take_ways_out
+from .pushkernels import deepest, judge, list_tests, push, seek_ways_out, settle, take_ways_out
 from .raykernels import BLOCK, GROUP, certify, into_frame, surface_boxes, windings
 
 if TYPE_CHECKING:
@@ -46,6 +46,7 @@ class ProjectedFrame:
             anchors=state.anchors.copy(),
             heights=state.heights.copy(),
             directions=state.directions.copy(),
+            hidden=state.hidden.copy(),
         )
 
     def projected(self, dt: float) -> tuple[ProjectorState, Vertices, ProjectionReport]:
@@ -62,9 +63,9 @@ class ProjectedFrame:
         offsets, lively = np.empty_like(self.state.offsets), np.empty_like(self.state.lively)
         out = self.vertices.copy()
         moved = settle(self.points, ids, pushed, offsets, lively, self.to_world, self.projector.order, out)
-        deepest = 1000 * float(np.abs(signed[inside]).max(initial=0))
+        depth = self.depth(ids, inside, signed)
         before = int(np.count_nonzero(inside)) if exact else None
-        report = ProjectionReport(moved, deepest, pinched, anchors, before, exact)
+        report = ProjectionReport(moved, 1000 * depth, pinched, anchors, before, exact)
         return replace(self.state, offsets=offsets, lively=lively), out, report
 
     def uncertified(self) -> Int[np.ndarray, " near"]:
@@ -72,25 +73,28 @@ class ProjectedFrame:
         near, state = np.empty(len(self.points), np.int32), self.state
         tries = 5 if state.frame == 1 else 1
         count = certify(
-            self.points, self.patch_box, state.lively, SKYLINE_MARGIN, state.frame, tries, state.directions, near
-        )
+            self.points, self.patch_box, state.lively, SKYLINE_MARGIN, state.frame, tries, state.directions,
+            state.hidden, near,
+        )  # fmt: skip
         return near[:count]
 
     def pushed(self, ids: Int[np.ndarray, " near"], dt: float) -> tuple[Points, Float[np.ndarray, " near"]]:
         """Where each vertex should go by its anchor, and its signed distance before."""
         pushed, signed = np.empty((len(ids), 3), np.float32), np.empty(len(ids), np.float32)
         settings, patches, state = self.projector.settings, self.patches, self.state
+        decay, far = np.float32(np.exp(-dt / settings.release)), np.float32(settings.far)
         push(
-            self.points, ids, self.body, patches.faces, patches.across, patches.ring_start, patches.ring, self.known,
-            self.normals, state.anchors, state.heights, state.offsets, np.float32(np.exp(-dt / settings.release)),
-            self.margin, self.gap, np.float32(settings.far), state.frame, pushed, signed,
+            self.points, ids, self.body, patches.faces, patches.across, patches.ring_start, patches.ring,
+            patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.patch_box, patches.patch_limb,
+            self.known, self.normals, state.anchors, state.heights, state.offsets, decay, self.margin, self.gap, far,
+            state.frame, pushed, signed,
         )  # fmt: skip
         return pushed, signed
 
     def tested(
         self, ids: Int[np.ndarray, " near"], pushed: Points, signed: Float[np.ndarray, " near"]
     ) -> tuple[Bool[np.ndarray, " near"], Int[np.ndarray, " bad"]]:
-        """Which vertices were inside before, and which are in both positions. Changes `pushed` back where it was free."""
+        """Which vertices were inside before, and which are in both positions; the free go back in `pushed`."""
         count = len(ids)
         tests, group = np.empty((2 * count, 3), np.float32), np.empty(2 * count, np.int32)
         after, bad, inside = np.empty(count, np.int32), np.empty(count, np.int32), np.empty(count, np.bool_)
@@ -98,6 +102,16 @@ class ProjectedFrame:
         winding = self.windings(tests[:used], group[:used])
         bad_count = judge(self.points, ids, signed, winding, after, self.margin, pushed, inside, bad)
         return inside, bad[:bad_count]
+
+    def depth(
+        self, ids: Int[np.ndarray, " near"], inside: Bool[np.ndarray, " near"], signed: Float[np.ndarray, " near"]
+    ) -> float:
+        """Distance to the skin of the deepest vertex before the projection [m]."""
+        patches = self.patches
+        return deepest(
+            self.points, ids, inside, signed, self.body, patches.faces, patches.leaf_start, patches.leaf_vertices,
+            patches.patch_start, self.patch_box, patches.patch_limb, patches.across, patches.ring_start, patches.ring,
+        )  # fmt: skip
 
     def windings(self, tests: Points, group: Int[np.ndarray, " tests"]) -> Int[np.ndarray, " tests"]:
         """Winding numbers of points that belong to groups of vertices, ascending."""

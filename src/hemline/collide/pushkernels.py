@@ -4,7 +4,7 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-from .surfacekernels import blended_normal, place_on, seek, walk
+from .surfacekernels import blended_normal, place_on, seek, seek_place, walk
 
 _index = np.uintp
 
@@ -18,19 +18,19 @@ def lifted(distance, margin, gap):
 
 @kernel
 def push(
-    points, ids, body, faces, across, ring_start, ring, known, normals, anchors, heights, offsets, decay, margin, gap, far,
-    turn, pushed_out, signed_out,
+    points, ids, body, faces, across, ring_start, ring, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb,
+    known, normals, anchors, heights, offsets, decay, margin, gap, far, turn, pushed_out, signed_out,
 ):  # fmt: skip
     """Where each listed vertex should go to be outside of the surface around its anchor.
 
     in: points (n,3), ids (k,), body (verts,3), its faces, the faces across their edges and around vertices; offsets
     (n,3) and their decay (0..1); margin, gap [m]; far [m]: vertices that were farther outside are left alone but in
-    every fourth turn; in and out: anchors (n,), heights (n,): signed distance when last measured, known and normals of
-    the body;
+    every fourth turn, those farther inside look for a much shorter way out; in and out: anchors (n,), heights (n,):
+    signed distance when last measured, known and normals of the body;
     out: pushed_out (k,3), signed_out (k,): signed distance before [m].
     """
     tiny, one = np.float32(1e-8), np.float32(1)
-    last = np.int64(-1)
+    last, bound = np.int64(-1), np.empty(len(patch_limb), np.float32)
     for k in range(len(ids)):
         i = _index(ids[k])
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -45,20 +45,30 @@ def push(
             p, q = _index(faces[_index(last), 0]), _index(faces[_index(start), 0])
             px, py, pz = body[p, 0] - x, body[p, 1] - y, body[p, 2] - z
             qx, qy, qz = body[q, 0] - x, body[q, 1] - y, body[q, 2] - z
-            if px * px + py * py + pz * pz < qx * qx + qy * qy + qz * qz:
+            if px * px + py * py + pz * pz < np.float32(0.25) * (qx * qx + qy * qy + qz * qz):
                 start = last
-        last, at_b, at_c, squared = walk(body, faces, across, ring_start, ring, start, x, y, z)
+        for attempt in range(2):
+            last, at_b, at_c, squared = walk(body, faces, across, ring_start, ring, start, x, y, z)
+            cx, cy, cz = place_on(body, faces, last, at_b, at_c)
+            rx, ry, rz = x - cx, y - cy, z - cz
+            nx, ny, nz = blended_normal(body, faces, ring_start, ring, last, at_b, at_c, known, normals)
+            height = rx * nx + ry * ny + rz * nz
+            distance = np.sqrt(squared) * (one if height >= 0 else -one)
+            sought = (ids[k] + turn) % 4 == 0 or heights[i] > -far
+            if attempt == 1 or distance > -far or not sought:
+                break
+            vertex, nearest = seek(
+                body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, np.int32(-1), x, y, z, bound
+            )  # fmt: skip
+            if nearest > np.float32(0.1) * squared:
+                break
+            start = np.int64(ring[ring_start[vertex]])
         anchors[i] = last
-        cx, cy, cz = place_on(body, faces, last, at_b, at_c)
-        rx, ry, rz = x - cx, y - cy, z - cz
-        nx, ny, nz = blended_normal(body, faces, ring_start, ring, last, at_b, at_c, known, normals)
-        height = rx * nx + ry * ny + rz * nz
-        distance = np.sqrt(squared) * (one if height >= 0 else -one)
         signed_out[k] = heights[i] = distance
         if distance < margin:
             rise = lifted(distance, margin, gap)
             share = (margin - gap) / (margin - gap + margin - distance)
-            up = rise + share * (height - distance) - share * height
+            up = rise - share * distance
             yx, yy, yz = cx + share * rx + up * nx, cy + share * ry + up * ny, cz + share * rz + up * nz
             if held:
                 done = (yx - x) * nx + (yy - y) * ny + (yz - z) * nz
@@ -98,8 +108,8 @@ def judge(points, ids, signed, winding, after, margin, pushed_out, inside_out, b
 
     A vertex that was free, and was pushed by a stale anchor or into something, stays where it was.
 
-    in: points (n,3), ids (k,), signed (k,) distances before, winding (tests,), after (k,); in and out: pushed_out (k,3);
-    out: inside_out (k,): inside before; bad_out: inside in both. Returns how many bad.
+    in: points (n,3), ids (k,), signed (k,) distances before, winding (tests,), after (k,); in and out: pushed_out
+    (k,3); out: inside_out (k,): inside before; bad_out: inside in both. Returns how many bad.
     """
     count = 0
     for k in range(len(signed)):
@@ -133,8 +143,10 @@ def seek_ways_out(
         i = _index(ids[bad[k]])
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         on = limb[i] if own_limb else np.int32(-1)
-        vertex = seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, on, x, y, z, bound)
-        face, at_b, at_c, squared = walk(body, faces, across, ring_start, ring, ring[ring_start[vertex]], x, y, z)
+        face, at_b, at_c, squared = seek_place(
+            body, faces, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, across, ring_start, ring, on,
+            x, y, z, bound,
+        )  # fmt: skip
         cx, cy, cz = place_on(body, faces, face, at_b, at_c)
         nx, ny, nz = blended_normal(body, faces, ring_start, ring, face, at_b, at_c, known, normals)
         height = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
@@ -148,6 +160,32 @@ def seek_ways_out(
             rise = lifted(distance, margin, gap)
             x, y, z = cx + rise * nx, cy + rise * ny, cz + rise * nz
         otherwise_out[k, 0], otherwise_out[k, 1], otherwise_out[k, 2] = x, y, z
+
+
+@kernel
+def deepest(
+    points, ids, inside, signed, body, faces, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, across,
+    ring_start, ring,
+):  # fmt: skip
+    """Distance to the skin of the deepest vertex [m]: anchors give upper bounds, the largest of which are looked into.
+
+    in: points (n,3), ids (k,), inside (k,), signed (k,): distances to the anchors' surroundings; the body.
+    """
+    bound, depth, first = np.empty(len(patch_limb), np.float32), np.float32(0), np.int64(-1)
+    for k in range(len(ids)):
+        if inside[k] and (first < 0 or abs(signed[k]) > abs(signed[first])):
+            first = k
+    for turn in range(-1, len(ids)):
+        k = first if turn < 0 else turn
+        if k >= 0 and inside[k] and abs(signed[k]) > depth:
+            i = _index(ids[k])
+            x, y, z = points[i, 0], points[i, 1], points[i, 2]
+            _, _, _, squared = seek_place(
+                body, faces, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, across, ring_start, ring,
+                np.int32(-1), x, y, z, bound,
+            )  # fmt: skip
+            depth = max(depth, min(np.sqrt(squared), abs(signed[k])))
+    return depth
 
 
 @kernel

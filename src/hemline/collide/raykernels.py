@@ -108,12 +108,12 @@ def block_box(points, begin, end, direction):
 
 
 @kernel
-def certify(points, patch_box, lively, margin, turn, tries, direction, near_out):
+def certify(points, patch_box, lively, margin, turn, tries, direction, hidden, near_out):
     """Find the vertices that cannot be shown to be free of the body by boxes alone.
 
     in: points (n,3), patch_box (6,patches), lively (blocks,): not to be certified, margin [m], turn: which direction to
-    try next, tries: how many;
-    in and out: direction (groups,), the one that sees fewest patches; out: near_out (n,); returns how many.
+    try next, tries: how many; in and out: direction (groups,), the one that sees fewest patches, hidden (groups,):
+    those of which nothing was certified, tried again at every eighth turn; out: near_out (n,); returns how many.
     """
     patches = patch_box.shape[1]
     mask, every = np.zeros((patches + 7) // 8 * 8, np.uint8), np.arange(patches)
@@ -128,45 +128,35 @@ def certify(points, patch_box, lively, margin, turn, tries, direction, near_out)
         unseen = np.uint8(255)
         held = np.int64(direction[group])
         best, fewest = held, patches + 1
-        for attempt in range(tries + 1):
+        attempts = 0 if hidden[group] and (group + turn) % 8 else tries + 1
+        for attempt in range(attempts):
             way = held if attempt == 0 else (held + 1 + (turn + attempt) % 5) % 6
-            near, low_u, high_u, low_v, high_v = block_box(points, begin, end, way)
-            seen = list_met(
-                shafts[way],
-                patches,
-                near - margin,
-                low_u - margin,
-                high_u + margin,
-                low_v - margin,
-                high_v + margin,
-                mask,
-                words,
-                met,
-            )
-            if seen < fewest:
-                best, fewest = way, seen
+            seen = patches
+            for block in range(-1, (end - begin + BLOCK - 1) // BLOCK):  # -1: the group as a whole
+                whole = block < 0
+                if not whole and not unseen >> block & 1:
+                    continue
+                first = begin if whole else begin + block * BLOCK
+                near, low_u, high_u, low_v, high_v = block_box(
+                    points, first, end if whole else min(first + BLOCK, end), way
+                )
+                near, low_u, high_u = near - margin, low_u - margin, high_u + margin
+                low_v, high_v = low_v - margin, high_v + margin
+                tall = shafts[way] if whole else group_shafts
+                stand = list_met(tall, seen, near, low_u, high_u, low_v, high_v, mask, words, met if whole else few)
+                if whole:
+                    seen = stand
+                    take_shafts(patch_box, met, 0, seen, way, group_shafts)
+                    if seen < fewest:
+                        best, fewest = way, seen
+                elif stand == 0:
+                    unseen &= np.uint8(255 ^ (1 << block))
             if seen == 0:
                 unseen = np.uint8(0)
                 break
-            take_shafts(patch_box, met, 0, seen, way, group_shafts)
-            for block in range((end - begin + BLOCK - 1) // BLOCK):
-                if unseen >> block & 1:
-                    first = begin + block * BLOCK
-                    near, low_u, high_u, low_v, high_v = block_box(points, first, min(first + BLOCK, end), way)
-                    if not list_met(
-                        group_shafts,
-                        seen,
-                        near - margin,
-                        low_u - margin,
-                        high_u + margin,
-                        low_v - margin,
-                        high_v + margin,
-                        mask,
-                        words,
-                        few,
-                    ):
-                        unseen &= np.uint8(255 ^ (1 << block))
         direction[group] = best
+        if attempts:
+            hidden[group] = np.uint8(unseen == np.uint8(255))
         for i in range(begin, end):
             if unseen >> ((i - begin) // BLOCK) & 1 or lively[i // BLOCK]:
                 near_out[count] = i

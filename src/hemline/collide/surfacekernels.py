@@ -94,7 +94,7 @@ def walk(body, faces, across, ring_start, ring, start, x, y, z):
 
 @kernel
 def vertex_normal(body, faces, ring_start, ring, vertex, known, normals_out):
-    """Area-weighted normal of a vertex, computed when first asked for. in and out: known (verts,), normals_out (verts,3)."""
+    """Area-weighted unit normal of a vertex, kept: known (verts,), normals_out (verts,3)."""
     v = _index(vertex)
     nx, ny, nz = np.float32(0), np.float32(0), np.float32(0)
     for k in range(ring_start[v], ring_start[v + _index(1)]):
@@ -138,7 +138,10 @@ def place_on(body, faces, face, at_b, at_c):
 
 @kernel
 def seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, limb, x, y, z, bound):
-    """Vertex nearest to a point, of one limb or (limb < 0) of the whole body. bound (patches,) is room."""
+    """Vertex nearest to a point, of one limb or (limb < 0) of the whole body, and its squared distance.
+
+    bound (patches,) is room.
+    """
     closest, first = np.float32(np.inf), np.int64(0)
     for k in range(len(bound)):
         dx = max(patch_box[0, k] - x, x - patch_box[3, k], np.float32(0))
@@ -157,4 +160,15 @@ def seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, li
                 distance = dx * dx + dy * dy + dz * dz
                 if distance < nearest:
                     best, nearest = np.int64(v), distance
-    return best
+    return best, nearest
+
+
+@kernel
+def seek_place(
+    body, faces, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, across, ring_start, ring, limb, x, y, z,
+    bound,
+):  # fmt: skip
+    """Nearest place of the surface to a point, around the vertex that `seek` finds; as from `walk`."""
+    vertex, _ = seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, limb, x, y, z, bound)
+    start = np.int64(ring[ring_start[vertex]])
+    return walk(body, faces, across, ring_start, ring, start, x, y, z)

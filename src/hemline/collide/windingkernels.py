@@ -33,7 +33,8 @@ def crossing(au, av, bu, bv, cu, cv):
 def bin_points(points, low, cell, columns, rows, start_out, order_out):
     """Counting sort of points into a grid of columns over x and y; points off the grid are left out.
 
-    in: points (n,3), low (2,), cell [m]; out: start_out (rows * columns + 1,), order_out (n,); returns how many are on it.
+    in: points (n,3), low (2,), cell [m]; out: start_out (rows * columns + 1,), order_out (n,). Returns how many are on
+    it.
     """
     place = np.empty(len(points), np.int64)
     start_out[:] = 0

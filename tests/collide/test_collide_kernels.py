@@ -1,0 +1,113 @@
+"""Kernels of the projection against plain NumPy, scipy, trimesh and exact distances."""
+
+import numpy as np
+import pytest
+import trimesh
+from projection_samples import Skintight, clip, sheet_behind
+from scipy.spatial import cKDTree
+
+from hemline.collide.project import Projector
+from hemline.collide.project_frame import SKYLINE_MARGIN, ProjectedFrame
+from hemline.collide.pushkernels import lifted
+from hemline.collide.raykernels import GROUP, certify, into_frame
+from hemline.collide.surfacekernels import nearest_weights, seek_place
+from hemline.collide.winding import winding_numbers
+from hemline.meshes import ClosestTree
+
+
+@pytest.fixture(scope="module")
+def frame():
+    shaped, poses, _ = clip("dance", frames=1, first=30)
+    cloth = Skintight(shaped, 3000)
+    projector = Projector.prepare(shaped, cloth.rest, np.empty((0, 3), np.int32))
+    loose = cloth.over(poses[0], 0.0) + np.random.default_rng(0).normal(0, 0.05, (3000, 1)).astype(np.float32)
+    return ProjectedFrame(projector, projector.start(), poses[0], loose)
+
+
+def test_into_the_frame_of_a_bone_and_back(frame):
+    turn, shift = frame.to_world[:, :3], frame.to_world[:, 3]
+    assert np.allclose(frame.points @ turn.T + shift, frame.vertices[frame.projector.order], atol=2e-6)
+    again = np.empty_like(frame.points)
+    every = np.arange(len(again), dtype=np.int32)
+    into_frame(np.eye(3, 4, dtype=np.float32), frame.points, every, again)
+    assert (again == frame.points).all()
+
+
+def test_boxes_hold_what_they_should(frame):
+    patches = frame.patches
+    for leaf in range(0, len(patches.leaf_start) - 1, 91):
+        corners = frame.body[patches.faces[leaf * 8 : leaf * 8 + 8].reshape(-1)]
+        assert (frame.leaf_box[:, leaf] == np.concatenate([corners.min(0), corners.max(0)])).all()
+    for patch, (first, last) in enumerate(zip(patches.patch_start[:-1], patches.patch_start[1:], strict=True)):
+        held = frame.leaf_box[:, first:last]
+        assert (frame.patch_box[:, patch] == np.concatenate([held[:3].min(1), held[3:].max(1)])).all()
+
+
+@pytest.mark.parametrize("way", range(6))
+def test_winding_numbers_are_the_same_along_all_six_directions(frame, way):
+    frame.state.directions[:] = way
+    found = frame.windings(frame.points, np.arange(len(frame.points), dtype=np.int32) // GROUP)
+    expected = winding_numbers(frame.body, frame.patches.faces, frame.points)
+    assert set(np.unique(expected)) >= {0, 1}
+    assert (found == expected).all()
+
+
+def test_certified_vertices_are_free_by_the_margin():
+    shaped, poses, _ = clip("run", frames=1, first=10)
+    rest, carried = sheet_behind(shaped)
+    projector = Projector.prepare(shaped, rest, np.empty((0, 3), np.int32))
+    frame = ProjectedFrame(projector, projector.start(), poses[0], carried(poses[0], 0.0))
+    state, near = frame.projector.start(), np.empty(len(frame.points), np.int32)
+    count = certify(
+        frame.points, frame.patch_box, state.lively, SKYLINE_MARGIN, 1, 5, state.directions, state.hidden, near
+    )
+    certified = np.setdiff1d(np.arange(len(frame.points)), near[:count])
+    assert len(certified) > 0.5 * len(frame.points)
+    assert (winding_numbers(frame.body, frame.patches.faces, frame.points[certified]) == 0).all()
+    tree = ClosestTree(frame.body.astype(float), frame.patches.faces)
+    assert (tree.closest(frame.points[certified]).distances >= SKYLINE_MARGIN - 1e-6).all()
+
+
+def test_nearest_weights_against_trimesh():
+    random = np.random.default_rng(2)
+    corners, points = random.normal(size=(400, 3, 3)), random.normal(size=(400, 3)) * 1.5
+    theirs = trimesh.triangles.closest_point(corners, points)
+    for triangle, point, nearest in zip(corners, points, theirs, strict=True):
+        a, b, c = (tuple(np.float32(each)) for each in triangle - point)
+        s, t = nearest_weights(a, b, c)
+        assert np.allclose((1 - s - t) * triangle[0] + s * triangle[1] + t * triangle[2], nearest, atol=1e-5)
+
+
+def test_sought_places_are_nearest(frame):
+    patches, points = frame.patches, frame.points[::10]
+    bound = np.empty(len(patches.patch_limb), np.float32)
+
+    def distances(limb):
+        rows = [
+            seek_place(
+                frame.body, patches.faces, patches.leaf_start, patches.leaf_vertices, patches.patch_start,
+                frame.patch_box, patches.patch_limb, patches.across, patches.ring_start, patches.ring, limb, *point,
+                bound,
+            )
+            for point in points
+        ]  # fmt: skip
+        return np.sqrt([squared for _, _, _, squared in rows])
+
+    limb = patches.limb[0]
+    own = cKDTree(frame.body[patches.limb == limb]).query(points)[0]
+    assert (distances(limb) <= own + 1e-6).all()
+    real = patches.faces[patches.faces[:, 0] != patches.faces[:, 1]]
+    exact = ClosestTree(frame.body.astype(float), real).closest(points).distances
+    error = np.abs(distances(np.int32(-1)) - exact)
+    assert (error < 1e-5).mean() > 0.9
+    assert error.max() < 2e-3
+
+
+def test_lift_keeps_order_and_joins_smoothly_at_the_margin():
+    margin, gap = 0.0045, 0.0015
+    distance = np.linspace(-0.06, margin, 4000)
+    rise = np.array([lifted(each, margin, gap) for each in distance])
+    assert (np.diff(rise) > 0).all()
+    assert rise.min() > gap
+    assert rise[-1] == pytest.approx(margin, abs=1e-12)
+    assert (rise[-1] - rise[-2]) / (distance[-1] - distance[-2]) == pytest.approx(1, abs=0.01)
