@@ -12,7 +12,18 @@ from hemline.errors import BadModel
 PUSH_OUT = ("gradient", "history", "slide")
 """Ways out of a collider, in the order of the kernels."""
 
-_NONNEGATIVE = ("drag", "lateral", "lateral_stretch", "shrink", "parent_damping", "rest_angle", "friction", "margin")
+_NONNEGATIVE = (
+    "drag",
+    "air_drag",
+    "air_lift",
+    "lateral",
+    "lateral_stretch",
+    "shrink",
+    "parent_damping",
+    "rest_angle",
+    "friction",
+    "margin",
+)
 
 
 @dataclass(frozen=True)
@@ -27,8 +38,12 @@ class RopeConstants:
     """Acceleration of free fall [m/s^2]."""
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Velocity of the air [m/s]."""
-    drag: float = 1.0
-    """Rate at which a node takes on the air's velocity [1/s]."""
+    drag: float = 0.3
+    """Rate at which a node takes on the air's velocity, whichever way the cloth faces [1/s]."""
+    air_drag: float = 4.0
+    """Drag of cloth that faces the air: half the air's density times a coefficient, over the cloth's density [1/m]."""
+    air_lift: float = 1.0
+    """The same for the force along the cloth's normal [1/m]."""
     lateral: float = 20.0
     """Springs between neighbouring chains towards the distance at rest: relative acceleration per metre [1/s^2]."""
     lateral_stretch: float = 200.0

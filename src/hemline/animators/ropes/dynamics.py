@@ -20,7 +20,7 @@ from .rope_step_kernels import advance_chains
 Values = Float[np.ndarray, " nodes"]
 
 _LONGEST_FRAME = 1 / 24
-_DEEPEST = 0.02
+_DEEPEST = 0.05
 """A node that rests inside the collider may stay this deep [m]."""
 
 
@@ -78,6 +78,14 @@ class RopeChains:
         parents = np.arange(-1, self.offsets[-1] - 1, dtype=np.int32)
         parents[self.kinematic] = -1
         return parents
+
+    @cached_property
+    def across(self) -> Int[np.ndarray, "nodes 2"]:
+        """The nodes to both sides of each node, itself at the edge of the cloth; int32."""
+        across = np.repeat(np.arange(int(self.offsets[-1]), dtype=np.int32)[:, None], 2, axis=1)
+        across[self.pairs[::-1, 1], 0] = self.pairs[::-1, 0]
+        across[self.pairs[::-1, 0], 1] = self.pairs[::-1, 1]
+        return across
 
     @cached_property
     def inverse_masses(self) -> Values:
@@ -140,7 +148,7 @@ class RopeChains:
         positions_out, velocities_out, tensions_out = positions.copy(), velocities.copy(), tensions.copy()
         touched_out = np.zeros(len(positions), np.bool_)
         advance_chains(
-            self.offsets, self.lengths, self.rest_spans, self.rest_directions, self.inverse_masses, self._margins, self.chain_joints,
+            self.offsets, self.lengths, self.rest_spans, self.rest_directions, self.inverse_masses, self._margins, self.chain_joints, self.across,
             self.pairs, self.pair_spans, self._numbers, self._choices, *colliders, self.kinematic, kinematic, *frames,
             self._no_push if push is None else push, dt, steps,
             positions_out, velocities_out, tensions_out, touched_out,

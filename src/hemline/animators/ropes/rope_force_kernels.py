@@ -9,8 +9,8 @@ import math
 from hemline.compiled import kernel
 
 GRAVITY, WIND = 0, 3
-DRAG, LATERAL, LATERAL_STRETCH, SHRINK, PARENT_DAMPING, REST_ANGLE, FRICTION, MARGIN = 6, 7, 8, 9, 10, 11, 12, 13
-NUMBER_COUNT = 14
+DRAG, AIR_DRAG, AIR_LIFT, LATERAL, LATERAL_STRETCH, SHRINK = 6, 7, 8, 9, 10, 11
+PARENT_DAMPING, REST_ANGLE, FRICTION, MARGIN = 12, 13, 14, 15
 
 LATERAL_BOUND, SHRINK_BOUND, REST_ANGLE_BOUND = 0.4, 0.3, 0.1
 """Largest k h^2 of each kind: with the tension of a rope at its substep, the sum of all modes stays below 4."""
@@ -126,9 +126,49 @@ def spring_accelerations(
 
 
 @kernel
-def external_accelerations(offsets, numbers, h, springs, velocities, accelerations_out):
-    # model: chains, numbers   in: substep h, springs (nodes, 3) from `spring_accelerations`, velocities
-    # out: accelerations_out (nodes, 3): with wind drag and damping relative to the parent
+def add_air(offsets, across, numbers, h, positions, velocities, accelerations_out):
+    # model: across (nodes, 2) the nodes to both sides   in: substep h, positions, velocities
+    # out: accelerations_out changed by the air on cloth that faces it: with u = wind - v, n the cloth's normal,
+    #     a = |u.n| (drag - lift |u.n| / |u|) u + lift |u| (u.n) n, each rate r bounded as r / (1 + r h / 2)
+    for c in range(offsets.shape[0] - 1):
+        for i in range(offsets[c] + 1, offsets[c + 1]):
+            below, left, right = min(i + 1, offsets[c + 1] - 1), across[i, 0], across[i, 1]
+            ax, ay, az = (
+                positions[below, 0] - positions[i - 1, 0],
+                positions[below, 1] - positions[i - 1, 1],
+                positions[below, 2] - positions[i - 1, 2],
+            )
+            bx, by, bz = (
+                positions[right, 0] - positions[left, 0],
+                positions[right, 1] - positions[left, 1],
+                positions[right, 2] - positions[left, 2],
+            )
+            nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            size = math.sqrt(nx * nx + ny * ny + nz * nz)
+            x, y, z = (
+                numbers[WIND] - velocities[i, 0],
+                numbers[WIND + 1] - velocities[i, 1],
+                numbers[WIND + 2] - velocities[i, 2],
+            )
+            speed = math.sqrt(x * x + y * y + z * z)
+            if size < 1e-12 or speed < 1e-12:
+                continue
+            nx, ny, nz = nx / size, ny / size, nz / size
+            facing = x * nx + y * ny + z * nz
+            plain = abs(facing) * max(numbers[AIR_DRAG] - numbers[AIR_LIFT] * abs(facing) / speed, 0.0)
+            lifted = numbers[AIR_LIFT] * speed
+            share = 1.0 / (1.0 + 0.5 * h * (plain + lifted))
+            plain, lifted = share * plain, share * lifted * facing
+            accelerations_out[i, 0] += plain * x + lifted * nx
+            accelerations_out[i, 1] += plain * y + lifted * ny
+            accelerations_out[i, 2] += plain * z + lifted * nz
+
+
+@kernel
+def external_accelerations(offsets, across, numbers, h, springs, positions, velocities, accelerations_out):
+    # model: chains, across (nodes, 2), numbers
+    # in: substep h, springs (nodes, 3) from `spring_accelerations`, positions, velocities
+    # out: accelerations_out (nodes, 3): with wind drag, air, and damping relative to the parent
     drag, damping = numbers[DRAG], numbers[PARENT_DAMPING]
     rate = (1.0 - math.exp(-0.5 * h * (drag + damping))) / (0.5 * h)
     wind_share = drag / (drag + damping) if drag + damping > 0.0 else 0.0
@@ -137,3 +177,5 @@ def external_accelerations(offsets, numbers, h, springs, velocities, acceleratio
             for d in range(3):
                 towards = wind_share * numbers[WIND + d] + (1.0 - wind_share) * velocities[i - 1, d]
                 accelerations_out[i, d] = springs[i, d] + rate * (towards - velocities[i, d])
+    if numbers[AIR_DRAG] > 0.0 or numbers[AIR_LIFT] > 0.0:
+        add_air(offsets, across, numbers, h, positions, velocities, accelerations_out)

@@ -284,7 +284,7 @@ def limit_speeds(offsets, velocities_out):
 
 @kernel
 def advance_chains(
-    offsets, lengths, rest_spans, rest_directions, inverse_masses, margins, chain_joints, pairs, pair_spans, numbers,
+    offsets, lengths, rest_spans, rest_directions, inverse_masses, margins, chain_joints, across, pairs, pair_spans, numbers,
     choices, kinds, joints, shapes, centres, pivots, kinematic, motion, frames_from, frames_to, push, dt, steps,
     positions_out, velocities_out, tensions_out, touched_out,
 ):  # fmt: skip
@@ -314,7 +314,7 @@ def advance_chains(
             for d in range(3):
                 root_velocities[c, d] = (positions_out[offsets[c], d] - starts[offsets[c], d]) / h
         # step 1: half a kick
-        external_accelerations(offsets, numbers, h, springs, velocities_out, accelerations)
+        external_accelerations(offsets, across, numbers, h, springs, starts, velocities_out, accelerations)
         kick(offsets, inverse_masses, choices, h, accelerations, root_velocities, 0.0, directions, system, taut,
              velocities_out, tensions_out, held, numbers_work, flags_work)  # fmt: skip
         limit_speeds(offsets, velocities_out)
@@ -340,7 +340,7 @@ def advance_chains(
         # step 4: the other half
         spring_accelerations(offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h,
                              chain_frames, push, positions_out, springs)  # fmt: skip
-        external_accelerations(offsets, numbers, h, springs, velocities_out, accelerations)
+        external_accelerations(offsets, across, numbers, h, springs, positions_out, velocities_out, accelerations)
         kick(offsets, inverse_masses, choices, h, accelerations, root_velocities, 1.0, directions, system, taut,
              velocities_out, tensions_out, held, numbers_work, flags_work)  # fmt: skip
         limit_speeds(offsets, velocities_out)
