@@ -1,11 +1,13 @@
 """`hemline fit DATASET --animator ropes -o MODEL`."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
+
+from hemline.animators.ropes.config import RopesConfig
 
 from .progress import bars
 
@@ -22,16 +24,14 @@ class Arguments:
     """The animator."""
     seed: int = 0
     """Seed of the training; the same seed gives the same model on one machine."""
-    epochs: int | None = None
-    """Passes over the data of each network; fewer are faster and worse."""
+    config: tyro.conf.OmitArgPrefixes[RopesConfig] = field(default_factory=RopesConfig)
+    """Options of the animator."""
     json: bool = False
     """Print the figures of the fit as one JSON object."""
 
 
 def run(arguments: Arguments) -> int:
     """Fit and save."""
-    from dataclasses import replace
-
     from hemline.animators import animator_class
     from hemline.datasets import open_dataset
     from hemline.files import check_writable
@@ -39,9 +39,6 @@ def run(arguments: Arguments) -> int:
     check_writable(arguments.output)
     dataset = open_dataset(arguments.dataset)
     kind = animator_class(arguments.animator)
-    config = kind.Config()
-    if arguments.epochs is not None:
-        config = replace(config, epochs=arguments.epochs)
     with bars() as display:
         tasks: dict[str, int] = {}
 
@@ -51,7 +48,7 @@ def run(arguments: Arguments) -> int:
             display.update(tasks[stage], completed=done, total=total)
 
         checkpoints = arguments.output.with_suffix(".fitting")
-        animator = kind.fit(dataset, config, seed=arguments.seed, progress=progress, checkpoints=checkpoints)
+        animator = kind.fit(dataset, arguments.config, seed=arguments.seed, progress=progress, checkpoints=checkpoints)
     animator.save(arguments.output)
     if arguments.json:
         print(json.dumps({"model": str(arguments.output), "figures": animator.figures}))
