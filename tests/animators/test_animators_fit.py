@@ -163,6 +163,12 @@ def test_a_fitted_model_is_saved_with_what_it_needs(fitted, tmp_path):
     assert back.garment.hash == fitted.garment.hash
 
 
+def test_the_constants_of_the_ropes_come_closer_to_the_truth(fitted, dataset):
+    laid = fit(dataset, replace(TINY, calibrate=False, epochs=1, collision_epochs=0), seed=0)
+    assert fitted.figures["train_ropes_mm"] < laid.figures["train_ropes_mm"]
+    assert fitted.figures["held_out_ropes_mm"] > 0
+
+
 def test_the_same_seed_gives_the_same_file(fitted, dataset, tmp_path):
     again = animators.fit(dataset, "ropes", TINY, seed=0)
     for name, model in (("a", fitted), ("b", again)):

@@ -107,6 +107,16 @@ def test_a_killed_training_goes_on_to_the_same_end(learned, frames, tmp_path):
         np.testing.assert_array_equal(one, two)
 
 
+def test_rope_bones_narrow_their_gap(frames):
+    slack = 0.7 * frames.bones  # ropes that swing less far than the cloth
+    gentle = replace(SMALL, epochs=3, collision_epochs=0, skinning_rate=1e-4, shape_rate=1e-5)
+    errors = []
+    for share in (0.0, 0.5):
+        found = learn(replace(frames, rope_bones=slack), None, replace(gentle, rope_share=share), seed=0)
+        errors.append(mean_mm(frames.displacements[frames.test] - played(found, slack[frames.test])[1]))
+    assert errors[1] < 0.8 * errors[0]
+
+
 def test_a_checkpoint_of_another_fit_is_not_used(frames, tmp_path):
     short = replace(SMALL, epochs=2, collision_epochs=0, checkpoint_epochs=1)
     fresh = learn(frames, None, short, seed=5)
@@ -115,18 +125,19 @@ def test_a_checkpoint_of_another_fit_is_not_used(frames, tmp_path):
     np.testing.assert_array_equal(fresh.skinning.weights[1], after.skinning.weights[1])
 
 
-def test_the_collision_term_takes_vertices_out_of_the_body(learned, frames):
-    without = learn(frames, None, SMALL, seed=0)
+def test_the_collision_term_takes_vertices_out_of_the_body(frames):
+    # so few components that the cape cannot be met everywhere: the ball is cut unless it is worth more
+    coarse = replace(SMALL, components=2, shape_components=1, second_columns=0, epochs=5, collision_epochs=15)
 
-    def inside(model: Learned) -> float:
+    def inside(model: Learned) -> int:
         _, both = played(model, frames.bones[frames.train])
         points = (grid()[0].reshape(-1) + both).reshape(-1, 3)
         truth = (grid()[0].reshape(-1) + frames.displacements[frames.train]).reshape(-1, 3)
-        free = distances(0, truth) >= SMALL.expansion
-        return float(((distances(0, points) < 0) & free).mean())
+        return int(((distances(0, points) < 0) & (distances(0, truth) >= coarse.expansion)).sum())
 
-    assert inside(without) > 0
-    assert inside(learned) < 0.7 * inside(without)
+    without, with_term = (inside(learn(frames, ball, coarse, seed=0)) for ball in (None, distances))
+    assert without > 50
+    assert with_term < 0.75 * without
 
 
 def test_order_of_the_frames_changes_only_the_luck_of_the_batches(learned, frames):
@@ -147,8 +158,8 @@ def test_sampled_collision_loss_is_unbiased(frames):
 
     found = principal(lambda at: frames.displacements[:, at], 3 * VERTICES, 12)
     lesson = Lesson(
-        "skinning", frames.bones, None, frames.free, frames.displacements @ found.basis.T, found.deviations,
-        frames.train, frames.val, VERTICES,
+        "skinning", frames.bones, frames.free, frames.displacements @ found.basis.T, found.deviations,
+        frames.train, frames.val, len(frames.side), VERTICES,
     )  # fmt: skip
     contact = Contact(
         found.basis,
@@ -171,7 +182,7 @@ def test_sampled_collision_loss_is_unbiased(frames):
 
 def test_divergence_is_said(frames):
     with pytest.raises(BadModel, match="diverged"):
-        learn(frames, None, replace(SMALL, skinning_rate=1e5, epochs=30), seed=0)
+        learn(frames, None, replace(SMALL, skinning_rate=9e5, data_weight=9e5), seed=0)
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,16 @@ def test_with_noise_it_is_the_best_map_for_noisy_inputs():
     np.testing.assert_allclose(offset, fitted[-1], atol=0.015)
 
 
+def test_weights_count_frames_as_if_they_were_there_more_often():
+    random = np.random.default_rng(4)
+    x, y = random.normal(size=(50, 4)), random.normal(size=(50, 2))
+    times = random.integers(1, 4, 50)
+    weighed = ridge(x, y, np.full(4, 0.3), times.astype(float))
+    repeated = ridge(np.repeat(x, times, axis=0), np.repeat(y, times, axis=0), np.full(4, 0.3))
+    for one, other in zip(weighed, repeated, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-10)
+
+
 def rectified(layers, x: np.ndarray) -> np.ndarray:
     for i, (weights, biases) in enumerate(layers):
         x = x @ weights.T + biases

@@ -11,6 +11,8 @@ class RopesConfig:
 
     chains: int = 10
     """Rope chains laid on a garment that names none itself."""
+    calibrate: bool = True
+    """Fit the constants of the ropes to the simulated bones first."""
     components: int = 100
     """Principal components of the skinning network."""
     shape_components: int = 100
@@ -21,7 +23,7 @@ class RopesConfig:
     """Neurons in each of the two hidden layers."""
     epochs: int = 200
     """Passes over the data of each network, on the data term alone."""
-    collision_epochs: int = 30
+    collision_epochs: int = 5
     """Passes after that, on both terms."""
     batch: int = 128
     """Frames a step of the optimiser."""
@@ -35,9 +37,9 @@ class RopesConfig:
     """Weight of the mean square distance to the pushed-out place, for vertices that are inside."""
     expansion: float = 0.004
     """Distance that vertices should keep from the body in the collision term [m]."""
-    collision_vertices: int = 1024
+    collision_vertices: int = 256
     """Vertices drawn for the collision term in each step."""
-    bone_noise: float = 0.004
+    bone_noise: float = 0.015
     """Standard deviation of noise on the simulated bones during training [m]."""
     mirror: bool = True
     """Show each training frame with left and right exchanged, too, if garment and body are symmetric."""

@@ -19,7 +19,7 @@ from hemline.errors import MissingExtra
 from .chains import Ropes
 from .config import RopesConfig
 from .gather import Source, gather
-from .layout import lay_out
+from .lay import ropes_for
 from .learn import learn
 from .model import AnimatorRopes
 
@@ -61,14 +61,15 @@ def fit(
     source = Source.of(dataset)
     shaped = bodies.load(garment.body_name).shaped(garment.body_betas)
     rest = np.ascontiguousarray(dataset.rest(garment.body_betas).vertices[0], np.float32)
-    strain = float(np.median([row.figures.get("edge_strain_p99", 0.02) for row in source.rows]))
-    ropes = ropes or lay_out(garment, shaped, rest=rest, chain_count=config.chains, strain_p99=strain)
+    found: dict[str, float] = {}
+    if ropes is None:
+        ropes, found = ropes_for(source, shaped, rest, config, progress)
     with _kept(checkpoints) as folder:
         frames, distances = gather(source, ropes, folder, roped=config.rope_share > 0, mirror=config.mirror)
         learned = learn(frames, distances, config, seed=seed, progress=progress, folder=folder)
     return AnimatorRopes(
         garment, ropes, rest, learned.skinning_basis, learned.shape_basis, learned.skinning, learned.shape,
-        body_name=garment.body_name, body_hash=shaped.body.hash, config=config, figures=learned.figures,
+        body_name=garment.body_name, body_hash=shaped.body.hash, config=config, figures=learned.figures | found,
         licences=_licences(source, shaped),
     )  # fmt: skip
 

@@ -1,6 +1,7 @@
 """The frames that a fit learns from: all in the key frame, each on its own."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -27,6 +28,11 @@ class Frames:
     """0 train, 1 val, 2 test: by clip, never by frame."""
     mark: str
     """Hash of all that the frames depend on."""
+
+    @cached_property
+    def example_bones(self) -> Float[np.ndarray, "examples ins"]:
+        """True bones of all frames, then those of the ropes where there are any."""
+        return self.bones if self.rope_bones is None else np.concatenate([self.bones, self.rope_bones])
 
     @property
     def vertex_count(self) -> int:

@@ -44,12 +44,12 @@ class Stage:
     pca: Pca
     basis: PackedBasis
     network: Mlp
-    coefficients: Float[np.ndarray, "frames modes"]
-    """What the network makes of the bones of each frame [m]."""
+    coefficients: Float[np.ndarray, "examples modes"]
+    """What the network makes of the bones of each example [m]; see `Lesson`."""
 
-    def rows(self, frames: np.ndarray | slice, rows: np.ndarray | slice) -> Float[np.ndarray, "frames rows"]:
-        """Displacements that this stage adds, at some frames and rows [m]."""
-        return self.coefficients[frames] @ self.unpacked[:, rows]
+    def rows(self, examples: np.ndarray | slice, rows: np.ndarray | slice) -> Float[np.ndarray, "examples rows"]:
+        """Displacements that this stage adds, of some examples at some rows [m]."""
+        return self.coefficients[examples] @ self.unpacked[:, rows]
 
     @cached_property
     def unpacked(self) -> Float[np.ndarray, "modes rows"]:
@@ -129,33 +129,33 @@ def _stage(
     basis = pack_basis(pca.basis, pca.deviations, extra=extra)
     tell(f"{name} basis", 1, 1)
     lesson = Lesson(
-        stage=name, bones=frames.bones, rope_bones=frames.rope_bones, free=frames.free,
-        coefficients=_projected(frames, before, pca), deviations=pca.deviations, train=frames.train, val=frames.val,
+        stage=name, bones=frames.example_bones, free=frames.free, coefficients=_projected(frames, before, pca),
+        deviations=pca.deviations, train=frames.train, val=frames.val, frame_count=len(frames.side),
         vertex_count=frames.vertex_count,
     )  # fmt: skip
     unpacked = basis.unpacked()
 
     def base(chosen: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        rest = frames.rest_rows(chosen, rows)
+        rest = frames.rest_rows(chosen % len(frames.side), rows)
         return rest + before.rows(chosen, rows) if before else rest
 
     def true(chosen: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        return frames.rest_rows(chosen, rows) + frames.displacements[chosen[:, None], rows]
+        shown = chosen % len(frames.side)
+        return frames.rest_rows(shown, rows) + frames.displacements[shown[:, None], rows]
 
     contact = Contact(unpacked, base, true, distances) if distances else None
     network = train_network(
         lesson, contact, config, rate=rate, seed=seed, mark=mark, folder=folder,
         progress=lambda done, total: tell(f"{name} network", done, total),
     )  # fmt: skip
-    return Stage(pca, basis, network, network.many(frames.bones))
+    return Stage(pca, basis, network, network.many(frames.example_bones))
 
 
-def _projected(frames: Frames, before: Stage | None, pca: Pca) -> Float[np.ndarray, "frames modes"]:
-    """Coefficients of the truth (less what is there before) of all frames, held-out ones too."""
-    everything = slice(None)
-    if before is None:
-        return pca.coefficients(lambda at: frames.displacements[:, at])
-    return pca.coefficients(lambda at: frames.displacements[:, at] - before.rows(everything, at))
+def _projected(frames: Frames, before: Stage | None, pca: Pca) -> Float[np.ndarray, "examples modes"]:
+    """Coefficients of the truth (less what is there before) of all examples, held-out ones too."""
+    times = len(frames.example_bones) // len(frames.side)
+    whole = np.tile(pca.coefficients(lambda at: frames.displacements[:, at]), (times, 1))
+    return whole - pca.coefficients(lambda at: before.rows(slice(None), at)) if before else whole
 
 
 def _figures(frames: Frames, first: Stage, second: Stage) -> dict[str, float]:

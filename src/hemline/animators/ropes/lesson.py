@@ -12,17 +12,15 @@ from .collision import Distances
 
 @dataclass(frozen=True)
 class Lesson:
-    """What one network learns from."""
+    """Examples for one network: each frame with its true bones and, if asked, once more with those of the ropes."""
 
     stage: str
     """`skinning` or `shape`: the name of the checkpoint."""
-    bones: Float[np.ndarray, "frames ins"]
-    """Displacements of all bones in the key frame [m], float32."""
-    rope_bones: Float[np.ndarray, "frames ins"] | None
-    """The same, from simulated ropes."""
+    bones: Float[np.ndarray, "examples ins"]
+    """Displacements of all bones in the key frame [m], float32: first the true ones of all frames, then the ropes'."""
     free: Float[np.ndarray, " ins"]
     """1 where an input belongs to a simulated bone, 0 for those that the body carries: noise goes on the first."""
-    coefficients: Float[np.ndarray, "frames modes"]
+    coefficients: Float[np.ndarray, "examples modes"]
     """What should come out [m]."""
     deviations: Float[np.ndarray, " modes"]
     """Root mean square of each coefficient [m]."""
@@ -30,7 +28,14 @@ class Lesson:
     """Frames to learn from."""
     val: Int[np.ndarray, " val"]
     """Frames that choose the moment to stop."""
+    frame_count: int
+    """Number of frames; the example of a frame with the ropes' bones comes this much later."""
     vertex_count: int
+
+    @property
+    def roped(self) -> bool:
+        """Whether there are examples with the ropes' bones."""
+        return len(self.bones) > self.frame_count
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,8 @@ class Contact:
     basis: Float[np.ndarray, "modes rows"]
     """Basis vectors as they are played."""
     before: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    """Positions in the key frame (frames, rows) without this network, at some frames and rows [m]."""
+    """Positions in the key frame without this network, of some examples at some rows [m]."""
     truth: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    """True positions in the key frame at some frames and rows [m]."""
+    """True positions in the key frame of some examples at some rows [m]."""
     distances: Distances
+    """Signed distances to the body of a *frame*."""

@@ -6,7 +6,10 @@ from hemline.arrays import Float
 
 
 def ridge(
-    inputs: Float[np.ndarray, "frames ins"], outputs: Float[np.ndarray, "frames outs"], noise: Float[np.ndarray, " ins"]
+    inputs: Float[np.ndarray, "frames ins"],
+    outputs: Float[np.ndarray, "frames outs"],
+    noise: Float[np.ndarray, " ins"],
+    weights: Float[np.ndarray, " frames"] | None = None,
 ) -> tuple[Float[np.ndarray, "outs ins"], Float[np.ndarray, " outs"]]:
     r"""The linear map with the least mean square error on inputs that carry noise.
 
@@ -16,6 +19,7 @@ def ridge(
         inputs: Inputs $x$.
         outputs: Outputs $y$.
         noise: Standard deviation $\sigma$ of the noise on each input.
+        weights: How much each frame counts; None: all the same.
 
     Returns:
         $A$ and $a$, float64.
@@ -23,9 +27,11 @@ def ridge(
     Source: Bishop, "Training with noise is equivalent to Tikhonov regularization", 1995.
     """
     x, y = inputs.astype(np.float64), outputs.astype(np.float64)
-    x_mean, y_mean = x.mean(axis=0), y.mean(axis=0)
+    share = np.full(len(x), 1 / len(x)) if weights is None else weights / weights.sum()
+    x_mean, y_mean = share @ x, share @ y
     x, y = x - x_mean, y - y_mean
-    matrix = np.linalg.solve(x.T @ x / len(x) + np.diag(noise.astype(np.float64) ** 2), x.T @ y / len(x)).T
+    counted = x.T * share
+    matrix = np.linalg.solve(counted @ x + np.diag(noise.astype(np.float64) ** 2), counted @ y).T
     return matrix, y_mean - matrix @ x_mean
 
 

@@ -97,11 +97,14 @@ class _Trainer:
 
     def start_linear(self) -> None:
         """Begin as the linear map that is best on bones with noise: a small set of frames already determines it."""
-        lesson = self.lesson
+        lesson, share = self.lesson, self.config.rope_share
         noise = np.where(lesson.free > 0, self.config.bone_noise, SMALLEST_DEVIATION) / self.spread
-        matrix, offset = ridge(
-            self.scaled(lesson.bones[lesson.train]), lesson.coefficients[lesson.train] / self.deviations, noise
-        )
+        examples, counts = lesson.train, np.ones(len(lesson.train))
+        if lesson.roped:
+            examples = np.concatenate([examples, examples + lesson.frame_count])
+            counts = np.concatenate([(1 - share) * counts, share * counts])
+        outputs = lesson.coefficients[examples] / self.deviations
+        matrix, offset = ridge(self.scaled(lesson.bones[examples]), outputs, noise, counts)
         as_network(matrix, offset, [(w.detach().numpy(), b.detach().numpy()) for w, b in self.layers])
 
     def scaled(self, bones: np.ndarray) -> np.ndarray:
@@ -123,8 +126,8 @@ class _Trainer:
         random = np.random.default_rng((self.seed, epoch))
         order = random.permutation(self.lesson.train)
         for first in range(0, len(order), self.config.batch):
-            frames = np.sort(order[first : first + self.config.batch])
-            loss = self.loss(frames, random, collide=collide)
+            examples = self.drawn(np.sort(order[first : first + self.config.batch]), random)
+            loss = self.loss(examples, random, collide=collide)
             self.adam.zero_grad()
             loss.backward()
             self.adam.step()
@@ -135,52 +138,60 @@ class _Trainer:
                 "lower its learning rate",
             )
 
-    def loss(self, frames: np.ndarray, random: np.random.Generator, *, collide: bool) -> torch.Tensor:
-        found = self.coefficients(torch.from_numpy(self.inputs(frames, random)))
-        wanted = torch.from_numpy(self.lesson.coefficients[frames])
-        loss = self.config.data_weight * ((found - wanted) ** 2).sum(dim=1).mean() / self.lesson.vertex_count
+    def drawn(self, frames: np.ndarray, random: np.random.Generator) -> np.ndarray:
+        """An example of each frame: with the ropes' bones in the share of them that is asked for."""
+        if not self.lesson.roped:
+            return frames
+        return frames + self.lesson.frame_count * (random.random(len(frames)) < self.config.rope_share)
+
+    def loss(self, examples: np.ndarray, random: np.random.Generator, *, collide: bool) -> torch.Tensor:
+        bones = self.lesson.bones[examples]
+        noise = random.standard_normal(bones.shape, np.float32) * np.float32(self.config.bone_noise)
+        found = self.coefficients(torch.from_numpy(bones + noise * self.lesson.free))
+        loss = self.config.data_weight * self.misses(examples, found).mean() / self.lesson.vertex_count
         if collide and self.contact:
-            loss = loss + self.config.collision_weight * self.collision(frames, found, random)
+            loss = loss + self.config.collision_weight * self.collision(examples, found, random)
         return loss
 
-    def inputs(self, frames: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        lesson, config = self.lesson, self.config
-        bones = lesson.bones[frames]
-        if lesson.rope_bones is not None:
-            roped = random.random(len(frames)) < config.rope_share
-            bones = np.where(roped[:, None], lesson.rope_bones[frames], bones)
-        noise = random.standard_normal(bones.shape, np.float32) * np.float32(config.bone_noise)
-        return bones + noise * lesson.free
+    def misses(self, examples: np.ndarray, found: torch.Tensor) -> torch.Tensor:
+        """Square distance of the coefficients of each example to what they should be."""
+        return ((found - torch.from_numpy(self.lesson.coefficients[examples])) ** 2).sum(dim=1)
 
-    def collision(self, frames: np.ndarray, found: torch.Tensor, random: np.random.Generator) -> torch.Tensor:
+    def collision(self, examples: np.ndarray, found: torch.Tensor, random: np.random.Generator) -> torch.Tensor:
         """Mean over random vertices of the square distance to where they should be; unbiased in the choice."""
         assert self.contact is not None
         count = min(self.config.collision_vertices, self.lesson.vertex_count)
         vertices = np.sort(random.choice(self.lesson.vertex_count, count, replace=False))
         rows = (3 * vertices[:, None] + np.arange(3)).reshape(-1)
-        base = torch.from_numpy(self.contact.before(frames, rows))
-        points = (base + found @ torch.from_numpy(self.contact.basis[:, rows])).reshape(len(frames), count, 3)
-        targets = self.targets(frames, rows, points.detach().numpy())
+        base = torch.from_numpy(self.contact.before(examples, rows))
+        points = (base + found @ torch.from_numpy(self.contact.basis[:, rows])).reshape(len(examples), count, 3)
+        targets = self.targets(examples, rows, points.detach().numpy())
         return ((points - torch.from_numpy(targets)) ** 2).sum(dim=2).mean()
 
-    def targets(self, frames: np.ndarray, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
+    def targets(self, examples: np.ndarray, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
         assert self.contact is not None
-        truth = self.contact.truth(frames, rows).reshape(points.shape)
+        truth = self.contact.truth(examples, rows).reshape(points.shape)
         targets = np.empty_like(points)
-        for i, frame in enumerate(frames):
-            both = self.contact.distances(int(frame), np.concatenate([points[i], truth[i]]))
+        for i, example in enumerate(examples):
+            both = self.contact.distances(int(example) % self.lesson.frame_count, np.concatenate([points[i], truth[i]]))
             here, there = np.split(both, 2)
             targets[i] = pushed_out(points[i], truth[i], here, there, self.config.expansion)
         return targets
 
     def remember_best(self) -> None:
-        frames = self.lesson.val if len(self.lesson.val) else self.lesson.train
-        with torch.no_grad():
-            found = self.coefficients(torch.from_numpy(self.lesson.bones[frames]))
-            loss = float(((found - torch.from_numpy(self.lesson.coefficients[frames])) ** 2).sum(dim=1).mean())
+        lesson, share = self.lesson, self.config.rope_share
+        frames = lesson.val if len(lesson.val) else lesson.train
+        loss = self.mean_miss(frames)
+        if lesson.roped:
+            loss = (1 - share) * loss + share * self.mean_miss(frames + lesson.frame_count)
         if loss < self.best_loss:
             self.best_loss = loss
             self.best = [p.detach().clone() for p in self.parameters]
+
+    def mean_miss(self, examples: np.ndarray) -> float:
+        with torch.no_grad():
+            found = self.coefficients(torch.from_numpy(self.lesson.bones[examples]))
+            return float(self.misses(examples, found).mean())
 
     def return_to_best(self) -> None:
         with torch.no_grad():

@@ -1,0 +1,61 @@
+"""The ropes of a dataset's garment: laid out, and calibrated on the clips to train on."""
+
+import numpy as np
+
+from hemline.animators.base import Progress
+from hemline.arrays import Vertices
+from hemline.bodies.shaped import ShapedBody
+
+from .calibrate import Clip, bone_error_mm, calibrated
+from .chains import Ropes
+from .config import RopesConfig
+from .gather import Source
+from .layout import lay_out
+
+WINDOW_SECONDS = 1.0
+MOST_CLIPS = 12
+"""Clips that the constants are fitted to."""
+
+
+def ropes_for(
+    source: Source, shaped: ShapedBody, rest: Vertices, config: RopesConfig, progress: Progress | None
+) -> tuple[Ropes, dict[str, float]]:
+    """Lay ropes on the garment of a dataset and bring their constants close to the simulation.
+
+    Args:
+        source: The takes.
+        shaped: The body on the shape that the garment was made on.
+        rest: The settled drape on it [m].
+        config: Options.
+        progress: Called with stage, steps done and steps in all.
+
+    Returns:
+        The ropes, and the mean distance of their bones to the truth after a second on their own, on the clips to train
+        on and on the others [mm]; clips shorter than that say nothing.
+    """
+    strain = float(np.median([row.figures.get("edge_strain_p99", 0.02) for row in source.rows]))
+    ropes = lay_out(source.dataset.garment, shaped, rest=rest, chain_count=config.chains, strain_p99=strain)
+    train = _clips(source, ropes, shaped, train=True)
+    if config.calibrate and train:
+        ropes = calibrated(ropes, shaped, train, window_seconds=WINDOW_SECONDS, progress=progress)
+    figures = {}
+    for name, clips in (("train", train), ("held_out", _clips(source, ropes, shaped, train=False))):
+        if clips:
+            figures[f"{name}_ropes_mm"] = bone_error_mm(ropes, shaped, clips, window_seconds=WINDOW_SECONDS)
+    return ropes, figures
+
+
+def _clips(source: Source, ropes: Ropes, shaped: ShapedBody, *, train: bool) -> list[Clip]:
+    """Poses and true bones of takes on this shape, spread evenly over the dataset."""
+    rows = [
+        row for row, side in zip(source.rows, source.sides, strict=True)
+        if (side == 0) is train and np.array_equal(source.shaped[source.shape_of(row)].betas, shaped.betas)
+    ]  # fmt: skip
+    found = []
+    for index in np.unique(np.linspace(0, len(rows) - 1, min(MOST_CLIPS, len(rows))).astype(int)):
+        take = source.dataset.take(rows[index])
+        first = int(take.clip_frames[0])
+        motion = take.motion[first:]
+        if len(motion) > WINDOW_SECONDS * motion.fps + 1:
+            found.append((motion, ropes.embedded(take.vertices[first:])))
+    return found
