@@ -100,7 +100,7 @@ def test_sought_places_are_nearest(frame):
     exact = ClosestTree(frame.body.astype(float), real).closest(points).distances
     error = np.abs(distances(np.int32(-1)) - exact)
     assert (error < 1e-5).mean() > 0.9
-    assert error.max() < 2e-3
+    assert error.max() < 5e-3
 
 
 def test_lift_keeps_order_and_joins_smoothly_at_the_margin():

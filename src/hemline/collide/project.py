@@ -32,7 +32,7 @@ class ProjectionSettings:
     """No vertex that is pushed ends nearer to the skin than this [m]."""
     far: float = 0.02
     """Vertices that were farther outside than this are tested, but looked at only in every fourth frame [m]."""
-    release: float = 0.05
+    release: float = 0.1
     """Time constant with which a displacement that is no longer needed fades [s]."""
 
 

@@ -24,12 +24,12 @@ def push(
     """Where each listed vertex should go to be outside of the surface around its anchor.
 
     in: points (n,3), ids (k,), body (verts,3), its faces, the faces across their edges and around vertices; offsets
-    (n,3) and their decay (0..1); margin, gap [m]; far [m]: vertices that were farther outside are left alone but in
-    every fourth turn, those farther inside look for a much shorter way out; in and out: anchors (n,), heights (n,):
-    signed distance when last measured, known and normals of the body;
+    (n,3) and their decay (0..1); margin, gap [m]; turn: frames, from 1; far [m]: vertices that were farther outside are
+    left alone but in every fourth turn, those farther inside look for a much shorter way out, and in the first turn
+    all do; in and out: anchors (n,), heights (n,): signed distance when last measured, known and normals of the body;
     out: pushed_out (k,3), signed_out (k,): signed distance before [m].
     """
-    tiny, one = np.float32(1e-8), np.float32(1)
+    tiny, one, loyalty = np.float32(1e-8), np.float32(1), np.float32(0.1)
     last, bound = np.int64(-1), np.empty(len(patch_limb), np.float32)
     for k in range(len(ids)):
         i = _index(ids[k])
@@ -54,13 +54,13 @@ def push(
             nx, ny, nz = blended_normal(body, faces, ring_start, ring, last, at_b, at_c, known, normals)
             height = rx * nx + ry * ny + rz * nz
             distance = np.sqrt(squared) * (one if height >= 0 else -one)
-            sought = (ids[k] + turn) % 4 == 0 or heights[i] > -far
-            if attempt == 1 or distance > -far or not sought:
+            deep = distance < -far and (heights[i] > -far or (ids[k] + turn) % 4 == 0)
+            if attempt == 1 or not (deep or turn == 1):
                 break
             vertex, nearest = seek(
                 body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, np.int32(-1), x, y, z, bound
             )  # fmt: skip
-            if nearest > np.float32(0.1) * squared:
+            if nearest > squared * (one if turn == 1 else loyalty):
                 break
             start = np.int64(ring[ring_start[vertex]])
         anchors[i] = last
