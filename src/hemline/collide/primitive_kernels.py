@@ -157,7 +157,8 @@ def primitive_distance(kind, shapes, k, x, y, z):
 
 @kernel
 def primitive_distances(kind, shapes, k, points, distances_out, gradients_out):
-    # model: kind, shapes (prims, 16), the row k   in: points (points, 3)   out: distances_out (points,), gradients_out (points, 3)
+    # model: kind, shapes (prims, 16), the row k   in: points (points, 3)
+    # out: distances_out (points,), gradients_out (points, 3)
     for i in range(points.shape[0]):
         found = primitive_distance(kind, shapes, k, points[i, 0], points[i, 1], points[i, 2])
         distances_out[i] = found[0]

@@ -15,6 +15,8 @@ Rotation = Float[np.ndarray, "3 3"]
 Distances = Float[np.ndarray, " points"]
 Shape = Float[np.ndarray, "16"]
 
+_UP = np.array([0.0, 1.0, 0.0])
+
 
 def sphere(points: Points, centre: Vector, radius: float) -> tuple[Distances, Points]:
     """Distance to a sphere and its gradient [m]."""
@@ -33,8 +35,8 @@ def rounded_cone(
 ) -> tuple[Distances, Points]:
     r"""Distance to the convex hull of two spheres, and its gradient [m].
 
-    With the axis $u$, length $\ell$ and slope $s = (r_0 - r_1) / \ell$, the side is $q \sqrt{1 - s^2} + s t - r_0$ for a
-    point at height $t$ and distance $q$ from the axis.
+    With the axis $u$, length $\ell$ and slope $s = (r_0 - r_1) / \ell$, the side is $q \sqrt{1 - s^2} + s t - r_0$ for
+    a point at height $t$ and distance $q$ from the axis.
 
     Source: Quilez, "Rounded cone - exact" (distance functions); derived anew.
     """
@@ -83,7 +85,10 @@ def ellipsoid(points: Points, centre: Vector, radii: Vector, rotation: Rotation)
 def box(
     points: Points, centre: Vector, half_sizes: Vector, rotation: Rotation, rounding: float = 0.0
 ) -> tuple[Distances, Points]:
-    """Distance to a box with edges rounded outward by `rounding`, and its gradient [m]; rows of `rotation` are its axes."""
+    """Distance to a box with edges rounded outward by `rounding`, and its gradient [m].
+
+    The rows of `rotation` are its axes.
+    """
     rotation = np.asarray(rotation, float)
     local = (np.asarray(points, float) - centre) @ rotation.T
     q = np.abs(local) - half_sizes
@@ -135,7 +140,7 @@ def _oriented(centre: Vector, sizes: Vector, rotation: Rotation, rounding: float
     return shape
 
 
-def _directions(offset: Points, size: Distances, otherwise: Vector = np.array([0.0, 1.0, 0.0])) -> Points:
+def _directions(offset: Points, size: Distances, otherwise: Vector = _UP) -> Points:
     safe = np.where(size < 1e-12, 1.0, size)[:, None]
     return np.where(size[:, None] < 1e-12, otherwise, offset / safe)
 

@@ -131,7 +131,8 @@ class BodyProxy:
         missing = [name for name in _ARRAYS if f"proxy_{name}" not in arrays]
         if missing:
             raise BadModel("a proxy must have all its arrays", f"no proxy_{missing[0]}", "make the file again")
-        return cls(*(arrays[f"proxy_{name}"] for name in _ARRAYS), tuple(metadata.get("proxy_names", ())))
+        named = {name: arrays[f"proxy_{name}"] for name in _ARRAYS}
+        return cls(**named, names=tuple(metadata.get("proxy_names", ())))
 
 
 class _Shape:

@@ -69,10 +69,10 @@ def _paired_parts() -> list[tuple[str, list[int], list[int]]]:
 
 def _air(shaped: "ShapedBody") -> Points:
     """Points above the skin that are as far from all of it as they are high."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     vertices, normals = np.asarray(shaped.vertices, np.float64)[::3], np.asarray(shaped.normals, np.float64)[::3]
-    tree = cKDTree(shaped.vertices)
+    tree = KDTree(shaped.vertices)
     above = np.concatenate([vertices + height * normals for height in _FREE])
     return above[tree.query(above)[0] > 0.9 * np.repeat(_FREE, len(vertices))]
 

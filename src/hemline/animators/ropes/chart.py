@@ -27,7 +27,7 @@ class Chart:
     """Coordinates of a garment's vertices, and the way back from coordinates to points of the mesh."""
 
     def __init__(self, garment: "Garment"):
-        from scipy.spatial import cKDTree
+        from scipy.spatial import KDTree
 
         self.garment, self.rim = garment, rim_of(garment)
         self.distance = geodesic_distances(
@@ -36,7 +36,7 @@ class Chart:
         self.share = rim_coordinates(garment, self.rim, self.distance)
         middle = self._flat(self.share[garment.faces].astype(float), self.distance[garment.faces])
         self.usable = np.flatnonzero(np.isfinite(middle).all(1))
-        self.tree = cKDTree(middle[self.usable])
+        self.tree = KDTree(middle[self.usable])
 
     def _flat(self, share: np.ndarray, distance: np.ndarray) -> np.ndarray:
         """Middles of triangles as points of a plane, of a cylinder where the rim is closed."""

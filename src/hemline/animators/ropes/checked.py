@@ -36,10 +36,12 @@ def checked_ropes(kind: "type[Ropes]", arrays: Mapping[str, np.ndarray], metadat
     )
     nodes, count = int(offsets[-1]), len(offsets) - 1
     pairs = _indices(arrays, "pairs", (-1, 2), nodes)
+    values = {name: _array(arrays, name, (nodes,)) for name in ("lengths", "masses", "rest_spans", "clearances")}
     chains = RopeChains(
-        offsets, _array(arrays, "lengths", (nodes,)), _array(arrays, "masses", (nodes,)), _array(arrays, "rest_spans", (nodes,)),
-        _array(arrays, "rest_directions", (nodes, 3)), _indices(arrays, "chain_joints", (count,), len(JOINT_NAMES)), pairs,
-        _array(arrays, "pair_spans", (len(pairs), 2)), _array(arrays, "clearances", (nodes,)), RopeConstants.of(constants),  # type: ignore[arg-type]  # checked
+        offsets=offsets, pairs=pairs, rest_directions=_array(arrays, "rest_directions", (nodes, 3)),
+        chain_joints=_indices(arrays, "chain_joints", (count,), len(JOINT_NAMES)),
+        pair_spans=_array(arrays, "pair_spans", (len(pairs), 2)),
+        constants=RopeConstants.of(constants), **values,  # type: ignore[arg-type]  # checked above
     )  # fmt: skip
     free = chains.parents >= 0
     _check(

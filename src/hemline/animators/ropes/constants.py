@@ -38,7 +38,7 @@ class RopeConstants:
     """Acceleration of free fall [m/s^2]."""
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Velocity of the air [m/s]."""
-    drag: float = 0.3
+    drag: float = 1.0
     """Rate at which a node takes on the air's velocity, whichever way the cloth faces [1/s]."""
     air_drag: float = 4.0
     """Drag of cloth that faces the air: half the air's density times a coefficient, over the cloth's density [1/m]."""
@@ -46,11 +46,11 @@ class RopeConstants:
     """The same for the force along the cloth's normal [1/m]."""
     lateral: float = 20.0
     """Springs between neighbouring chains towards the distance at rest: relative acceleration per metre [1/s^2]."""
-    lateral_stretch: float = 200.0
+    lateral_stretch: float = 800.0
     """The same beyond the longest distance that the cloth between them allows [1/s^2]."""
-    shrink: float = 0.0
+    shrink: float = 0.3
     """Springs that keep a rope from getting shorter than at rest [1/s^2]."""
-    parent_damping: float = 1.0
+    parent_damping: float = 0.25
     """Rate at which a node takes on the velocity of the node above it [1/s]."""
     rest_angle: float = 0.0
     """Springs towards the rest angle between consecutive ropes [1/s^2]."""
@@ -67,7 +67,7 @@ class RopeConstants:
     impulse_sweeps: int = 0
     """Gauss-Seidel sweeps from root to tip for the impulses; 0 solves directly [1]."""
     position_push: Literal["gradient", "history", "slide"] = "slide"
-    """Way out of a collider: its gradient; back along the path; or to where the path entered, then along the surface."""
+    """Way out of a collider: its gradient; back along the path; or back to where it entered, then along the surface."""
     velocity_push: Literal["gradient", "history"] = "gradient"
     """Direction N of Eq. 14: the gradient, or back along the path."""
     teleport: float = 1.0
@@ -119,7 +119,10 @@ class RopeConstants:
                     f"did you mean '{near[0]}'" if near else f"use {', '.join(known)}",
                 )
         try:
-            return cls(**{name: tuple(value) if isinstance(value, list) else value for name, value in values.items()})
+            given: dict[str, Any] = {
+                name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
+            }
+            return cls(**given)
         except TypeError as error:
             raise BadModel("rope constants must be numbers", error, "make the file again") from error
 

@@ -3,6 +3,25 @@
 One step of length h, for all chains: (1) half a kick of velocities by external forces and tensions, then impulses;
 (2) positions, root to tip, turned exactly on the sphere of the taut rope; (3) collisions, root to tip; impulses;
 (4) the other half kick, then impulses.
+
+Source: Jin et al., "Rope chains", 2024, Sections 3 to 6.
+
+Differs from the paper:
+
+- Eq. 3 and 5 hold for accelerations, so for unequal masses too; tensions and impulses are solved directly unless
+  sweeps are asked for.
+- The centripetal part (Eq. 1) follows a finite turn: 2/h |v| tan(|v| h / 2l) for |v|^2 / l, so that a step of any
+  length keeps the speed of a turning rope. A rope that is taut but slackening is only pulled as far as it must be.
+- A rope that pulled in step 1 stays on its sphere in step 2, and the impulses of step 4 do not let it slacken:
+  otherwise it would go slack by O(h^3) in every step, and lose its tension for one.
+- Eq. 10 to 13 are taken in the frame of the node above, whose motion counts: as printed they change with a constant
+  velocity of the whole world.
+- The root's acceleration is the change of its velocity within each half step; its velocity at the end of a step is
+  extrapolated from the last two.
+- Drag acts as 1 - exp(-k h / 2), springs saturate at what h can follow: no constant makes a step unstable.
+- Collisions find where the node's way entered, by Newton's method, and see a way right through; `slide` goes on along
+  the surface from there, where `history` stops. A push-out that would stretch a rope by more than a fifth is given up
+  for the nearest free point towards the node above, where there is one.
 """
 
 import math
@@ -148,9 +167,9 @@ class RopeChains:
         positions_out, velocities_out, tensions_out = positions.copy(), velocities.copy(), tensions.copy()
         touched_out = np.zeros(len(positions), np.bool_)
         advance_chains(
-            self.offsets, self.lengths, self.rest_spans, self.rest_directions, self.inverse_masses, self._margins, self.chain_joints, self.across,
-            self.pairs, self.pair_spans, self._numbers, self._choices, *colliders, self.kinematic, kinematic, *frames,
-            self._no_push if push is None else push, dt, steps,
+            self.offsets, self.lengths, self.rest_spans, self.rest_directions, self.inverse_masses, self._margins,
+            self.chain_joints, self.across, self.pairs, self.pair_spans, self._numbers, self._choices, *colliders,
+            self.kinematic, kinematic, *frames, self._no_push if push is None else push, dt, steps,
             positions_out, velocities_out, tensions_out, touched_out,
         )  # fmt: skip
         return positions_out, velocities_out, tensions_out, touched_out

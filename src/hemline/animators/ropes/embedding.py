@@ -50,10 +50,10 @@ class Carriage:
     @classmethod
     def of(cls, rest: Points, shaped: "ShapedBody") -> "Carriage":
         """Bind points to the nearest vertices of a body at rest."""
-        from scipy.spatial import cKDTree
+        from scipy.spatial import KDTree
 
         rest = np.asarray(rest, np.float64)
-        nearest = cKDTree(shaped.vertices).query(rest)[1].astype(np.int32)
+        nearest = KDTree(shaped.vertices).query(rest)[1].astype(np.int32)
         weights = np.zeros((len(rest), len(shaped.joints)))
         rows = np.arange(len(rest))[:, None]
         np.add.at(weights, (rows, shaped.body.weight_indices[nearest]), shaped.body.weights[nearest])

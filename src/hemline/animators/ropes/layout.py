@@ -102,11 +102,8 @@ def _by_hand(garment: "Garment") -> _Plan:
     for chain in used:
         if len(chain) < 2 or chain.min() < 0 or chain.max() >= len(garment.vertices):
             got = chain.tolist()[:8]
-            raise BadGarment(
-                f"garment '{garment.name}': a chain names two vertices or more, each from 0 to {len(garment.vertices) - 1}",
-                got,
-                "correct the chains",
-            )
+            what = f"garment '{garment.name}': a chain names two vertices or more, below {len(garment.vertices)}"
+            raise BadGarment(what, got, "correct the chains")
     lengths = []
     for chain in used:
         ways = [
@@ -157,9 +154,9 @@ def _neighbours(offsets: Int[np.ndarray, " chains+1"], closed: bool) -> Int[np.n
 
 def _masses(garment: "Garment", vertices: Vertices, rest: Nodes) -> Float[np.ndarray, " nodes"]:
     """Mass of the cloth that is nearest to each bone [kg]."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     areas = np.abs(np.linalg.det(garment.rest_edges)) / 2
-    owner = cKDTree(rest).query(vertices[garment.faces].mean(1))[1]
+    owner = KDTree(rest).query(vertices[garment.faces].mean(1))[1]
     masses = np.bincount(owner, areas * garment.material.density, minlength=len(rest))
     return np.maximum(masses, 0.1 * masses.mean())

@@ -126,9 +126,9 @@ def _flat_corners(garment: "Garment") -> np.ndarray:
 
 
 def _nearest_turns(garment: "Garment", rim: Rim, turns: np.ndarray) -> np.ndarray:
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
-    nearest = cKDTree(garment.vertices[rim.vertices]).query(garment.vertices[garment.pins.vertices])[1]
+    nearest = KDTree(garment.vertices[rim.vertices]).query(garment.vertices[garment.pins.vertices])[1]
     return turns[nearest]
 
 

@@ -10,14 +10,14 @@ TOUCH = 1e-9
 """A node this deep [m] counts as outside."""
 FAR = 1e30
 """A distance [m] beyond all reach."""
-ATTEMPTS = 8
-"""Push-outs of one node in one step; the second half of them along the gradient."""
+REMEMBERED, ATTEMPTS = 4, 24
+"""Push-outs of one node in one step: so many at most along its way, so many in all; the others along the gradient."""
 LONGEST = 1.2
 """A rope that a push-out would stretch beyond this share of its length gives in."""
 
 CENTRE, RADIUS, SHIFT, TURN, KIND, JOINT, AXIS, PLACED = 8, 11, 12, 15, 16, 17, 18, 19
-"""Columns of a placed primitive: a rounded cone in the world at the end of a substep (0 to 8), the ball around it, the way
-of its centre, the chord of its turn, kind and joint, the inverse square of its axis."""
+"""Columns of a placed primitive: a rounded cone in the world at the end of a substep (0 to 8), the ball around it, the
+way of its centre, the chord of its turn, kind and joint, the inverse square of its axis."""
 
 
 @kernel
@@ -207,20 +207,38 @@ def push_out(kind, shapes, k, j, frames_from, frames_to, margin, friction, posit
 
 @kernel
 def retreat(placed, shapes, frames_to, margin, ax, ay, az, position_out):
-    # the last resort: towards the node above (ax, ay, az), which is outside, until outside of all
-    for _ in range(60):
+    # towards the node above (ax, ay, az) until outside of all   returns: whether it got out on the way
+    for _ in range(40):
         x, y, z = position_out[0], position_out[1], position_out[2]
         which, depth = deepest(placed, shapes, frames_to, frames_to, margin, 0.0, x, y, z, x, y, z)
+        if which < 0:
+            return True
         left = math.sqrt((ax - x) ** 2 + (ay - y) ** 2 + (az - z) ** 2)
-        if which < 0 or left < 1e-9:
+        step = 1e-4 - depth
+        if step > left:
+            return False
+        position_out[0] += step / left * (ax - x)
+        position_out[1] += step / left * (ay - y)
+        position_out[2] += step / left * (az - z)
+    return False
+
+
+@kernel
+def march_out(placed, shapes, frames_to, margin, position_out):
+    # the last resort: straight on along the gradient of the deepest primitive until outside of all
+    nx, ny, nz = 0.0, 0.0, 0.0
+    for _ in range(80):
+        x, y, z = position_out[0], position_out[1], position_out[2]
+        which, depth = deepest(placed, shapes, frames_to, frames_to, margin, 0.0, x, y, z, x, y, z)
+        if which < 0:
             return
-        share = min(1.0, (1e-4 - depth) / left)
-        position_out[0], position_out[1], position_out[2] = (
-            x + share * (ax - x),
-            y + share * (ay - y),
-            z + share * (az - z),
-        )
-    position_out[0], position_out[1], position_out[2] = ax, ay, az
+        if nx == 0.0 and ny == 0.0 and nz == 0.0:
+            j = int(placed[which, JOINT])
+            px, py, pz = to_rest(frames_to, j, x, y, z)
+            found = primitive_distance(int(placed[which, KIND]), shapes, which, px, py, pz)
+            nx, ny, nz = turned(frames_to, j, found[1], found[2], found[3])
+        step = 1e-6 - depth
+        position_out[0], position_out[1], position_out[2] = x + step * nx, y + step * ny, z + step * nz
 
 
 @kernel
@@ -229,7 +247,7 @@ def free_node(placed, shapes, frames_from, frames_to, margin, friction, choice, 
     # model: the primitives   in: choices, substep h, start (3,)   in/out: position_out, velocity_out (3,)
     # returns: how many times it was pushed, deepest primitive first; ATTEMPTS where it is still inside one
     for attempt in range(ATTEMPTS):
-        way = choice if attempt < ATTEMPTS // 2 else 0.0
+        way = choice if attempt < REMEMBERED else 0.0
         which, _ = deepest(placed, shapes, frames_from, frames_to, margin, way, start[0], start[1], start[2],
                            position_out[0], position_out[1], position_out[2])  # fmt: skip
         if which < 0:
@@ -263,6 +281,9 @@ def resolve_chain(first, last, lengths, margins, placed, shapes, frames_from, fr
         span = math.sqrt((position[0] - ax) ** 2 + (position[1] - ay) ** 2 + (position[2] - az) ** 2)
         if pushes == ATTEMPTS or span > LONGEST * lengths[i]:
             # squeezed, or the way it came would tear the rope: a chain that is caught lets go
+            ox, oy, oz = position[0], position[1], position[2]
             position[0], position[1], position[2] = x, y, z
-            retreat(placed, shapes, frames_to, margins[i], ax, ay, az, position)
+            if not retreat(placed, shapes, frames_to, margins[i], ax, ay, az, position):
+                position[0], position[1], position[2] = ox, oy, oz
+                march_out(placed, shapes, frames_to, margins[i], position)
     return any_touched

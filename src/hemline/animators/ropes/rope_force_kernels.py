@@ -71,7 +71,7 @@ def add_shrink(offsets, rest_spans, inverse_masses, numbers, h, positions, accel
 @kernel
 def add_rest_angles(offsets, rest_directions, inverse_masses, numbers, h, chain_frames, positions, accelerations_out):
     # model: rest_directions (nodes, 3) of each rope at rest   in: chain_frames (chains, 3, 3) rest -> world at the root
-    # out: accelerations_out changed. Each rope wants the rest angle to the rope above, in a frame carried without twist.
+    # out: accelerations_out changed. Each rope wants the rest angle to the one above, in a frame carried without twist.
     constant = bounded(numbers[REST_ANGLE], h, REST_ANGLE_BOUND)
     for c in range(offsets.shape[0] - 1):
         # a0..a2, b0..b2, c0..c2: rows of the carried frame
@@ -94,7 +94,8 @@ def add_rest_angles(offsets, rest_directions, inverse_masses, numbers, h, chain_
             x, y, z = x / span, y / span, z / span
             dot = tx * x + ty * y + tz * z
             if dot > -0.99:
-                # turn the frame by the smallest rotation that takes t onto the rope: w = t x l, R += [w] R + [w]^2 R / (1 + dot)
+                # turn the frame by the smallest rotation that takes t onto the rope: with w = t x l,
+                # R += [w] R + [w]^2 R / (1 + dot)
                 wx, wy, wz = ty * z - tz * y, tz * x - tx * z, tx * y - ty * x
                 f = 1.0 / (1.0 + dot)
                 p0, p1, p2 = dot + f * wx * wx, f * wx * wy - wz, f * wx * wz + wy

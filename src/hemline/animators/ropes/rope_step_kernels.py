@@ -79,7 +79,8 @@ def copy_nodes(values, values_out):
 
 @kernel
 def frames_between(frames_from, frames_to, pivots, share, frames_out):
-    # in: two poses of the joints, share 0..1   out: frames_out between them: pivots on straight lines, rotations by slerp
+    # in: two poses of the joints, share 0..1
+    # out: frames_out between them: pivots on straight lines, rotations by slerp
     if share >= 1.0:
         copy_frames(frames_to, frames_out)
         return
@@ -284,8 +285,9 @@ def limit_speeds(offsets, velocities_out):
 
 @kernel
 def advance_chains(
-    offsets, lengths, rest_spans, rest_directions, inverse_masses, margins, chain_joints, across, pairs, pair_spans, numbers,
-    choices, kinds, joints, shapes, centres, pivots, kinematic, motion, frames_from, frames_to, push, dt, steps,
+    offsets, lengths, rest_spans, rest_directions, inverse_masses, margins, chain_joints, across, pairs, pair_spans,
+    numbers, choices, kinds, joints, shapes, centres, pivots, kinematic, motion, frames_from, frames_to, push,
+    dt, steps,
     positions_out, velocities_out, tensions_out, touched_out,
 ):  # fmt: skip
     # model: chains (offsets, lengths, rest state, masses, lateral pairs), numbers and choices, primitives

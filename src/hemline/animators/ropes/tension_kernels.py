@@ -122,7 +122,8 @@ def rope_directions(positions, lengths, slackness, directions_out, spans_out, ta
 
 @kernel
 def rope_matrix(directions, inverse_masses, diagonal_out, beside_out):
-    # in: directions (m + 1, 3), inverse_masses (m + 1,), 0 for the root   out: the matrix of Eq. 4 and 8 as accelerations
+    # in: directions (m + 1, 3), inverse_masses (m + 1,), 0 for the root
+    # out: the matrix of Eq. 4 and 8 for accelerations
     last = directions.shape[0] - 1
     for i in range(1, last + 1):
         diagonal_out[i] = (inverse_masses[i - 1] if i > 1 else 0.0) + inverse_masses[i]
