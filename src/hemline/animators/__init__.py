@@ -9,6 +9,7 @@ from .model_file import load as load
 from .model_file import shipped_models as shipped_models
 from .registry import animator_class as animator_class
 from .registry import animator_names as animator_names
+from .registry import name_of as name_of
 
 
 def fit(
@@ -41,4 +42,4 @@ def fit(
     return animator_class(animator).fit(dataset, config, seed=seed, progress=progress, checkpoints=checkpoints)
 
 
-__all__ = ["Animator", "Progress", "animator_class", "animator_names", "fit", "load", "shipped_models"]
+__all__ = ["Animator", "Progress", "animator_class", "animator_names", "fit", "load", "name_of", "shipped_models"]

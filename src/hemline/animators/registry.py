@@ -39,3 +39,9 @@ def animator_class(name: str, *, error: type[BadInput] = BadInput) -> Any:
         raise error("no such animator", repr(name), f"installed: {', '.join(animator_names())}; {hint}")
     module, _, attribute = places[name].partition(":")
     return getattr(importlib.import_module(module), attribute)
+
+
+def name_of(animator: Any) -> str:
+    """The name under which an animator's class is installed; the class's own where it is not."""
+    found = (name for name in animator_names() if animator_class(name) is type(animator))
+    return next(found, type(animator).__name__)

@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from hemline.animators import name_of
 from hemline.animators.base import Animator
 from hemline.bodies.shaped import ShapedBody
 from hemline.collide.winding import inside
 from hemline.datasets import Dataset, Take
 from hemline.errors import BadInput
-from hemline.metrics import deepest_mm, edge_strain
+from hemline.metrics import deepest_mm, edge_strain, edge_strains, frame_ms, jerk_m_s3
 from hemline.motions.motion import Motion
 
 from .play import Frame, play
@@ -162,7 +163,7 @@ class _Tally:
         percent = 100.0 * counts / len(frame.vertices)
         own, theirs = np.mean(self.jerks, axis=0) if self.jerks else (0.0, 0.0)
         figures: dict[str, Any] = {
-            "animator": self.animator.name,
+            "animator": name_of(self.animator),
             "drive": drive,
             "vertices": len(frame.vertices),
             "frames": len(self.before),
