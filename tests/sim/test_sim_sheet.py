@@ -88,7 +88,7 @@ def test_clusters_partition_the_free_vertices(square):
     assert np.array_equal(np.sort(clusters.members.columns), np.flatnonzero(~fixed))
     patches = np.repeat(np.arange(len(clusters.members.starts) - 1), np.diff(clusters.members.starts))
     assert np.array_equal(clusters.label[clusters.members.columns], patches)
-    pairs = clusters.label[sheet.edges[~fixed[sheet.edges].any(axis=1)]]
+    pairs = clusters.label[sheet.edges[~fixed[sheet.edges].any(axis=1)]].astype(int)
     assert 3 * (np.abs(pairs[:, 0] - pairs[:, 1]).max() + 1) <= clusters.width
 
 

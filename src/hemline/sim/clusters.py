@@ -19,7 +19,7 @@ class Clusters:
     """A partition of the free vertices.
 
     Attributes:
-        label: Patch of each vertex; that of a pinned vertex has no meaning.
+        label: Patch of each vertex; one past the last for pinned ones.
         members: The free vertices of each patch.
         width: Entries in a row of the banded coarse matrix.
     """
@@ -51,9 +51,9 @@ def make_clusters(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Clusters:
     place = np.empty(len(parts), np.int64)
     place[reverse_cuthill_mckee(coarse, symmetric_mode=True)] = np.arange(len(parts))
     band = int(np.abs(place[pairs[0]] - place[pairs[1]]).max(initial=0))
-    label = np.where(label >= 0, place[label], 0)
+    label = np.where(label >= 0, place[label], len(parts))
     members = incidence(label[free], free, len(parts))
-    return Clusters(label.astype(np.int32), members, 3 * (band + 1))
+    return Clusters(label.astype(np.uint32), members, 3 * (band + 1))
 
 
 def _graph(sheet: Sheet):

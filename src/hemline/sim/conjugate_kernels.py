@@ -15,7 +15,7 @@ FAST = {"contract", "nsz", "arcp"}
 
 @kernel(parallel=True)
 def coarse_matrix(
-    member_starts, members, label, fixed, ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, band_out
+    member_starts, members, label, ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, band_out
 ):
     """P^T A P, lower half: entry (r, c) lies at band[r, c - r + width - 1]."""
     width = band_out.shape[1]
@@ -37,8 +37,6 @@ def coarse_matrix(
             zz += d[5]
             for e in range(ring_starts[i], ring_starts[i + 1]):
                 j, b = ring[e], blocks[e]
-                if fixed[j]:
-                    continue
                 if label[j] == patch:
                     xx += b[0]
                     yx += b[3]
@@ -53,8 +51,6 @@ def coarse_matrix(
                             band_out[row + r, column + c - r] += b[3 * r + c]
             for e in range(far_starts[i], far_starts[i + 1]):
                 j, w = far[e], far_bending[e]
-                if fixed[j]:
-                    continue
                 if label[j] == patch:
                     xx += w
                     yy += w
@@ -115,90 +111,97 @@ def solve_band(band, values):
 
 @kernel(parallel=True, fastmath=FAST)
 def conjugate_gradients(
-    ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, inverse, member_starts, members, label, fixed,
+    ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, inverse, member_starts, members, label,
     band, right, tolerance, iterations,
-    solution_out, residual_out, search_out, product_out, partial_out, patch_partial_out, coarse_out,
+    solution_out, residual_out, search_out, product_out, partial_out, patch_sum_out, coarse_out,
 ):  # fmt: skip
-    """Solve A x = right for the free vertices; the others stay 0.
+    """Solve A x = right for the free vertices; the others, whose inverse is 0, stay 0.
 
     # model: A = blocks on the ring, far_bending I beyond it, symmetric diagonal; band = factor of the coarse matrix
-    # in:  tolerance: on sqrt(r . M r) relative to its start; iterations: at most
-    # out: solution; the rest is working memory. Returns the number of iterations.
+    # in:  label: patch of each vertex, one past the last for fixed ones; tolerance: on sqrt(r . M r) relative to its
+    #      start; iterations: at most
+    # out: solution; the rest is working memory. Vectors are flat (3 verts), coarse has one patch more, which stays 0.
+    # Returns the number of iterations.
     """
-    count, patches = right.shape[0], member_starts.shape[0] - 1
+    count, patches = label.shape[0], member_starts.shape[0] - 1
     chunks = (count + CHUNK - 1) // CHUNK
     alpha, old, enough = np.float32(0.0), 0.0, 0.0
-    for i in prange(count):
-        for c in range(3):
-            solution_out[i, c] = 0.0
-            residual_out[i, c] = 0.0 if fixed[i] else right[i, c]
-            search_out[i, c] = 0.0
-            product_out[i, c] = 0.0
+    for k in prange(3 * count):
+        solution_out[k], residual_out[k], search_out[k], product_out[k] = 0.0, right[k], 0.0, 0.0
+    for c in range(3):
+        coarse_out[3 * patches + c] = 0.0
     for iteration in range(iterations + 1):
-        # residual, its sum on each patch, its product with the fine preconditioner
-        for patch in prange(patches):
-            total, sum0, sum1, sum2 = 0.0, 0.0, 0.0, 0.0
-            for entry in range(member_starts[patch], member_starts[patch + 1]):
-                i = members[entry]
-                solution_out[i, 0] += alpha * search_out[i, 0]
-                solution_out[i, 1] += alpha * search_out[i, 1]
-                solution_out[i, 2] += alpha * search_out[i, 2]
-                r0 = residual_out[i, 0] - alpha * product_out[i, 0]
-                r1 = residual_out[i, 1] - alpha * product_out[i, 1]
-                r2 = residual_out[i, 2] - alpha * product_out[i, 2]
-                residual_out[i, 0], residual_out[i, 1], residual_out[i, 2], m = r0, r1, r2, inverse[i]
-                z0 = m[0] * r0 + m[1] * r1 + m[2] * r2
-                z1 = m[1] * r0 + m[3] * r1 + m[4] * r2
-                z2 = m[2] * r0 + m[4] * r1 + m[5] * r2
-                product_out[i, 0], product_out[i, 1], product_out[i, 2] = z0, z1, z2
+        for chunk in prange(chunks):
+            first, end, total = chunk * CHUNK, min(count, (chunk + 1) * CHUNK), 0.0
+            for k in range(3 * first, 3 * end):
+                solution_out[k] += alpha * search_out[k]
+                residual_out[k] -= alpha * product_out[k]
+            for i in range(first, end):
+                r0, r1, r2 = residual_out[3 * i], residual_out[3 * i + 1], residual_out[3 * i + 2]
+                z0 = inverse[i, 0] * r0 + inverse[i, 1] * r1 + inverse[i, 2] * r2
+                z1 = inverse[i, 1] * r0 + inverse[i, 3] * r1 + inverse[i, 4] * r2
+                z2 = inverse[i, 2] * r0 + inverse[i, 4] * r1 + inverse[i, 5] * r2
                 total += r0 * z0 + r1 * z1 + r2 * z2
-                sum0 += r0
-                sum1 += r1
-                sum2 += r2
-            patch_partial_out[patch, 0] = total
-            patch_partial_out[patch, 1], patch_partial_out[patch, 2], patch_partial_out[patch, 3] = sum0, sum1, sum2
-        for patch in range(patches):
-            for c in range(3):
-                coarse_out[3 * patch + c] = patch_partial_out[patch, 1 + c]
+            partial_out[chunk] = total
+        for patch in prange(patches):
+            sum0, sum1, sum2 = 0.0, 0.0, 0.0
+            for entry in range(member_starts[patch], member_starts[patch + 1]):
+                k = 3 * members[entry]
+                sum0 += residual_out[k]
+                sum1 += residual_out[k + 1]
+                sum2 += residual_out[k + 2]
+            patch_sum_out[3 * patch], patch_sum_out[3 * patch + 1], patch_sum_out[3 * patch + 2] = sum0, sum1, sum2
+        for k in range(3 * patches):
+            coarse_out[k] = patch_sum_out[k]
         solve_band(band, coarse_out)
         new = 0.0
-        for patch in range(patches):
-            new += patch_partial_out[patch, 0]
-            for c in range(3):
-                new += coarse_out[3 * patch + c] * patch_partial_out[patch, 1 + c]
+        for chunk in range(chunks):
+            new += partial_out[chunk]
+        for k in range(3 * patches):
+            new += coarse_out[k] * patch_sum_out[k]
         if iteration == 0:
             enough = tolerance * tolerance * new
         if iteration == iterations or not new > enough:
             return iteration
         beta = np.float32(0.0 if iteration == 0 else new / old)
         old = new
-        for patch in prange(patches):
-            e0, e1 = np.float32(coarse_out[3 * patch]), np.float32(coarse_out[3 * patch + 1])
-            e2 = np.float32(coarse_out[3 * patch + 2])
-            for entry in range(member_starts[patch], member_starts[patch + 1]):
-                i = members[entry]
-                search_out[i, 0] = product_out[i, 0] + e0 + beta * search_out[i, 0]
-                search_out[i, 1] = product_out[i, 1] + e1 + beta * search_out[i, 1]
-                search_out[i, 2] = product_out[i, 2] + e2 + beta * search_out[i, 2]
+        for chunk in prange(chunks):
+            for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
+                k, c = 3 * i, 3 * label[i]
+                r0, r1, r2 = residual_out[k], residual_out[k + 1], residual_out[k + 2]
+                z0 = inverse[i, 0] * r0 + inverse[i, 1] * r1 + inverse[i, 2] * r2 + np.float32(coarse_out[c])
+                z1 = inverse[i, 1] * r0 + inverse[i, 3] * r1 + inverse[i, 4] * r2 + np.float32(coarse_out[c + 1])
+                z2 = inverse[i, 2] * r0 + inverse[i, 4] * r1 + inverse[i, 5] * r2 + np.float32(coarse_out[c + 2])
+                search_out[k] = z0 + beta * search_out[k]
+                search_out[k + 1] = z1 + beta * search_out[k + 1]
+                search_out[k + 2] = z2 + beta * search_out[k + 2]
         for chunk in prange(chunks):
             total = 0.0
             for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
-                p0, p1, p2, d = search_out[i, 0], search_out[i, 1], search_out[i, 2], diagonal[i]
-                q0 = d[0] * p0 + d[1] * p1 + d[2] * p2
-                q1 = d[1] * p0 + d[3] * p1 + d[4] * p2
-                q2 = d[2] * p0 + d[4] * p1 + d[5] * p2
+                p0, p1, p2 = search_out[3 * i], search_out[3 * i + 1], search_out[3 * i + 2]
+                # nine sums, so that no addition waits for the one before
+                xx, xy, xz = diagonal[i, 0] * p0, diagonal[i, 1] * p1, diagonal[i, 2] * p2
+                yx, yy, yz = diagonal[i, 1] * p0, diagonal[i, 3] * p1, diagonal[i, 4] * p2
+                zx, zy, zz = diagonal[i, 2] * p0, diagonal[i, 4] * p1, diagonal[i, 5] * p2
                 for entry in range(ring_starts[i], ring_starts[i + 1]):
-                    j, b = ring[entry], blocks[entry]
-                    s0, s1, s2 = search_out[j, 0], search_out[j, 1], search_out[j, 2]
-                    q0 += b[0] * s0 + b[1] * s1 + b[2] * s2
-                    q1 += b[3] * s0 + b[4] * s1 + b[5] * s2
-                    q2 += b[6] * s0 + b[7] * s1 + b[8] * s2
+                    j, k = 3 * ring[entry], 9 * entry
+                    s0, s1, s2 = search_out[j], search_out[j + 1], search_out[j + 2]
+                    xx += blocks[k] * s0
+                    xy += blocks[k + 1] * s1
+                    xz += blocks[k + 2] * s2
+                    yx += blocks[k + 3] * s0
+                    yy += blocks[k + 4] * s1
+                    yz += blocks[k + 5] * s2
+                    zx += blocks[k + 6] * s0
+                    zy += blocks[k + 7] * s1
+                    zz += blocks[k + 8] * s2
                 for entry in range(far_starts[i], far_starts[i + 1]):
-                    j, w = far[entry], far_bending[entry]
-                    q0 += w * search_out[j, 0]
-                    q1 += w * search_out[j, 1]
-                    q2 += w * search_out[j, 2]
-                product_out[i, 0], product_out[i, 1], product_out[i, 2] = q0, q1, q2
+                    j, w = 3 * far[entry], far_bending[entry]
+                    xx += w * search_out[j]
+                    yy += w * search_out[j + 1]
+                    zz += w * search_out[j + 2]
+                q0, q1, q2 = xx + xy + xz, yx + yy + yz, zx + zy + zz
+                product_out[3 * i], product_out[3 * i + 1], product_out[3 * i + 2] = q0, q1, q2
                 total += p0 * q0 + p1 * q1 + p2 * q2
             partial_out[chunk] = total
         bend = 0.0

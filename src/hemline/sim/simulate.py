@@ -101,8 +101,12 @@ def simulate(
         )  # fmt: skip
         if progress:
             progress(index + 1, total)
-    done = len(record.vertices)
     whole = motion if leading is None else _joined(leading, motion)
+    if not record.vertices:
+        # a part that failed at once: the frame that it came from
+        record.keep(state.positions, int(state.pinched.sum()))
+        whole, lead_frames = replace(motion, rotations=before.rotations[None], translations=before.translation[None]), 1
+    done = len(record.vertices)
     leads = np.arange(done) < lead_frames
     vertices = np.array(record.vertices)
     shown = vertices[~leads] if (~leads).any() else vertices

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 FASTEST = 60.0
 """A vertex faster than this is taken for a step that failed [m/s]."""
 
-WORST_RESIDUAL = 20.0
-"""So is a mean residual above this many weights."""
+WORST_ERROR = 0.015
+"""So is a mean residual that would move a free vertex farther than this within the step [m]."""
 
 
 class Memory:
@@ -40,9 +40,9 @@ class Memory:
         self.blocks = np.empty((len(sheet.ring.columns), 9), np.float32)
         self.diagonal, self.inverse = np.empty((verts, 6), np.float32), np.empty((verts, 6), np.float32)
         self.right, self.solution = np.empty((verts, 3), np.float32), np.empty((verts, 3), np.float32)
-        self.vectors = [np.empty((verts, 3), np.float32) for _ in range(3)]
+        self.vectors = [np.empty(3 * verts, np.float32) for _ in range(3)]
         self.band = np.empty((3 * patches, clusters.width))
-        self.sums = [np.empty(chunks), np.empty((patches, 4)), np.empty(3 * patches)]
+        self.sums = [np.empty(chunks), np.empty(3 * patches), np.empty(3 * patches + 3)]
         self.far_bending = sheet.far_bending.astype(np.float32)
         self.air_force, self.air_matrix = np.zeros((faces, 3)), np.zeros((faces, 6))
         self.air, self.air_diagonal = np.zeros((verts, 3)), np.zeros((verts, 6))
@@ -91,7 +91,7 @@ class Step:
             memory.diagonal, memory.inverse,
         )  # fmt: skip
         coarse_matrix(
-            clusters.members.starts, clusters.members.columns, clusters.label, stepper.fixed, sheet.ring.starts,
+            clusters.members.starts, clusters.members.columns, clusters.label, sheet.ring.starts,
             sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns, memory.far_bending,
             memory.diagonal, memory.band,
         )  # fmt: skip
@@ -99,10 +99,10 @@ class Step:
             raise StepRejected("the Hessian is not positive")
         np.negative(memory.gradient, out=memory.right, casting="same_kind")
         steps = conjugate_gradients(
-            sheet.ring.starts, sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns,
+            sheet.ring.starts, sheet.ring.columns, memory.blocks.ravel(), sheet.far.starts, sheet.far.columns,
             memory.far_bending, memory.diagonal, memory.inverse, clusters.members.starts, clusters.members.columns,
-            clusters.label, stepper.fixed, memory.band, memory.right, self.settings.solver_share,
-            self.settings.solver_steps, memory.solution, *memory.vectors, *memory.sums,
+            clusters.label, memory.band, memory.right.ravel(), self.settings.solver_share,
+            self.settings.solver_steps, memory.solution.ravel(), *memory.vectors, *memory.sums,
         )  # fmt: skip
         self._search(memory.solution.astype(np.float64))
         return steps
@@ -160,7 +160,7 @@ class Step:
         speed = float(np.sqrt(((self.x - self.state.positions) ** 2).sum(axis=1).max())) / self.h
         if speed > FASTEST:
             raise StepRejected(f"a vertex moves at {speed:.3g} m/s")
-        if self.residual_share > WORST_RESIDUAL:
+        if 9.81 * self.residual_share * self.h**2 > WORST_ERROR:
             raise StepRejected(f"the residual stays at {self.residual_share:.3g} weights")
 
     def result(self) -> ClothState:

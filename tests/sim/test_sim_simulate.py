@@ -1,0 +1,168 @@
+"""A small cape on the shipped body."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from hemline import bodies, motions
+from hemline.datasets import read_take, write_take
+from hemline.errors import BadInput, SimulationFailed
+from hemline.garments import make_cape
+from hemline.sim import SimSettings, rest_drape, simulate
+from hemline.sim.lead_in import Placement, between, lead_in
+
+SETTINGS = SimSettings(lead_in=0.2, settle=1.0)
+
+
+@cache
+def stage():
+    shaped = bodies.load("anny24").shaped()
+    cape = make_cape(shaped, vertex_count=500)
+    run = shaped.placed(motions.load(motions.names()[0]).resampled(30))[:10]
+    return cape, shaped, run, rest_drape(cape, shaped, SETTINGS)
+
+
+@cache
+def unbroken():
+    cape, shaped, run, rest = stage()
+    return simulate(cape, shaped, run, SETTINGS, start=rest)
+
+
+def test_the_rest_drape_is_one_settled_frame_outside_the_body():
+    igl = pytest.importorskip("igl")
+    cape, shaped, _, rest = stage()
+    assert rest.kind == "rest"
+    assert rest.vertices.shape == (1, len(cape.vertices), 3)
+    winding = igl.fast_winding_number(
+        shaped.vertices.astype(float), shaped.body.faces.astype(np.int64), rest.vertices[0].astype(float)
+    )
+    assert (winding < 0.5).all()
+    assert rest.figures["edge_strain_p99"] < 0.2
+
+
+def test_a_take_has_its_lead_in_its_poses_and_its_figures():
+    _, _, run, rest = stage()
+    take = unbroken()
+    assert take.failed is None
+    assert take.lead_in.tolist() == [True] * 6 + [False] * 10
+    assert np.array_equal(take.motion.rotations[6:], run.rotations)
+    assert np.array_equal(take.motion.translations[6:], run.translations)
+    assert {
+        "edge_strain_p50",
+        "edge_strain_p99",
+        "edge_strain_max",
+        "inside",
+        "deepest_mm",
+        "pinched",
+        "residual_share",
+    } == set(take.figures)
+    assert take.inputs["motion"] == run.hash
+    # the first frame is the rest drape, moved rigidly
+    first, settled = (
+        each - each.mean(axis=0) for each in (take.vertices[0].astype(float), rest.vertices[0].astype(float))
+    )
+    assert np.allclose(np.linalg.svd(first)[1], np.linalg.svd(settled)[1], rtol=1e-4)
+
+
+def test_no_vertex_is_inside_at_the_end_of_a_frame():
+    igl = pytest.importorskip("igl")
+    _, shaped, _, _ = stage()
+    take = unbroken()
+    for frame in range(0, len(take.vertices), 3):
+        posed = shaped.posed(take.motion[frame])
+        winding = igl.fast_winding_number(
+            posed.vertices.astype(float), posed.faces.astype(np.int64), take.vertices[frame].astype(float)
+        )
+        assert (winding > 0.5).sum() <= take.pinched[frame]
+
+
+def test_a_resumed_take_is_bit_equal_to_the_unbroken_one(tmp_path):
+    cape, shaped, run, rest = stage()
+    whole = unbroken()
+    first = simulate(cape, shaped, run[:4], SETTINGS, start=rest)
+    write_take(tmp_path / "first.safetensors", first)
+    state = read_take(tmp_path / "first.safetensors").end_state
+    second = simulate(cape, shaped, run[4:], SETTINGS, resume=state)
+    assert not second.lead_in.any()
+    assert np.array_equal(whole.vertices, np.concatenate([first.vertices, second.vertices]))
+    assert all(np.array_equal(whole.end_state[name], second.end_state[name]) for name in whole.end_state)
+
+
+def test_the_same_input_gives_the_same_bits():
+    cape, shaped, run, rest = stage()
+    assert np.array_equal(simulate(cape, shaped, run[:2], SETTINGS, start=rest).vertices, unbroken().vertices[:8])
+
+
+def test_a_take_that_fails_keeps_its_frames_and_says_when_and_why():
+    cape, shaped, run, rest = stage()
+    jump = run.translations.copy()
+    jump[3:] += [300.0, 0, 0]
+    seen = []
+    take = simulate(
+        cape, shaped, replace(run, translations=jump), replace(SETTINGS, halvings=1), start=rest,
+        progress=lambda done, total: seen.append((done, total)),
+    )  # fmt: skip
+    assert take.failed is not None
+    assert take.failed.startswith("frame 9: ")
+    assert len(take.vertices) == len(take.motion) == 9
+    assert np.isfinite(take.vertices).all()
+    assert seen[-1] == (9, 16)
+
+
+def test_a_part_that_fails_at_once_keeps_the_frame_it_came_from():
+    cape, shaped, run, _ = stage()
+    jump = replace(run, translations=run.translations + np.float32([300, 0, 0]))
+    take = simulate(cape, shaped, jump[:2], replace(SETTINGS, halvings=0), resume=unbroken().end_state)
+    assert take.failed is not None
+    assert take.failed.startswith("frame 0: ")
+    assert take.lead_in.tolist() == [True]
+
+
+def test_a_garment_that_cannot_be_settled_is_refused_with_the_frame():
+    cape, shaped, _, _ = stage()
+    heap = replace(
+        cape,
+        vertices=np.where(np.arange(len(cape.vertices))[:, None] % 2, cape.vertices, cape.vertices + np.float32(9)),
+    )
+    with pytest.raises(SimulationFailed, match="settling 'cape.*' in the rest pose, frame 0: "):
+        rest_drape(heap, shaped, replace(SETTINGS, halvings=0))
+
+
+def test_another_garments_start_is_refused():
+    cape, shaped, run, rest = stage()
+    with pytest.raises(BadInput, match="'start' must belong to garment"):
+        simulate(cape, shaped, run, SETTINGS, start=replace(rest, vertices=rest.vertices[:, :-1]))
+    with pytest.raises(BadInput, match="'resume' must belong to garment"):
+        simulate(cape, shaped, run, SETTINGS, resume={})
+
+
+def test_the_lead_in_starts_still_and_ends_at_the_speed_of_the_clip():
+    _, shaped, run, _ = stage()
+    leading, _ = lead_in(shaped, run, 30)
+    speed = np.linalg.norm(np.diff(leading.translations, axis=0), axis=1) * 30
+    first = np.linalg.norm((run.translations[1] - run.translations[0]) * [1, 0, 1]) * 30
+    assert speed[0] < 0.1 * first + 1e-3
+    assert np.linalg.norm(run.translations[0] - leading.translations[-1]) * 30 == pytest.approx(first, rel=0.05)
+    # the head is turned where the clip's is
+    turned = shaped.posed(leading[0]).transforms[0, :, :3] @ [0, 0, 1]
+    heading = shaped.posed(run[0]).transforms[0, :, :3] @ [0, 0, 1]
+    assert np.dot(turned[[0, 2]], heading[[0, 2]]) / np.linalg.norm(heading[[0, 2]]) == pytest.approx(1, abs=1e-3)
+
+
+def test_a_placement_moves_points_with_the_body():
+    _, shaped, run, _ = stage()
+    placement = Placement.of(shaped, run[0], np.array([1.0, 0, -2]))
+    posed = shaped.posed(placement.pose(shaped.rest_pose))
+    assert np.abs(placement.points(shaped.vertices) - posed.vertices).max() < 1e-5
+
+
+def test_poses_between_two_meet_them():
+    _, _, run, _ = stage()
+    first, second = run[0], run[1]
+    assert between(first, second, 0.0) is first
+    assert between(first, second, 1.0) is second
+    assert np.allclose(
+        between(run[0], run[1], 0.5).translation, 0.5 * (run.translations[0] + run.translations[1]), atol=1e-6
+    )
