@@ -21,6 +21,9 @@ Say = Callable[[str], None]
 SMALL_EPOCHS, SMALL_COLLISION_EPOCHS = 60, 2
 """Passes over the data in the demo from nothing."""
 
+RUN_IN = 1.0
+"""What is shown begins this long after the start [s]: the run is a loop, and the cape settled in a runner's pose."""
+
 
 def demo(folder: Path, *, say: Say) -> dict[str, Any]:
     """Play the shipped cape on the shipped run: `cape.glb`, `cape.webp`, `report.json`.
@@ -80,8 +83,10 @@ def _played(
     frames: list[Frame] = []
     evaluation: Evaluation = evaluate(animator, body, motion, truth=truth, keep=frames.append)
     fps = evaluation.figures["fps"]
+    # the figures are of all frames; what is shown begins when the cloth has left the first pose behind
+    shown = frames[round(RUN_IN * fps) :] or frames
     clip = record(
-        frames, garment_name=animator.garment.name, garment_faces=animator.garment.faces, motion=motion, fps=fps
+        shown, garment_name=animator.garment.name, garment_faces=animator.garment.faces, motion=motion, fps=fps
     )
     for ending in ("glb", "webp"):
         for path in export.write(folder / f"{name}.{ending}", clip, view="back_three_quarter"):
