@@ -47,7 +47,10 @@ def mirrored_pose(pose: Pose) -> Pose:
     """The pose seen in a mirror at x = 0: quaternions keep w and x, y and z change sign; left and right exchange."""
     names = [n.replace("left", "?").replace("right", "left").replace("?", "right") for n in JOINT_NAMES]
     swapped = [JOINT_NAMES.index(name) for name in names]
-    return Pose(pose.rotations[swapped] * np.float32([1, 1, -1, -1]), pose.translation * np.float32([-1, 1, 1]))
+    return Pose(
+        pose.rotations[swapped] * np.array([1, 1, -1, -1], np.float32),
+        pose.translation * np.array([-1, 1, 1], np.float32),
+    )
 
 
 def test_transforms_are_those_of_the_mirrored_pose(shaped):
@@ -64,6 +67,7 @@ def test_transforms_are_those_of_the_mirrored_pose(shaped):
 
 def test_twice_is_where_it_began(garment, shaped):
     partner = mirror_of(garment, shaped)
+    assert partner is not None
     frames = np.random.default_rng(1).normal(size=(2, len(garment.vertices), 3)).astype(np.float32)
     there = mirrored_vertices(frames, partner)
     np.testing.assert_array_equal(mirrored_vertices(there, partner), frames)

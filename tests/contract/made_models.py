@@ -46,9 +46,9 @@ def ropes_model() -> AnimatorRopes:
             [random.normal(size=s) / np.sqrt(s[1]) for s in sizes], [0.1 * random.normal(size=s[0]) for s in sizes]
         )
 
-    bases = [pack_basis(basis[:modes], np.ones(modes), extra=2), pack_basis(basis[modes:], np.ones(modes))]
+    first, second = pack_basis(basis[:modes], np.ones(modes), extra=2), pack_basis(basis[modes:], np.ones(modes))
     return AnimatorRopes(
-        garment, ropes, garment.vertices, *bases, network(), network(), body_name=body().body.name,
+        garment, ropes, garment.vertices, first, second, network(), network(), body_name=body().body.name,
         body_hash=body().body.hash, config=RopesConfig(components=modes), figures={"test_error_mm": 1.5},
         licences=("none",),
     )  # fmt: skip

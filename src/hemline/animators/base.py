@@ -27,11 +27,21 @@ class Animator(Protocol):
 
     Config: ClassVar[type]
     """A frozen dataclass of options of the fit; `Config()` is the default; it has a field `epochs`."""
-    garment: "Garment"
-    body_name: str
-    """Name of the body that the garment was fitted on."""
-    figures: Mapping[str, float]
-    """What the fit reached, unit in the name."""
+
+    @property
+    def garment(self) -> "Garment":
+        """The garment, mesh and all."""
+        ...
+
+    @property
+    def body_name(self) -> str:
+        """Name of the body that the garment was fitted on."""
+        ...
+
+    @property
+    def figures(self) -> Mapping[str, float]:
+        """What the fit reached, unit in the name."""
+        ...
 
     @classmethod
     def fit(
