@@ -64,10 +64,9 @@ def main() -> None:
             error = each["vertex_error_mm"]
             shown = f"{error['mean']:6.1f} mm mean {error['p95']:6.1f} p95" if error else " " * 27
             inside = each["inside_percent"]
-            print(
-                f"{each['clip']:<12} {each['drive']:<6} {each['frames']:>4} frames {shown}  inside before {inside['before']:.3f} %,"
-                f" after {inside['after']:.3f} %, by libigl {each['inside_by_libigl']}, pinched {inside['pinched']:.4f} %"
-            )
+            print(f"{each['clip']:<12} {each['drive']:<6} {each['frames']:>4} frames {shown}", end="  ")
+            print(f"inside before {inside['before']:.3f} %, after {inside['after']:.3f} %", end=", ")
+            print(f"by libigl {each['inside_by_libigl']}, pinched {inside['pinched']:.4f} %")
 
 
 if __name__ == "__main__":

@@ -105,5 +105,3 @@ def test_benchmarks_are_listed(capsys):
     assert main(["bench", "--list"]) == 0
     out = capsys.readouterr().out
     assert all(name in out for name in ("cape", "projection-cape", "sim-4k", "sim-12k"))
-
-

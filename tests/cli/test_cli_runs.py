@@ -1,0 +1,83 @@
+"""The verbs on what ships, and the whole loop from nothing on a napkin."""
+
+import json
+
+import numpy as np
+import pytest
+
+from hemline import bodies, garments, motions
+from hemline.cli import main
+
+
+@pytest.fixture
+def short(tmp_path, monkeypatch):
+    """A clip of half a second, as a file."""
+    monkeypatch.chdir(tmp_path)
+    motions.write(tmp_path / "short.safetensors", motions.load("run")[:16])
+    return "short.safetensors"
+
+
+def test_animate_writes_plain_arrays(short, capsys):
+    assert main(["animate", "cape", "-m", short, "-o", "out.npz"]) == 0
+    with np.load("out.npz", allow_pickle=False) as clip:
+        assert set(clip.files) == {"vertices", "faces", "body_vertices", "body_faces", "fps"}
+        assert clip["vertices"].shape == (16, 12690, 3) and clip["body_vertices"].shape == (16, 13348, 3)
+        assert float(clip["fps"]) == 30
+    assert capsys.readouterr().out.strip() == "out.npz"
+
+
+def test_evaluate_prints_one_json_object_and_a_picture(short, capsys):
+    assert main(["evaluate", "cape", "-m", short, "--json", "--picture", "worst.png"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["model"] == "cape" and figures["inside_percent"]["after"] == 0
+    from PIL import Image
+
+    assert Image.open("worst.png").size[0] > 300
+
+
+@pytest.mark.slow
+def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    napkin = garments.make_cape(bodies.load("anny24").shaped(), rows=20, columns=30, name="napkin")
+    garments.write("napkin.safetensors", napkin)
+    names = ("walk", "turn", "jump", "kick")
+    assert (
+        main(
+            ["simulate", "napkin.safetensors", "-m", *names, "-o", "data", "--seconds", "1.5", "--jobs", "2", "--json"]
+        )
+        == 0
+    )
+    takes = json.loads(capsys.readouterr().out)
+    assert [take["clip"] for take in takes] == list(names)
+    assert not any(take["failed"] for take in takes)
+    options = [
+        "--epochs",
+        "5",
+        "--collision-epochs",
+        "1",
+        "--components",
+        "20",
+        "--shape-components",
+        "20",
+        "--chains",
+        "4",
+    ]
+    assert main(["fit", "data", "--animator", "ropes", "-o", "napkin_model.safetensors", *options]) == 0
+    assert main(["animate", "napkin_model.safetensors", "-m", "run", "-o", "run.glb"]) == 0
+    capsys.readouterr()
+    clip = takes[0]["clip"]
+    assert (
+        main(["evaluate", "napkin_model.safetensors", "-m", clip, "--truth", "data", "--drive", "truth", "--json"]) == 0
+    )
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["drive"] == "truth" and 0 < figures["vertex_error_mm"]["mean"] < 200
+    assert main(["export", "data", "--take", "1", "-o", "take.npz"]) == 0
+    with np.load("take.npz") as written:
+        assert len(written["vertices"]) == 46  # a second and a half, no lead-in
+
+
+@pytest.mark.slow
+def test_demo_writes_its_three_files(tmp_path):
+    assert main(["demo", "--out", str(tmp_path)]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"cape.glb", "cape.webp", "report.json"}
+    assert json.loads((tmp_path / "report.json").read_text())["inside_percent"]["after"] == 0
