@@ -192,7 +192,7 @@ def test_a_displacement_fades_when_it_is_no_longer_needed():
         state, out, _ = projector.project(state, posed, away, dt=1 / 60)
         lifts.append(float(out[0, 1] - away[0, 1]))
     first = pushed[0, 1] - point[0, 1]
-    assert lifts[0] == pytest.approx(first * np.exp(-1 / 60 / 0.1), rel=0.05)
+    assert lifts[0] == pytest.approx(first * np.exp(-1 / 60 / 0.05), rel=0.05)
     assert np.diff(lifts).max() <= 0
     assert lifts[-1] == 0
 

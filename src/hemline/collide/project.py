@@ -32,7 +32,7 @@ class ProjectionSettings:
     """No vertex that is pushed ends nearer to the skin than this [m]."""
     far: float = 0.02
     """Vertices that were farther outside than this are tested, but looked at only in every fourth frame [m]."""
-    release: float = 0.1
+    release: float = 0.05
     """Time constant with which a displacement that is no longer needed fades [s]."""
 
 
@@ -112,14 +112,14 @@ class Projector:
             BadBody: The body's mesh is not closed.
             BadGarment: The garment is empty or not finite.
         """
-        from scipy.spatial import cKDTree
+        from scipy.spatial import KDTree
 
         rest = np.asarray(garment_vertices_rest, np.float32).reshape(-1, 3)
         if not len(rest) or not np.isfinite(rest).all():
             raise BadGarment("the projection needs a garment", f"{len(rest)} vertices, not all finite", "give a mesh")
         patches = make_patches(shaped)
         order = vertex_blocks(rest, BLOCK)
-        home = cKDTree(shaped.vertices[patches.order]).query(rest[order])[1]
+        home = KDTree(shaped.vertices[patches.order]).query(rest[order])[1]
         joints = dominant_joints(shaped.body.weight_indices, shaped.body.weights)[patches.order[home]]
         return Projector(
             patches=patches,
