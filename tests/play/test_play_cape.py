@@ -1,4 +1,4 @@
-"""The shipped cape on the excerpts: nothing inside by another library, same bits twice, figures that scripts rely on."""
+"""The shipped cape on the excerpts: nothing inside by another library, same bits twice, the figures of scripts."""
 
 import igl
 import numpy as np
