@@ -27,16 +27,16 @@ if TYPE_CHECKING:
     from .animators import fit as fit
     from .animators import load as load
     from .errors import HemlineError as HemlineError
-    from .play import evaluate as evaluate
-    from .play import play as play
-    from .play import record as record
+    from .playback import evaluate as evaluate
+    from .playback import play as play
+    from .playback import record as record
 
 __version__ = "0.1.0"
 
 _ROOMS = ("bodies", "datasets", "errors", "export", "garments", "metrics", "motions", "pictures", "sim")
 _NAMES = {
-    "HemlineError": "errors", "evaluate": "play", "fit": "animators", "load": "animators", "play": "play",
-    "record": "play",
+    "HemlineError": "errors", "evaluate": "playback", "fit": "animators", "load": "animators", "play": "playback",
+    "record": "playback",
 }  # fmt: skip
 
 __all__ = [

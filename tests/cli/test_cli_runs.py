@@ -32,7 +32,8 @@ def test_evaluate_prints_one_json_object_and_a_picture(short, capsys):
     assert figures["model"] == "cape" and figures["inside_percent"]["after"] == 0
     from PIL import Image
 
-    assert Image.open("worst.png").size[0] > 300
+    with Image.open("worst.png") as picture:
+        assert picture.size[0] > 300
 
 
 @pytest.mark.slow

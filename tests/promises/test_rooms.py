@@ -14,7 +14,7 @@ LEVELS = [
     {"datasets"},
     {"sim", "animators"},
     {"metrics", "pictures", "export"},
-    {"play"},
+    {"playback"},
     {"cli", "__main__"},
 ]
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
@@ -59,7 +59,7 @@ def test_rooms_import_only_what_stands_to_their_left(file):
 
 
 def test_the_reader_of_imports_sees_them():
-    assert "bodies" in imported_rooms(PACKAGE / "play" / "play.py")
+    assert "bodies" in imported_rooms(PACKAGE / "playback" / "play.py")
     assert {"datasets", "garments"} <= imported_rooms(PACKAGE / "sim" / "produce.py")
 
 

@@ -35,7 +35,7 @@ def run(arguments: Arguments) -> int:
     """Play and write."""
     import hemline
     from hemline import bodies, export, motions
-    from hemline.play import play, record
+    from hemline.playback import play, record
 
     motion = motions.open_motion(arguments.motion)
     output = arguments.output or _beside(arguments.motion)

@@ -23,7 +23,7 @@ class Arguments:
 
 def run(arguments: Arguments) -> int:
     """Play, write, print the figures; status 1 if a vertex was inside the body."""
-    from hemline.play.demo import demo, demo_from_nothing
+    from hemline.playback.demo import demo, demo_from_nothing
 
     began = time.perf_counter()
     make = demo_from_nothing if arguments.from_nothing else demo

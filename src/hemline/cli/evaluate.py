@@ -37,8 +37,8 @@ def run(arguments: Arguments) -> int:
     import hemline
     from hemline import bodies, datasets, motions
     from hemline.files import check_writable
-    from hemline.play import evaluate
-    from hemline.play.worst import draw_worst
+    from hemline.playback import evaluate
+    from hemline.playback.worst import draw_worst
 
     if arguments.picture is not None:
         check_writable(arguments.picture)

@@ -27,7 +27,7 @@ def run(arguments: Arguments) -> int:
     """Read the take, skin the body it was simulated against, write."""
     from hemline import bodies, export
     from hemline.datasets import open_dataset
-    from hemline.play.record import recorded_take
+    from hemline.playback.record import recorded_take
 
     export.check_format(arguments.output)
     dataset = open_dataset(arguments.dataset)

@@ -14,7 +14,7 @@ class Arguments:
 def run(arguments: Arguments) -> int:
     """Run each stage once, on what ships, so that numba compiles and caches it."""
     from hemline.compiled import cache_folder
-    from hemline.play.warmup import STAGES
+    from hemline.playback.warmup import STAGES
 
     for name, stage in STAGES.items():
         began = time.perf_counter()
