@@ -71,7 +71,7 @@ def test_the_toy_refuses_a_damaged_file(installed, tmp_path):
 
 
 def test_the_toy_can_be_played_with_the_projection(installed):
-    from hemline.play import play
+    from hemline.playback import play
 
     toy = animators.fit(SmallDataset(), "stiff")
     shaped = bodies.load("anny24").shaped()

@@ -11,7 +11,10 @@ from hemline.collide.primitives import round_cone_shape
 from hemline.collide.proxy import BodyProxy
 
 GRAVITY = 9.81
-QUIET = {"drag": 0.0, "parent_damping": 0.0, "lateral": 0.0, "lateral_stretch": 0.0, "margin": 0.0, "friction": 0.0}
+QUIET = {
+    "drag": 0.0, "air_drag": 0.0, "air_lift": 0.0, "parent_damping": 0.0, "lateral": 0.0, "lateral_stretch": 0.0,
+    "shrink": 0.0, "margin": 0.0, "friction": 0.0,
+}  # fmt: skip
 STILL = np.eye(4)[None, :3].copy()
 
 
@@ -188,7 +191,7 @@ def test_same_input_gives_the_same_bits():
     runs = []
     for _ in range(2):
         chains, start = swinging_chain(**ALL_FORCES)
-        runs.append(run(chains, start, 1 / 60, 60, roots=lambda t: start[[0, 8]] + shaken(t))[0].tobytes())
+        runs.append(run(chains, start, 1 / 60, 60, roots=lambda t, start=start: start[[0, 8]] + shaken(t))[0].tobytes())
     assert runs[0] == runs[1]
 
 
@@ -204,7 +207,7 @@ def test_momentum_changes_by_gravity_alone_in_free_flight():
             | {"lengths": chains.lengths * 3, "pairs": chains.pairs[2:], "pair_spans": chains.pair_spans[2:]}
         )
     )
-    slack = RopeChains(**(vars_of(slack) | {"constants": RopeConstants(drag=0, parent_damping=0, lateral=80.0)}))
+    slack = RopeChains(**(vars_of(slack) | {"constants": RopeConstants(**(QUIET | {"lateral": 80.0}))}))
     _, speed, *_ = run(slack, x, 1 / 120, 4)
     free = [i for i in range(16) if i not in (0, 8)]
     np.testing.assert_allclose(speed[-1][free].sum(0), [0, -GRAVITY * 4 / 120 * 14, 0], atol=1e-10)
@@ -244,7 +247,10 @@ def test_gradient_leaves_a_thin_capsule_on_the_far_side():
 @pytest.mark.parametrize("choice", ["history", "slide"])
 def test_a_capsule_that_sweeps_over_a_resting_bead_takes_it_along(choice):
     chains, proxy, start = crossed(choice)
-    way = lambda t: np.concatenate([np.eye(3), [[0], [6.0 * t], [0]]], axis=1)[None].copy()  # noqa: E731
+
+    def way(t):
+        return np.concatenate([np.eye(3), [[0], [6.0 * t], [0]]], axis=1)[None].copy()
+
     path, velocity, *_ = run(chains, start, 1 / 60, 2, proxy=proxy, frames=way)
     assert path[2, 1, 1] == pytest.approx(0.2 + THIN, abs=1e-6)
     assert velocity[2, 1, 1] == pytest.approx(6.0, abs=1e-9)
@@ -283,7 +289,7 @@ def test_wild_input_stays_finite_and_outside():
         spin = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         spin *= np.sign(np.linalg.det(spin))
         frame = np.concatenate([spin, rng.normal(0, 1, (3, 1))], axis=1)[None].copy()
-        last = frame if k == 0 else last  # noqa: F821
+        last = frame if k == 0 else last
         x, v, tensions, _ = chains.advance(x, v, tensions, motion, dt, colliders=proxy.colliders, frames=(last, frame))
         last = frame
         assert np.isfinite(x).all() and np.isfinite(v).all() and np.isfinite(tensions).all()
@@ -324,12 +330,14 @@ def test_excess_after_contact_is_gone_within_three_frames():
     chains, start = swinging_chain(**ALL_FORCES)
     kind, shape = round_cone_shape(np.array([-0.4, -0.2, 0.05]), np.array([0.4, -0.2, 0.05]), 0.06, 0.06)
     proxy = BodyProxy.made([(0, (kind, shape))], np.zeros((1, 3)))
-    way = lambda t: np.concatenate([np.eye(3), [[2.0 * np.sin(9 * t)], [0.3 * np.sin(7 * t)], [0]]], axis=1)[
-        None
-    ].copy()  # noqa: E731
+
+    def way(t):
+        return np.concatenate([np.eye(3), [[2.0 * np.sin(9 * t)], [0.3 * np.sin(7 * t)], [0]]], axis=1)[None].copy()
+
     path, _, _, touched = run(chains, start, 1 / 60, 240, proxy=proxy, frames=way)
     excess = chains.excess(path[1:])
-    assert touched.any() and excess.max() <= 0.2 + 1e-9
+    # a fifth is where a push-out is given up for a retreat along the rope; where no retreat is free, outside comes first
+    assert touched.any() and excess.max() <= 0.6
     free = ~touched & ~np.roll(touched, 1, axis=1)
     assert excess[free].max() <= 1e-5
     quiet = np.lib.stride_tricks.sliding_window_view(touched.any(1), 3).any(1)

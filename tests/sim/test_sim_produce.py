@@ -34,7 +34,7 @@ def make(folder: Path, jobs: int):
     """Two clips of a second, each in three parts, of a napkin of 160 vertices."""
     clips = [sim.Clip(motions.load(name)[:31], motions.subject_of(name)) for name in ("walk", "kick")]
     settings = sim.SimSettings(settle=0.5, lead_in=1.0)
-    return sim.produce(folder, small_garment(), clips, settings=settings, jobs=jobs, part_seconds=0.35)
+    return sim.produce(folder, small_garment(), clips, settings=settings, jobs=jobs, part_seconds=0.4)
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -51,7 +51,7 @@ def test_rows_come_in_the_order_of_clips_and_parts(unbroken):
     _, rows = unbroken
     assert [(row.clip, row.part) for row in rows] == [("walk", i) for i in range(3)] + [("kick", i) for i in range(3)]
     assert not any(row.failed for row in rows)
-    assert [row.clip_frames for row in rows] == [10, 10, 11] * 2 or sum(row.clip_frames for row in rows) == 62
+    assert [row.clip_frames for row in rows] == [12, 12, 7] * 2
     assert all(row.frames > row.clip_frames for row in rows if row.part == 0)
 
 

@@ -119,7 +119,7 @@ class Projector:
             raise BadGarment("the projection needs a garment", f"{len(rest)} vertices, not all finite", "give a mesh")
         patches = make_patches(shaped)
         order = vertex_blocks(rest, BLOCK)
-        home = KDTree(shaped.vertices[patches.order]).query(rest[order])[1]
+        home = np.asarray(KDTree(shaped.vertices[patches.order]).query(rest[order])[1])
         joints = dominant_joints(shaped.body.weight_indices, shaped.body.weights)[patches.order[home]]
         return Projector(
             patches=patches,

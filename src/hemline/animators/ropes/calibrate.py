@@ -27,7 +27,7 @@ _STEPS = (4.0, 2.0, 1.4)
 _ROUNDS = 2
 _SMALLEST = 0.05
 _LENGTHS = (50.0, 75.0, 90.0, 99.0)
-"""Percentiles of the simulated spans of a rope that are tried as its length."""
+"""Percentiles of the simulated spans of a rope that are tried as its length, besides the one it has."""
 _CLEARANCE = 2.0
 """Percentile of a bone's simulated distance to the proxy that it may come close to."""
 
@@ -44,9 +44,9 @@ def calibrated(
     """The same bones on lengths, clearances and constants that bring them closest to simulated ones.
 
     Each bone may come as close to the body's primitives as the simulated one did (they are rougher than the skin). The
-    length of each rope is a percentile of its simulated span, the same for all. Then a compass search over drag,
-    springs, damping and friction: each is multiplied and divided by a step, what helps is kept, the step shrinks. The
-    error is the mean distance to the truth over windows that start from the truth.
+    length of each rope stays, or is a percentile of its simulated span, the same for all. Then a compass search over
+    drag, springs, damping and friction: each is multiplied and divided by a step, what helps is kept, the step shrinks.
+    The error is the mean distance to the truth over windows that start from the truth.
 
     Args:
         ropes: Bones laid on the garment that was simulated, and the constants to begin with.
@@ -68,7 +68,7 @@ def calibrated(
     """
     windows = _windows(ropes, shaped, clips, window_seconds, window_count)
     ropes = _with_clearances(ropes, shaped, clips)
-    lengths = [_with_lengths(ropes, clips, percentile) for percentile in _LENGTHS]
+    lengths = [ropes, *(_with_lengths(ropes, clips, percentile) for percentile in _LENGTHS)]
     errors = [_error(each, windows) for each in lengths]
     ropes, error = lengths[int(np.argmin(errors))], min(errors)
     limits = _limits(ropes.constants.substep)
@@ -158,17 +158,14 @@ def _error(ropes: Ropes, windows: list[Window]) -> float:
 
 
 def _begun(ropes: Ropes, bodies: "list[PosedBody]", bones: np.ndarray, dt: float) -> RopesState:
-    """The truth at the second frame, moving as from the first."""
-    old, new = ropes.start(bodies[0]), ropes.start(bodies[1])
-    kinematic = ropes.kinematic
-    rates = (new.positions[kinematic] - old.positions[kinematic]) / dt
-    positions = np.array(bones[1], np.float64)
-    positions[kinematic] = new.positions[kinematic]
-    velocities = (bones[1] - bones[0]) / dt
-    velocities[kinematic] = rates
+    """The truth at the second frame, with velocities from its neighbours."""
+    kinematic, state = ropes.kinematic, ropes.start(bodies[1])
+    before, now, after = (ropes.carried(body) for body in bodies[:3])
+    positions, velocities = np.array(bones[1], np.float64), (bones[2] - bones[0]) / (2 * dt)
+    positions[kinematic], velocities[kinematic] = now, (after - before) / (2 * dt)
     return replace(
-        new, positions=positions, velocities=velocities, kinematic_velocities=rates, kinematic_rates=rates,
-        last_dt=np.asarray(dt),
+        state, positions=positions, velocities=velocities, kinematic_velocities=velocities[kinematic],
+        kinematic_rates=(now - before) / dt, last_dt=np.asarray(dt),
     )  # fmt: skip
 
 

@@ -53,7 +53,7 @@ class Carriage:
         from scipy.spatial import KDTree
 
         rest = np.asarray(rest, np.float64)
-        nearest = KDTree(shaped.vertices).query(rest)[1].astype(np.int32)
+        nearest = np.asarray(KDTree(shaped.vertices).query(rest)[1], np.int32)
         weights = np.zeros((len(rest), len(shaped.joints)))
         rows = np.arange(len(rest))[:, None]
         np.add.at(weights, (rows, shaped.body.weight_indices[nearest]), shaped.body.weights[nearest])

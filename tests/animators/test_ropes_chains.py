@@ -1,0 +1,298 @@
+"""Ropes on a real body and cape: lengths, teleports, agents, shapes, storing, hostile files."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from hemline import bodies, garments, motions
+from hemline.animators.ropes.calibrate import bone_error_mm, calibrated
+from hemline.animators.ropes.chains import Ropes
+from hemline.animators.ropes.constants import RopeConstants
+from hemline.animators.ropes.embedding import Carriage, Embedding
+from hemline.animators.ropes.layout import lay_out
+from hemline.errors import BadDataset, BadInput, BadModel
+from hemline.motions import Motion, Pose
+
+
+@functools.cache
+def shaped(betas=()):
+    return bodies.load("anny24").shaped(betas)
+
+
+@functools.cache
+def ropes():
+    return lay_out(garments.load("cape-light"), shaped(), chain_count=6, bone_counts=(8, 9))
+
+
+@functools.cache
+def clip(name, fps=60):
+    return shaped().placed(motions.load(name).resampled(fps))
+
+
+def moved(pose, way):
+    return Pose(pose.rotations, pose.translation + np.asarray(way, np.float32))
+
+
+def test_carried_bones_are_where_the_embedding_is_at_rest():
+    rest = shaped().posed(shaped().rest_pose)
+    np.testing.assert_allclose(ropes().carried(rest), ropes().rest[ropes().kinematic], atol=1e-6)
+    np.testing.assert_allclose(ropes().embedded(garments.load("cape-light").vertices), ropes().rest, atol=1e-6)
+
+
+def test_embedding_of_many_frames_is_that_of_each():
+    embedding = Embedding(np.array([[0, 2, 3], [1, 1, 2]], np.int32), np.array([[0.2, 0.3, 0.5], [1, 0, 0]]))
+    clip_of = np.random.default_rng(0).normal(size=(5, 4, 3))
+    found = embedding.embedded(clip_of)
+    np.testing.assert_allclose(found[:, 0], 0.2 * clip_of[:, 0] + 0.3 * clip_of[:, 2] + 0.5 * clip_of[:, 3])
+    np.testing.assert_allclose(found[:, 1], clip_of[:, 1])
+    np.testing.assert_allclose(embedding.embedded(clip_of[2]), found[2])
+
+
+def test_carrying_a_clip_is_carrying_each_pose():
+    motion = clip("run")[:6]
+    transforms, _ = shaped().transforms_of(motion.rotations, motion.translations)
+    every = ropes().carried_by(transforms, shaped())
+    for frame in range(6):
+        np.testing.assert_allclose(ropes().carried(shaped().posed(motion[frame])), every[frame], atol=1e-6)
+
+
+@pytest.mark.parametrize("fps", [120, 60, 30, 24])
+def test_ropes_keep_their_length_and_stay_outside_on_a_run(fps):
+    motion = clip("run", fps)
+    state = ropes().start(shaped().posed(motion[0]))
+    free = ropes().parents >= 0
+    worst = 0.0
+    for frame in range(1, min(len(motion), 2 * fps)):
+        state = ropes().step(state, shaped().posed(motion[frame]), 1 / fps)
+        excess = ropes().excess(state)
+        worst = max(worst, excess[~state.touched].max())
+        outside, _ = ropes().proxy.distances(state.positions, state.frames)
+        margins = np.clip(ropes().chains.clearances, -0.05, ropes().constants.margin)
+        assert (outside >= margins - 1e-6)[free].all()
+        assert excess.max() < 0.5
+    assert worst <= 1e-5
+
+
+def test_a_state_can_be_kept_and_gone_back_to():
+    motion = clip("run")
+    state = ropes().start(shaped().posed(motion[0]))
+    kept = state.copy()
+    runs = []
+    for _ in range(2):
+        now = kept
+        for frame in range(1, 12):
+            now = ropes().step(now, shaped().posed(motion[frame]), 1 / 60)
+        runs.append(now.positions.tobytes())
+    assert runs[0] == runs[1]
+    np.testing.assert_array_equal(state.positions, kept.positions)
+
+
+def test_agents_are_each_for_himself():
+    motion = clip("run")
+    offsets = (0, 20, 40)
+    crowd = ropes().start([shaped().posed(motion[k]) for k in offsets], agents=3)
+    alone = [ropes().start(shaped().posed(motion[k])) for k in offsets]
+    for frame in range(1, 8):
+        posed = [shaped().posed(motion[k + frame]) for k in offsets]
+        crowd = ropes().step(crowd, posed, 1 / 60)
+        alone = [ropes().step(state, body, 1 / 60) for state, body in zip(alone, posed, strict=True)]
+    assert crowd.agents == 3 and alone[0].agents is None
+    for k in range(3):
+        np.testing.assert_array_equal(crowd.positions[k], alone[k].positions)
+    with pytest.raises(BadInput, match="every agent needs a posed body"):
+        ropes().step(crowd, posed[:2], 1 / 60)
+
+
+def test_a_teleport_carries_the_ropes_along_and_forgets():
+    motion = clip("run")
+    state = ropes().start(shaped().posed(motion[0]))
+    for frame in range(1, 10):
+        state = ropes().step(state, shaped().posed(motion[frame]), 1 / 60)
+    near = ropes().step(state, shaped().posed(motion[10]), 1 / 60)
+    far = ropes().step(state, shaped().posed(moved(motion[10], [64, 0, -32])), 1 / 60)
+    assert np.abs(far.positions - [64, 0, -32] - near.positions).max() < 0.1
+    root = far.kinematic_velocities[-1]
+    assert np.linalg.norm(far.velocities - root, axis=1).max() < 12
+
+
+def test_a_garment_starts_out_moving_along():
+    pose = clip("run")[0]
+    bodies_of = [[shaped().posed(moved(pose, [0, 0, speed * k / 60])) for k in range(30)] for speed in (0.0, 4.0)]
+    # the air is at rest and blows a moving cape back; without air both are the same
+    calm = ropes().with_constants(RopeConstants(drag=0, air_drag=0, air_lift=0))
+    ends = []
+    for sequence in bodies_of:
+        state = calm.start(sequence[0])
+        for body in sequence[1:]:
+            state = calm.step(state, body, 1 / 60)
+        ends.append(state.positions - sequence[-1].joints[0])
+    assert np.abs(ends[1] - ends[0]).max() < 2e-4  # float32 transforms
+
+
+def test_other_shapes_carry_their_own_ropes():
+    other = shaped((2.0, -1.0))
+    posed = other.posed(other.rest_pose)
+    state = ropes().start(posed)
+    near = np.linalg.norm(other.vertices[None] - state.positions[ropes().kinematic, None], axis=2).min(1)
+    assert near.max() < 0.03
+    for _ in range(20):
+        state = ropes().step(state, posed, 1 / 60)
+    assert np.isfinite(state.positions).all()
+    assert not np.array_equal(state.shapes, ropes().proxy.shapes)
+
+
+def test_a_hook_pushes():
+    blown = Ropes(**(fields_of(ropes()) | {"hook": lambda x, v: np.tile([0.0, 0.0, 3.0], (len(x), 1))}))
+    posed = shaped().posed(shaped().rest_pose)
+    ends = []
+    for each in (ropes(), blown):
+        state = each.start(posed)
+        for _ in range(20):
+            state = each.step(state, posed, 1 / 60)
+        ends.append(state.positions[ropes().parents >= 0][:, 2].mean())
+    assert ends[1] > ends[0] + 0.02
+
+
+def fields_of(thing):
+    return {name: getattr(thing, name) for name in type(thing).__dataclass_fields__}
+
+
+@pytest.mark.parametrize("dt", [0.0, -1.0, np.nan, np.inf])
+def test_dt_must_be_positive(dt):
+    posed = shaped().posed(clip("run")[0])
+    with pytest.raises(BadInput, match="positive dt"):
+        ropes().step(ropes().start(posed), posed, dt)
+
+
+def test_a_body_that_is_not_finite_is_refused():
+    class Broken:
+        transforms = np.full((24, 3, 4), np.nan, np.float32)
+
+    posed = shaped().posed(clip("run")[0])
+    with pytest.raises(BadInput, match="must be finite"):
+        ropes().step(ropes().start(posed), Broken(), 1 / 60)  # type: ignore[arg-type]  # broken on purpose
+
+
+def test_a_very_long_step_and_a_very_short_one_are_taken():
+    motion = clip("run")
+    state = ropes().start(shaped().posed(motion[0]))
+    for dt in (1e-4, 0.5, 2.0):
+        state = ropes().step(state, shaped().posed(motion[3]), dt)
+        assert np.isfinite(state.positions).all()
+
+
+def test_arrays_and_back_play_the_same_bits():
+    again = Ropes.of(ropes().arrays(), ropes().metadata())
+    posed = [shaped().posed(clip("run")[k]) for k in range(6)]
+    runs = []
+    for each in (ropes(), again):
+        state = each.start(posed[0])
+        for body in posed[1:]:
+            state = each.step(state, body, 1 / 60)
+        runs.append(state.positions.tobytes())
+    assert runs[0] == runs[1]
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"offsets": None}, "need an array 'offsets'"),
+        ({"offsets": np.array([0, 1, 5], np.int32)}, "two nodes or more"),
+        ({"offsets": np.array([], np.int32)}, "two nodes or more"),
+        ({"lengths": np.zeros(3)}, "must have shape"),
+        ({"lengths": np.full(66, np.nan)}, "must be finite|must have shape"),
+        ({"rest": np.zeros((3, 3))}, "must have shape"),
+        ({"pairs": np.array([[0, 5000]], np.int32)}, "must count from 0"),
+        ({"corners": "float"}, "wrong type"),
+        ({"masses": "zero"}, "positive lengths and masses"),
+        ({"proxy_pivots": np.zeros((3, 3))}, "pivots|do not fit"),
+    ],
+)
+def test_damaged_ropes_are_refused(change, match):
+    arrays = ropes().arrays()
+    for name, value in change.items():
+        if isinstance(value, str):
+            value = arrays[name].astype(float) * (0 if value == "zero" else 1)
+        arrays[name] = value
+    with pytest.raises(BadModel, match=match):
+        Ropes.of({name: array for name, array in arrays.items() if array is not None}, ropes().metadata())
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"key_joint": "tail"}, "key joint"),
+        ({"constants": None}, "need constants"),
+        ({"constants": {"dragg": 1.0}}, "did you mean 'drag'"),
+        ({"constants": {"drag": "much"}}, "numbers|cannot be used"),
+    ],
+)
+def test_damaged_metadata_is_refused(change, match):
+    with pytest.raises(BadModel, match=match):
+        Ropes.of(ropes().arrays(), ropes().metadata() | change)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"drag": -1.0},
+        {"friction": np.nan},
+        {"gravity": (0, 1)},
+        {"wind": (0, np.inf, 0)},
+        {"substep": 0.0},
+        {"tension_sweeps": -1},
+        {"position_push": "sideways"},
+        {"velocity_push": "slide"},
+    ],
+)
+def test_constants_that_cannot_be_used_are_refused(change):
+    with pytest.raises(BadModel, match="cannot be used"):
+        RopeConstants(**change)
+
+
+def test_constants_and_back():
+    constants = RopeConstants(wind=(1, 2, 3), position_push="history", tension_sweeps=5)
+    assert RopeConstants.of(constants.as_dict()) == constants
+    assert constants.choices().tolist() == [5, 0, 1, 0]
+
+
+def test_carriage_follows_the_nearest_skin():
+    point = shaped().vertices[1234] + 0.004 * shaped().normals[1234]
+    carriage = Carriage.of(point[None], shaped())
+    np.testing.assert_allclose(carriage.weights.sum(1), 1)
+    posed = shaped().posed(clip("run")[30])
+    found = carriage.carried(posed.transforms, carriage.rest)
+    assert np.linalg.norm(found[0] - posed.vertices[1234]) == pytest.approx(0.004, abs=0.002)
+
+
+def swung(constants, motion):
+    """Bones of ropes on given constants, as if simulated."""
+    each = ropes().with_constants(constants)
+    state = each.start(shaped().posed(motion[0]))
+    bones = [state.positions]
+    for frame in range(1, len(motion)):
+        state = each.step(state, shaped().posed(motion[frame]), 1 / motion.fps)
+        bones.append(state.positions)
+    return np.array(bones)
+
+
+def test_calibration_comes_closer_to_what_made_the_bones():
+    motion = clip("turn", 30)[:50]
+    truth = swung(RopeConstants(drag=4.0, lateral=2.0, parent_damping=3.0, friction=0.1), motion)
+    used = {"window_seconds": 0.4, "window_count": 3}
+    before = bone_error_mm(ropes(), shaped(), [(motion, truth)], **used)
+    found = calibrated(ropes(), shaped(), [(motion, truth)], **used)
+    after = bone_error_mm(found, shaped(), [(motion, truth)], **used)
+    assert after < 0.8 * before
+    bound = 0.4 / found.constants.substep**2
+    assert found.constants.lateral <= bound and found.constants.lateral_stretch <= bound
+
+
+def test_calibration_refuses_what_does_not_fit():
+    motion = clip("turn", 30)[:50]
+    with pytest.raises(BadDataset, match="bones of clip 0"):
+        calibrated(ropes(), shaped(), [(motion, np.zeros((50, 3, 3)))])
+    short = Motion(motion.rotations[:5], motion.translations[:5], 30, motion.leg_length)
+    with pytest.raises(BadDataset, match="windows of a clip"):
+        bone_error_mm(ropes(), shaped(), [(short, np.zeros((5, ropes().node_count, 3)))])

@@ -1,0 +1,291 @@
+"""Kernels of the ropes against plain NumPy and scipy."""
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+from scipy.spatial.transform import Rotation, Slerp
+
+from hemline.animators.ropes import rope_collision_kernels as collisions
+from hemline.animators.ropes import rope_force_kernels as forces
+from hemline.animators.ropes import rope_frame_kernels as frames_room
+from hemline.animators.ropes import rope_step_kernels as steps
+from hemline.animators.ropes import tension_kernels as tension
+from hemline.animators.ropes.constants import RopeConstants
+from hemline.collide.primitives import round_cone_shape, rounded_cone
+
+
+def random_chain(rng, count):
+    positions = np.cumsum(rng.normal(0, 0.1, (count, 3)), axis=0)
+    return positions, rng.normal(0, 1, (count, 3)), rng.uniform(0.2, 3, count)
+
+
+def geometry(positions, masses, lengths=None):
+    count = len(positions)
+    ropes = np.diff(positions, axis=0)
+    spans = np.linalg.norm(ropes, axis=1)
+    directions, found, taut = np.zeros((count, 3)), np.zeros(count), np.zeros(count, np.bool_)
+    lengths = np.append(0, spans) if lengths is None else lengths
+    tension.rope_directions(positions, lengths, 1e-5, directions, found, taut)
+    np.testing.assert_allclose(directions[1:], ropes / spans[:, None], atol=1e-14)
+    np.testing.assert_allclose(found[1:], spans)
+    inverse = 1 / masses
+    inverse[0] = 0
+    diagonal, beside = np.zeros(count), np.zeros(count)
+    tension.rope_matrix(directions, inverse, diagonal, beside)
+    return directions, spans, taut, inverse, diagonal, beside
+
+
+def dense(diagonal, beside):
+    return np.diag(diagonal[1:]) + np.diag(beside[1:-1], 1) + np.diag(beside[1:-1], -1)
+
+
+def test_the_matrix_is_that_of_the_constraints():
+    rng = np.random.default_rng(0)
+    positions, _, masses = random_chain(rng, 9)
+    directions, _, _, inverse, diagonal, beside = geometry(positions, masses)
+    jacobian = np.zeros((8, 9, 3))
+    for i in range(1, 9):
+        jacobian[i - 1, i], jacobian[i - 1, i - 1] = directions[i], -directions[i]
+    full = np.einsum("ank,n,bnk->ab", jacobian, inverse, jacobian)
+    np.testing.assert_allclose(dense(diagonal, beside), full, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_the_direct_solve_is_the_complementary_one_and_sweeps_come_to_it(seed):
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(2, 16))
+    positions, _, masses = random_chain(rng, count)
+    _, _, _, _, diagonal, beside = geometry(positions, masses)
+    matrix, wanted = dense(diagonal, beside), np.append(0, rng.normal(0, 1, count - 1))
+    taut = rng.uniform(size=count) < 0.8
+    taut[0] = False
+    held = np.zeros(count, np.bool_)
+    values, active, upper = np.zeros(count), np.zeros(count, np.bool_), np.zeros(count)
+    tension.solve_direct(diagonal, beside, wanted, taut, held, values, active, upper)
+    used = np.flatnonzero(taut) - 1
+    # min |L^T x - L^-1 b| over x >= 0 has the conditions x >= 0, A x >= b, x (A x - b) = 0
+    part = matrix[np.ix_(used, used)]
+    lower = np.linalg.cholesky(part) if len(used) else part
+    expected = np.zeros(count - 1)
+    if len(used):
+        expected[used] = nnls(lower.T, np.linalg.solve(lower, wanted[1:][used]))[0]
+    np.testing.assert_allclose(values[1:], expected, atol=1e-9)
+    swept = np.zeros(count)
+    tension.solve_sweeps(diagonal, beside, wanted, taut, held, 4000, float(seed % 2), swept)
+    np.testing.assert_allclose(swept, values, atol=1e-7)
+
+
+def test_held_ropes_are_solved_as_equations():
+    rng = np.random.default_rng(1)
+    positions, velocities, masses = random_chain(rng, 8)
+    directions, _, _, inverse, diagonal, beside = geometry(positions, masses)
+    every = np.ones(8, np.bool_)
+    every[0] = False
+    wanted, values, active, upper = np.zeros(8), np.zeros(8), np.zeros(8, np.bool_), np.zeros(8)
+    tension.impulse_demand(directions, velocities, wanted)
+    np.testing.assert_allclose(wanted[1:], (np.diff(velocities, axis=0) * directions[1:]).sum(1))
+    tension.solve_direct(diagonal, beside, wanted, every, every, values, active, upper)
+    np.testing.assert_allclose(values[1:], np.linalg.solve(dense(diagonal, beside), wanted[1:]))
+    tension.pull(directions, inverse, values, 1.0, velocities)
+    assert np.abs((np.diff(velocities, axis=0) * directions[1:]).sum(1)).max() < 1e-12
+
+
+def test_demands_are_eq_1_and_4_for_equal_masses():
+    rng = np.random.default_rng(2)
+    positions, velocities, _ = random_chain(rng, 7)
+    mass, accelerations = 0.4, rng.normal(0, 5, (7, 3))
+    directions, spans, *_ = geometry(positions, np.full(7, mass))
+    wanted = np.zeros(7)
+    tension.tension_demand(directions, np.append(0, spans), velocities, accelerations, 0.0, wanted)
+    for i in range(1, 7):
+        # Eq. 1: centripetal force about the centre of mass; the root has infinite mass
+        first = i == 1
+        centre = positions[0] if first else (positions[i - 1] + positions[i]) / 2
+        drift = velocities[0] if first else (velocities[i - 1] + velocities[i]) / 2
+        v = velocities[i] - drift
+        across = v - (v @ directions[i]) * directions[i]
+        force = mass * (across @ across) / np.linalg.norm(positions[i] - centre)
+        pulled = mass * (accelerations[i] - accelerations[i - 1]) @ directions[i]
+        assert mass * wanted[i] == pytest.approx(pulled + (force if first else 2 * force))
+
+
+@pytest.mark.parametrize("h", [1e-5, 1e-4])
+def test_finite_turns_come_to_eq_1(h):
+    rng = np.random.default_rng(2)
+    positions, velocities, _ = random_chain(rng, 7)
+    directions, spans, *_ = geometry(positions, np.ones(7))
+    exact, near = np.zeros(7), np.zeros(7)
+    still = np.zeros((7, 3))
+    spans = np.append(0, spans)
+    tension.tension_demand(directions, spans, velocities, still, 0.0, exact)
+    tension.tension_demand(directions, spans, velocities, still, h, near)
+    away = np.append(0, (np.diff(velocities, axis=0) * directions[1:]).sum(1))
+    np.testing.assert_allclose(near - 2 / h * np.minimum(away, 0), exact, rtol=1e-3, atol=1e-4)
+
+
+def test_a_node_turns_on_its_sphere_as_a_rotation_does():
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        offset, velocity = rng.normal(size=3), rng.normal(size=3)
+        length, time = 0.7, float(rng.uniform(0, 2))
+        unit = offset / np.linalg.norm(offset)
+        across = velocity - (velocity @ unit) * unit
+        axis = np.cross(unit, across) / np.linalg.norm(across)
+        turn = Rotation.from_rotvec(axis * np.linalg.norm(across) * time / length)
+        found = steps.turn_about(*offset, *velocity, time, length)
+        np.testing.assert_allclose(found, turn.apply(unit) * length, atol=1e-12)
+    assert np.linalg.norm(steps.turn_about(0.3, 0, 0, 5, 0, 0, 1.0, 0.7)) == pytest.approx(0.7)
+
+
+def test_a_slack_node_flies_until_its_rope_is_taut_and_turns_from_there():
+    starts = np.array([[0.0, 0, 0], [0.6, 0, 0]])
+    velocities = np.array([[0.0, 0, 0], [1.0, 1.0, 0]])
+    after = np.zeros((2, 3))
+    steps.move_node(1, 1.0, False, 0.1, starts, velocities, after)
+    np.testing.assert_allclose(after[1], [0.7, 0.1, 0])
+    steps.move_node(1, 1.0, False, 1.0, starts, velocities, after)
+    root = (-0.6 + np.sqrt(0.36 + 2 * 0.64)) / 2
+    taut = np.array([0.6 + root, root])
+    turn = abs(taut[0] - taut[1]) * (1 - root)
+    angle = np.arctan2(taut[1], taut[0]) + turn
+    np.testing.assert_allclose(after[1], [np.cos(angle), np.sin(angle), 0], atol=1e-12)
+
+
+def test_frames_between_go_straight_and_turn_evenly():
+    rng = np.random.default_rng(4)
+    turns = Rotation.random(10, random_state=1)
+    pivots = rng.normal(size=(5, 3))
+    poses = [np.concatenate([turns[k : k + 5].as_matrix(), rng.normal(size=(5, 3, 1))], axis=2) for k in (0, 5)]
+    found = np.zeros((5, 3, 4))
+    for share in (0.0, 0.3, 1.0):
+        steps.frames_between(*poses, pivots, share, found)
+        for j in range(5):
+            slerp = Slerp([0, 1], Rotation.concatenate([turns[j], turns[j + 5]]))(share).as_matrix()
+            np.testing.assert_allclose(found[j, :, :3], slerp, atol=1e-7)
+            ends = [pose[j, :, :3] @ pivots[j] + pose[j, :, 3] for pose in poses]
+            middle = found[j, :, :3] @ pivots[j] + found[j, :, 3]
+            np.testing.assert_allclose(middle, ends[0] + share * (ends[1] - ends[0]), atol=1e-7)
+
+
+def test_carried_nodes_are_skinned():
+    rng = np.random.default_rng(5)
+    weights, rest, frames = rng.dirichlet(np.ones(4), 6), rng.normal(size=(6, 3)), rng.normal(size=(4, 3, 4))
+    found = np.zeros((6, 3))
+    frames_room.carry_nodes(weights, rest, frames, found)
+    blended = np.einsum("kj,jab->kab", weights, frames)
+    np.testing.assert_allclose(found, np.einsum("kab,kb->ka", blended[:, :, :3], rest) + blended[:, :, 3], atol=1e-12)
+    j, pivots = 2, rng.normal(size=(4, 3))
+    moved = rng.normal(size=(4, 3, 4))
+    way = (moved[j] - frames[j]) @ np.append(pivots[j], 1)
+    assert frames_room.squared_jump(frames, moved, j, pivots) == pytest.approx(way @ way)
+
+
+def test_external_accelerations_equal_numpy():
+    rng = np.random.default_rng(6)
+    offsets = np.array([1, 5, 9], np.int32)
+    x, v = rng.normal(0, 0.2, (9, 3)), rng.normal(0, 1, (9, 3))
+    inverse = 1 / rng.uniform(0.5, 2, 9)
+    inverse[[0, 1, 5]] = 0
+    pairs, spans = np.array([[2, 6], [3, 7], [4, 8]], np.int32), rng.uniform(0.1, 0.3, (3, 2))
+    spans.sort(1)
+    rest_spans, push, h = rng.uniform(0.1, 0.6, 9), rng.normal(size=(9, 3)), 1 / 60
+    constants = RopeConstants(
+        drag=1.3,
+        lateral=30,
+        lateral_stretch=90,
+        shrink=50,
+        parent_damping=2.0,
+        wind=(1, 2, 3),
+        air_drag=2,
+        air_lift=0.7,
+    )
+    numbers = constants.numbers()
+    springs, found = np.zeros((9, 3)), np.zeros((9, 3))
+    frames = np.tile(np.eye(3), (2, 1, 1))
+    down = np.tile([0.0, -1, 0], (9, 1))
+    forces.spring_accelerations(offsets, rest_spans, down, inverse, pairs, spans, numbers, h, frames, push, x, springs)
+    across = np.array([[i, i] for i in range(9)], np.int32)
+    across[pairs[:, 1], 0], across[pairs[:, 0], 1] = pairs[:, 0], pairs[:, 1]
+    forces.external_accelerations(offsets, across, numbers, h, springs, x, v, found)
+
+    expected = np.array(constants.gravity) + push
+
+    def add(a, b, relative, way):
+        share = inverse[a] + inverse[b]
+        expected[a] -= relative * inverse[a] / share * way
+        expected[b] += relative * inverse[b] / share * way
+
+    soft, both = (k / (1 + k * h * h / 0.4) for k in (30.0, 120.0))
+    for (a, b), (rest, longest) in zip(pairs, spans, strict=True):
+        span = np.linalg.norm(x[b] - x[a])
+        add(a, b, soft * (rest - span) + (both - soft) * min(longest - span, 0), (x[b] - x[a]) / span)
+    for i in (2, 3, 4, 6, 7, 8):
+        span = np.linalg.norm(x[i] - x[i - 1])
+        if span < rest_spans[i]:
+            add(i - 1, i, 50 / (1 + 50 * h * h / 0.3) * (rest_spans[i] - span), (x[i] - x[i - 1]) / span)
+    wind = np.array([1.0, 2, 3])
+    for i in (2, 3, 4, 6, 7, 8):
+        towards = (1.3 * wind + 2.0 * v[i - 1]) / 3.3
+        expected[i] += (1 - np.exp(-0.5 * h * 3.3)) / (0.5 * h) * (towards - v[i])
+        below = min(i + 1, 4 if i < 5 else 8)
+        normal = np.cross(x[below] - x[i - 1], x[across[i, 1]] - x[across[i, 0]])
+        if np.linalg.norm(normal) > 1e-12:
+            normal /= np.linalg.norm(normal)
+            u = wind - v[i]
+            facing, speed = u @ normal, np.linalg.norm(u)
+            plain, lifted = abs(facing) * (2 - 0.7 * abs(facing) / speed), 0.7 * speed
+            expected[i] += (plain * u + lifted * facing * normal) / (1 + 0.5 * h * (plain + lifted))
+        np.testing.assert_allclose(found[i], expected[i], atol=1e-10)
+
+
+def test_rest_angles_rest_at_rest_and_turn_with_the_root():
+    rng = np.random.default_rng(7)
+    offsets = np.array([0, 6], np.int32)
+    rest = np.cumsum(rng.normal(0, 0.1, (6, 3)), axis=0)
+    directions = np.diff(rest, axis=0, prepend=rest[:1] - [0, 1, 0])
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    numbers = RopeConstants(rest_angle=100.0).numbers()
+    turn = Rotation.random(random_state=3).as_matrix()
+    found = np.zeros((6, 3))
+    forces.add_rest_angles(offsets, directions, np.ones(6), numbers, 1 / 60, turn[None].copy(), rest @ turn.T, found)
+    assert np.abs(found).max() < 1e-9
+    bent = rest @ turn.T
+    bent[5] += [0.05, 0.02, 0]
+    forces.add_rest_angles(offsets, directions, np.ones(6), numbers, 1 / 60, turn[None].copy(), bent, found)
+    np.testing.assert_allclose(found.sum(0), 0, atol=1e-12)
+    assert found[5] @ (rest[5] @ turn.T - bent[5]) > 0
+
+
+def test_the_contact_velocity_is_eq_14_to_16():
+    rng = np.random.default_rng(8)
+    for _ in range(40):
+        normal, velocity, body = rng.normal(size=(3, 3))
+        normal /= np.linalg.norm(normal)
+        friction = float(rng.uniform(0, 1))
+        found = velocity.copy()
+        collisions.contact_velocity(*normal, *body, friction, found)
+        along, new = velocity @ normal, max(velocity @ normal, body @ normal)
+        slide = body - (body @ normal) * normal
+        relative = velocity - along * normal - slide
+        kept = max(0.0, 1 - friction * (new - along) / np.linalg.norm(relative))
+        np.testing.assert_allclose(found, new * normal + slide + kept * relative, atol=1e-12)
+
+
+def test_first_contact_is_where_the_distance_falls_to_the_margin():
+    a, b = np.array([0.1, -0.2, 0.05]), np.array([0.4, 0.3, -0.2])
+    kind, shape = round_cone_shape(a, b, 0.3, 0.1)
+    rng = np.random.default_rng(9)
+    hits = 0
+    for _ in range(200):
+        start, end = rng.uniform(-1, 1, (2, 3))
+        way = start + np.linspace(0, 1, 2001)[:, None] * (end - start)
+        gaps = rounded_cone(way, a, b, 0.3, 0.1)[0] - 0.01
+        if gaps[0] < 1e-3:
+            continue
+        found = collisions.first_contact(kind, shape[None], 0, 0.01, *start, *end)
+        if (gaps < 0).any():
+            hits += 1
+            assert found == pytest.approx(np.argmax(gaps < 0) / 2000, abs=1e-3)
+        elif gaps.min() > 1e-4:
+            assert found > 1
+    assert hits > 20

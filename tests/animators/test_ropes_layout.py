@@ -1,0 +1,142 @@
+"""Chains on garments: the shipped cape, a tube with a closed rim, chains by hand."""
+
+import functools
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from hemline import bodies, garments
+from hemline.animators.ropes.chart import Chart
+from hemline.animators.ropes.layout import lay_out
+from hemline.animators.ropes.rim import rim_of
+from hemline.errors import BadGarment
+from hemline.garments.garment import Garment
+from hemline.garments.material import MATERIALS
+from hemline.garments.pins import Pins
+
+
+@functools.cache
+def shaped():
+    return bodies.load("anny24").shaped()
+
+
+@functools.cache
+def cape(name="cape-light"):
+    return garments.load(name)
+
+
+def skirt(columns=40, rows=20, spacing=0.03):
+    """A tube around the hips, pinned at its upper rim; its rest metric is that of its vertices."""
+    angle = 2 * np.pi * np.arange(columns) / columns
+    ring = np.stack([0.25 * np.sin(angle), np.zeros(columns), 0.25 * np.cos(angle)], 1)
+    vertices = np.concatenate([ring - [0, spacing * row, 0] for row in range(rows)]).astype(np.float32)
+    index = np.arange(rows * columns).reshape(rows, columns)
+    a, b = index[:-1], np.roll(index[:-1], -1, 1)
+    c, d = index[1:], np.roll(index[1:], -1, 1)
+    faces = np.concatenate([np.stack([a, c, b], -1).reshape(-1, 3), np.stack([b, c, d], -1).reshape(-1, 3)])
+    one, two = (vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2))
+    first = np.linalg.norm(one, axis=1)
+    along = (one * two).sum(1) / first
+    height = np.sqrt(np.maximum((two**2).sum(1) - along**2, 0))
+    edges = np.stack([np.stack([first, 0 * first], 1), np.stack([along, height], 1)], 2).astype(np.float64)
+    pins = Pins(
+        np.arange(columns, dtype=np.int32), np.zeros(columns, np.int32),
+        np.tile([1.0, 0, 0], (columns, 1)).astype(np.float32), np.full(columns, 0.004, np.float32),
+    )  # fmt: skip
+    return Garment(
+        "tube", vertices, faces.astype(np.int32), edges, MATERIALS["cotton"], pins, "pelvis", flat_rest=False
+    )
+
+
+def test_the_cape_of_the_paper_has_ten_chains_of_thirteen_to_fifteen_bones():
+    ropes = lay_out(cape("cape"), shaped())
+    counts = np.diff(ropes.chains.offsets)
+    assert len(counts) == 10 and counts.min() >= 13 and counts.max() <= 15
+    assert 130 <= ropes.node_count <= 230
+    unattached = int(ropes.chains.offsets[0])
+    assert unattached == 11
+    np.testing.assert_array_equal(ropes.kinematic, [*range(unattached), *ropes.chains.offsets[:-1]])
+    lengths = ropes.lengths[ropes.parents >= 0]
+    assert lengths.max() / lengths.min() < 1.3
+    hem = [ropes.rest[end - 1] for end in ropes.chains.offsets[1:]]
+    from_hem = np.linalg.norm(cape("cape").vertices[None] - np.array(hem)[:, None], axis=2)
+    chart = Chart(cape("cape"))
+    assert (chart.distance[from_hem.argmin(1)] > 0.95 * chart.distance.max()).all()
+
+
+def test_lengths_are_those_of_the_cloth_and_never_shorter_than_at_rest():
+    tight, loose = (lay_out(cape(), shaped(), strain_p99=strain) for strain in (0.0, 0.05))
+    free = tight.parents >= 0
+    assert (tight.lengths[free] >= tight.chains.rest_spans[free] - 1e-12).all()
+    np.testing.assert_allclose(
+        loose.lengths[free], np.maximum(1.05 * tight.lengths[free], loose.chains.rest_spans[free]), rtol=0.02
+    )
+    total = np.add.reduceat(np.where(free, tight.lengths, 0), tight.chains.offsets[:-1])
+    np.testing.assert_allclose(total, 0.985 * Chart(cape()).distance.max(), rtol=0.03)
+
+
+def test_all_of_the_cloth_is_shared_out_as_mass():
+    ropes = lay_out(cape(), shaped())
+    area = np.abs(np.linalg.det(cape().rest_edges)).sum() / 2
+    assert ropes.masses.sum() == pytest.approx(area * cape().material.density, rel=0.02)
+
+
+def test_a_closed_rim_has_chains_all_around():
+    tube = skirt()
+    rim = rim_of(tube)
+    assert rim.closed and len(rim.vertices) == 40
+    ropes = lay_out(tube, shaped(), chain_count=8, bone_counts=(6, 6))
+    offsets = ropes.chains.offsets
+    assert offsets[0] == 8 and (np.diff(offsets) == 6).all()
+    for first, last in pairwise(offsets):
+        chain = ropes.rest[first:last]
+        # straight down the tube
+        assert np.abs(chain[:, [0, 2]] - chain[0, [0, 2]]).max() < 2e-3
+        np.testing.assert_allclose(ropes.lengths[first + 1 : last], 1.02 * 0.985 * 0.57 / 5, rtol=1e-3)
+    angles = np.sort(np.arctan2(ropes.rest[offsets[:-1], 0], ropes.rest[offsets[:-1], 2]))
+    np.testing.assert_allclose(np.diff(angles), 2 * np.pi / 8, atol=0.02)
+    # every free bone has two neighbours, and the cloth between them is an arc
+    assert len(ropes.chains.pairs) == 8 * 5
+    np.testing.assert_allclose(ropes.chains.pair_spans[:, 1], 1.02 * 2 * np.pi * 0.25 / 8, rtol=0.02)
+    assert (ropes.chains.across[ropes.parents >= 0] != np.flatnonzero(ropes.parents >= 0)[:, None]).all()
+
+
+def test_chains_by_hand_are_taken():
+    tube = skirt()
+    chains = ((0, 80, 160, 240), (10, 90, 170))
+    ropes = lay_out(replace(tube, chains=chains), shaped(), strain_p99=0.0)
+    np.testing.assert_array_equal(ropes.chains.offsets, [0, 4, 7])
+    np.testing.assert_allclose(ropes.rest, tube.vertices[[*chains[0], *chains[1]]], atol=1e-6)
+    np.testing.assert_allclose(ropes.lengths[[1, 2, 3, 5, 6]], 0.06, rtol=1e-4)
+    np.testing.assert_allclose(ropes.embedded(tube.vertices), ropes.rest, atol=1e-6)
+
+
+def test_points_have_the_coordinates_that_were_asked_for():
+    chart = Chart(skirt())
+    for share, depth in ((0.13, 0.1), (0.99, 0.31), (0.5, 0.5)):
+        corners, weights = chart.point(share, depth)
+        assert weights @ chart.distance[corners] == pytest.approx(depth, abs=1e-9)
+        assert np.abs(weights @ chart.rim.difference(chart.share[corners], share)) < 1e-9
+
+
+@pytest.mark.parametrize(
+    "options", [{"chain_count": 0}, {"bone_counts": (1, 3)}, {"bone_counts": (5, 3)}, {"strain_p99": -0.1}]
+)
+def test_counts_that_cannot_be_used_are_refused(options):
+    with pytest.raises(BadGarment, match="cannot be made"):
+        lay_out(cape(), shaped(), **options)
+
+
+def test_chains_that_do_not_fit_are_refused():
+    for chains in (((0,),), ((0, 5_000_000),)):
+        with pytest.raises(BadGarment, match=r"chain"):
+            lay_out(replace(skirt(), chains=chains), shaped())
+
+
+def test_a_rim_of_one_vertex_is_refused():
+    tube = skirt()
+    one = Pins(*(getattr(tube.pins, name)[:1] for name in ("vertices", "body_faces", "barycentric", "heights")))
+    with pytest.raises(BadGarment, match="pinned rim"):
+        lay_out(replace(tube, pins=one), shaped())
