@@ -336,7 +336,7 @@ def test_excess_after_contact_is_gone_within_three_frames():
 
     path, _, _, touched = run(chains, start, 1 / 60, 240, proxy=proxy, frames=way)
     excess = chains.excess(path[1:])
-    # a fifth is where a push-out is given up for a retreat along the rope; where no retreat is free, outside comes first
+    # beyond a fifth a push-out is given up for a retreat along the rope; where none is free, outside comes first
     assert touched.any() and excess.max() <= 0.6
     free = ~touched & ~np.roll(touched, 1, axis=1)
     assert excess[free].max() <= 1e-5
