@@ -118,7 +118,7 @@ def _check_closed(faces: np.ndarray) -> None:
         raise BadBody(
             "the projection needs a closed body mesh",
             f"{int(np.count_nonzero(balance))} edges with a face on one side only",
-            "close its holes, or ask for guarantee='fast'",
+            "close its holes",
         )
 
 
