@@ -44,7 +44,7 @@ def make_clusters(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Clusters:
     label = np.full(count, -1, np.int64)
     for number, part in enumerate(parts):
         label[part] = number
-    rows, columns = (graph != 0).nonzero()
+    rows, columns = graph.nonzero()
     joined = (label[rows] >= 0) & (label[columns] >= 0)
     pairs = np.stack([label[rows[joined]], label[columns[joined]]])
     coarse = csr_array((np.ones(pairs.shape[1]), pairs), shape=(len(parts), len(parts)))

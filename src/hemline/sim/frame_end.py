@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -80,5 +80,5 @@ class FrameEnd:
 
 
 def _state(memory: Mapping[str, np.ndarray]) -> ProjectorState:
-    values = {field.name: memory[_PREFIX + field.name] for field in fields(ProjectorState)}
+    values: dict[str, Any] = {field.name: memory[_PREFIX + field.name] for field in fields(ProjectorState)}
     return ProjectorState(**values | {"frame": int(values["frame"][0]), "lively": values["lively"].astype(bool)})

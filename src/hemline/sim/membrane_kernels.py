@@ -1,4 +1,8 @@
-"""Membrane of St. Venant-Kirchhoff triangles: strains, forces at the corners, blocks of the Hessian."""
+"""Membrane of St. Venant-Kirchhoff triangles: strains, forces at the corners, blocks of the Hessian.
+
+Source: Volino, Magnenat-Thalmann, Faure, "A simple approach to nonlinear tensile stiffness", ACM TOG 28(4), 2009.
+Differs: isotropic and linear in the strain; in the Hessian, compression beyond what inertia makes harmless is left out.
+"""
 
 from hemline.compiled import kernel, prange
 

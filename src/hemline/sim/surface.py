@@ -1,6 +1,6 @@
 """The body as contact sees it: a triangle mesh that moves within a step."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -18,11 +18,13 @@ class Skin:
     vertices: Vertices
     normals: Normals
 
+    grids: dict[float, "Grid"] = field(default_factory=dict, repr=False)
+
     def grid(self, cell: float) -> "Grid":
         """The vertices sorted into cells of that size [m]; kept."""
-        if "_grid" not in self.__dict__ or self._grid.cell != cell:
-            object.__setattr__(self, "_grid", Grid.of(self.vertices, cell))
-        return self._grid
+        if cell not in self.grids:
+            self.grids[cell] = Grid.of(self.vertices, cell)
+        return self.grids[cell]
 
 
 @dataclass(frozen=True)
