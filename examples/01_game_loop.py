@@ -24,4 +24,6 @@ for frame in range(120):
 
 state, seconds, then = saved
 again, vertices = cape.step(state, body.posed(motion.at(seconds + 1 / 60)), 1 / 60)
-print(f"rolled back to {seconds:.2f} s; the hem is {np.abs(vertices - then).max() * 100:.1f} cm further after one frame")
+print(
+    f"rolled back to {seconds:.2f} s; the hem is {np.abs(vertices - then).max() * 100:.1f} cm further after one frame"
+)

@@ -19,6 +19,9 @@ from typing import Any
 
 import numba
 import numba.core.config
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
 
 _PACKAGE = Path(__file__).parent
 _IMPORT = re.compile(r"^\s*(?:from|import)\s[^#\n]*", re.MULTILINE)
@@ -75,4 +78,4 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
 
 prange = numba.prange
 
-__all__ = ["cache_folder", "kernel", "kernel_files", "prange", "source_hash"]
+__all__ = ["cache_folder", "cgutils", "intrinsic", "kernel", "kernel_files", "prange", "source_hash", "types"]

@@ -121,7 +121,11 @@ def test_elbows_bend_forward_knees_backward_and_faces_lead(file):
 @pytest.mark.parametrize("name", EXCERPTS)
 def test_the_shipped_excerpts_are_made_of_clean_stretches(name):
     made = make_excerpt(name, FOLDER)
-    assert made.hash == motions.load(name).hash
+    shipped = motions.load(name)
+    # not to the bit: NumPy's sines and cosines differ by an ulp between processors
+    assert made.rotations == pytest.approx(shipped.rotations, abs=1e-5)
+    assert made.translations == pytest.approx(shipped.translations, abs=1e-5)
+    assert (made.fps, made.name) == (shipped.fps, shipped.name)
     excerpt, clip = EXCERPTS[name], motions.read(FOLDER / EXCERPTS[name].file)
     first, end = motions.longest_clean(clip)
     assert first <= excerpt.start_s * clip.fps

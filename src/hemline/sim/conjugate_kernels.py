@@ -9,6 +9,8 @@ import numpy as np
 
 from hemline.compiled import kernel, prange
 
+from .block_kernels import block_product, row_product
+
 CHUNK = 128
 FAST = {"contract", "nsz", "arcp"}
 
@@ -28,27 +30,27 @@ def coarse_matrix(
         xx = yx = yy = zx = zy = zz = 0.0
         for entry in range(member_starts[patch], member_starts[patch + 1]):
             i = members[entry]
-            d = diagonal[i]
+            d = diagonal[9 * i : 9 * i + 9]
             xx += d[0]
             yx += d[1]
-            yy += d[3]
+            yy += d[4]
             zx += d[2]
-            zy += d[4]
-            zz += d[5]
+            zy += d[5]
+            zz += d[8]
             for e in range(ring_starts[i], ring_starts[i + 1]):
-                j, b = ring[e], blocks[e]
+                j, b = ring[e], blocks[9 * e : 9 * e + 9]
                 if label[j] == patch:
                     xx += b[0]
-                    yx += b[3]
+                    yx += b[1]
                     yy += b[4]
-                    zx += b[6]
-                    zy += b[7]
+                    zx += b[2]
+                    zy += b[5]
                     zz += b[8]
                 elif label[j] < patch:
                     column = 3 * label[j] - row + here
                     for r in range(3):
                         for c in range(3):
-                            band_out[row + r, column + c - r] += b[3 * r + c]
+                            band_out[row + r, column + c - r] += b[3 * c + r]
             for e in range(far_starts[i], far_starts[i + 1]):
                 j, w = far[e], far_bending[e]
                 if label[j] == patch:
@@ -92,21 +94,24 @@ def factorise(band):
     return True
 
 
-@kernel
+@kernel(fastmath={"contract", "reassoc", "nsz"})
 def solve_band(band, values):
     """Solve L L^T x = values in place."""
     count, width = band.shape
     here = width - 1
     for r in range(count):
-        total = values[r]
-        for c in range(max(0, r - here), r):
-            total -= band[r, c - r + here] * values[c]
-        values[r] = total / band[r, here]
+        first = max(0, r - here)
+        total, a, b = 0.0, band[r, first - r + here : here], values[first:r]
+        for k in range(r - first):
+            total += a[k] * b[k]
+        values[r] = (values[r] - total) / band[r, here]
     for r in range(count - 1, -1, -1):
         x = values[r] / band[r, here]
         values[r] = x
-        for c in range(max(0, r - here), r):
-            values[c] -= band[r, c - r + here] * x
+        first = max(0, r - here)
+        a, b = band[r, first - r + here : here], values[first:r]
+        for k in range(r - first):
+            b[k] -= a[k] * x
 
 
 @kernel(parallel=True, fastmath=FAST)
@@ -117,36 +122,34 @@ def conjugate_gradients(
 ):  # fmt: skip
     """Solve A x = right for the free vertices; the others, whose inverse is 0, stay 0.
 
-    # model: A = blocks on the ring, far_bending I beyond it, symmetric diagonal; band = factor of the coarse matrix
+    # model: A = blocks on the ring, far_bending I beyond it, diagonal; band = factor of the coarse matrix
     # in:  label: patch of each vertex, one past the last for fixed ones; tolerance: on sqrt(r . M r) relative to its
     #      start; iterations: at most
-    # out: solution; the rest is working memory. Vectors are flat (3 verts), coarse has one patch more, which stays 0.
+    # out: solution; the rest is working memory. Vectors and blocks are flat, see `block_kernels`; coarse has one patch
+    #      more, which stays 0.
     # Returns the number of iterations.
     """
     count, patches = label.shape[0], member_starts.shape[0] - 1
     chunks = (count + CHUNK - 1) // CHUNK
     alpha, old, enough = np.float32(0.0), 0.0, 0.0
-    for k in prange(3 * count):
+    for k in prange(4 * count):
         solution_out[k], residual_out[k], search_out[k], product_out[k] = 0.0, right[k], 0.0, 0.0
     for c in range(3):
         coarse_out[3 * patches + c] = 0.0
     for iteration in range(iterations + 1):
         for chunk in prange(chunks):
             first, end, total = chunk * CHUNK, min(count, (chunk + 1) * CHUNK), 0.0
-            for k in range(3 * first, 3 * end):
+            for k in range(4 * first, 4 * end):
                 solution_out[k] += alpha * search_out[k]
                 residual_out[k] -= alpha * product_out[k]
             for i in range(first, end):
-                r0, r1, r2 = residual_out[3 * i], residual_out[3 * i + 1], residual_out[3 * i + 2]
-                z0 = inverse[i, 0] * r0 + inverse[i, 1] * r1 + inverse[i, 2] * r2
-                z1 = inverse[i, 1] * r0 + inverse[i, 3] * r1 + inverse[i, 4] * r2
-                z2 = inverse[i, 2] * r0 + inverse[i, 4] * r1 + inverse[i, 5] * r2
-                total += r0 * z0 + r1 * z1 + r2 * z2
+                # from here on `product` holds D^-1 r, until the matrix is applied
+                total += block_product(inverse, i, residual_out, product_out)
             partial_out[chunk] = total
         for patch in prange(patches):
             sum0, sum1, sum2 = 0.0, 0.0, 0.0
             for entry in range(member_starts[patch], member_starts[patch + 1]):
-                k = 3 * members[entry]
+                k = 4 * members[entry]
                 sum0 += residual_out[k]
                 sum1 += residual_out[k + 1]
                 sum2 += residual_out[k + 2]
@@ -167,42 +170,17 @@ def conjugate_gradients(
         old = new
         for chunk in prange(chunks):
             for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
-                k, c = 3 * i, 3 * label[i]
-                r0, r1, r2 = residual_out[k], residual_out[k + 1], residual_out[k + 2]
-                z0 = inverse[i, 0] * r0 + inverse[i, 1] * r1 + inverse[i, 2] * r2 + np.float32(coarse_out[c])
-                z1 = inverse[i, 1] * r0 + inverse[i, 3] * r1 + inverse[i, 4] * r2 + np.float32(coarse_out[c + 1])
-                z2 = inverse[i, 2] * r0 + inverse[i, 4] * r1 + inverse[i, 5] * r2 + np.float32(coarse_out[c + 2])
-                search_out[k] = z0 + beta * search_out[k]
-                search_out[k + 1] = z1 + beta * search_out[k + 1]
-                search_out[k + 2] = z2 + beta * search_out[k + 2]
+                k, c = 4 * i, 3 * label[i]
+                for axis in range(3):
+                    z = product_out[k + axis] + np.float32(coarse_out[c + axis])
+                    search_out[k + axis] = z + beta * search_out[k + axis]
         for chunk in prange(chunks):
             total = 0.0
             for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
-                p0, p1, p2 = search_out[3 * i], search_out[3 * i + 1], search_out[3 * i + 2]
-                # nine sums, so that no addition waits for the one before
-                xx, xy, xz = diagonal[i, 0] * p0, diagonal[i, 1] * p1, diagonal[i, 2] * p2
-                yx, yy, yz = diagonal[i, 1] * p0, diagonal[i, 3] * p1, diagonal[i, 4] * p2
-                zx, zy, zz = diagonal[i, 2] * p0, diagonal[i, 4] * p1, diagonal[i, 5] * p2
-                for entry in range(ring_starts[i], ring_starts[i + 1]):
-                    j, k = 3 * ring[entry], 9 * entry
-                    s0, s1, s2 = search_out[j], search_out[j + 1], search_out[j + 2]
-                    xx += blocks[k] * s0
-                    xy += blocks[k + 1] * s1
-                    xz += blocks[k + 2] * s2
-                    yx += blocks[k + 3] * s0
-                    yy += blocks[k + 4] * s1
-                    yz += blocks[k + 5] * s2
-                    zx += blocks[k + 6] * s0
-                    zy += blocks[k + 7] * s1
-                    zz += blocks[k + 8] * s2
-                for entry in range(far_starts[i], far_starts[i + 1]):
-                    j, w = 3 * far[entry], far_bending[entry]
-                    xx += w * search_out[j]
-                    yy += w * search_out[j + 1]
-                    zz += w * search_out[j + 2]
-                q0, q1, q2 = xx + xy + xz, yx + yy + yz, zx + zy + zz
-                product_out[3 * i], product_out[3 * i + 1], product_out[3 * i + 2] = q0, q1, q2
-                total += p0 * q0 + p1 * q1 + p2 * q2
+                total += row_product(
+                    i, diagonal, ring, ring_starts[i], ring_starts[i + 1], blocks, far, far_starts[i],
+                    far_starts[i + 1], far_bending, search_out, product_out,
+                )  # fmt: skip
             partial_out[chunk] = total
         bend = 0.0
         for chunk in range(chunks):

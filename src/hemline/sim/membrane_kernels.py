@@ -90,7 +90,7 @@ def membrane_blocks(
 
     # model: K_ij = sum over shared triangles of sum_pq k_pq f_p f_q^T + (g_i . S+ g_j) I
     # in:  lame, shear: constants with viscosity [N/m]; frame, tension: from `membrane`
-    # out: blocks (ring, 9) float32
+    # out: blocks, one an entry of the ring, by columns, flat float32
     """
     c11 = lame + 2.0 * shear
     for e in prange(edge_slots.shape[0]):
@@ -122,12 +122,10 @@ def membrane_blocks(
             zx += u2 * a0 + v2 * b0
             zy += u2 * a1 + v2 * b1
             zz += u2 * a2 + v2 * b2 + s
-        blocks_out[ij, 0], blocks_out[ij, 1], blocks_out[ij, 2] = xx, xy, xz
-        blocks_out[ij, 3], blocks_out[ij, 4], blocks_out[ij, 5] = yx, yy, yz
-        blocks_out[ij, 6], blocks_out[ij, 7], blocks_out[ij, 8] = zx, zy, zz
-        blocks_out[ji, 0], blocks_out[ji, 1], blocks_out[ji, 2] = xx, yx, zx
-        blocks_out[ji, 3], blocks_out[ji, 4], blocks_out[ji, 5] = xy, yy, zy
-        blocks_out[ji, 6], blocks_out[ji, 7], blocks_out[ji, 8] = xz, yz, zz
+        b = blocks_out[9 * ij : 9 * ij + 9]
+        b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7], b[8] = xx, yx, zx, xy, yy, zy, xz, yz, zz
+        b = blocks_out[9 * ji : 9 * ji + 9]
+        b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7], b[8] = xx, xy, xz, yx, yy, yz, zx, zy, zz
 
 
 __all__ = ["FAST", "green_strain", "membrane", "membrane_blocks"]

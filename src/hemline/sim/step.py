@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .air_kernels import air_at_vertices, air_by_triangle
+from .block_kernels import blocks_of, vector_of
 from .clusters import Clusters
 from .conjugate_kernels import coarse_matrix, conjugate_gradients, factorise
 from .contact import Contact
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 FASTEST = 60.0
 """A vertex faster than this is taken for a step that failed [m/s]."""
 
+NEAR = 0.001
+"""Contact is looked for again when a vertex has moved by this much [m]."""
+
 WORST_ERROR = 0.015
 """So is a mean residual that would move a free vertex farther than this within the step [m]."""
 
@@ -37,10 +41,8 @@ class Memory:
         self.face_energy, self.hinge_energy = np.empty(faces), np.empty(hinges)
         self.hinge_gradient, self.bent = np.empty((hinges, 12)), np.zeros((verts, 3))
         self.gradient, self.energy, self.residual = np.empty((verts, 3)), np.empty(chunks), np.empty(chunks)
-        self.blocks = np.empty((len(sheet.ring.columns), 9), np.float32)
-        self.diagonal, self.inverse = np.empty((verts, 6), np.float32), np.empty((verts, 6), np.float32)
-        self.right, self.solution = np.empty((verts, 3), np.float32), np.empty((verts, 3), np.float32)
-        self.vectors = [np.empty(3 * verts, np.float32) for _ in range(3)]
+        self.blocks, self.diagonal, self.inverse = (blocks_of(n) for n in (len(sheet.ring.columns), verts, verts))
+        self.right, self.solution, *self.vectors = (vector_of(verts) for _ in range(5))
         self.band = np.empty((3 * patches, clusters.width))
         self.sums = [np.empty(chunks), np.empty(3 * patches), np.empty(3 * patches + 3)]
         self.far_bending = sheet.far_bending.astype(np.float32)
@@ -70,8 +72,11 @@ class Step:
         self.planes: Planes = no_planes(sheet.vertex_count)
         if stepper.surface is not None and then.skin is not None and now.skin is not None:
             push = stepper.push * np.where(state.pinched, self.settings.pinched_share, 1.0)
-            self.contact = Contact(stepper.surface, then.skin, now.skin, x0, self.x, stepper.fixed, push)
+            self.contact = Contact(
+                stepper.surface, then.skin, now.skin, x0, self.x, stepper.fixed, push, stepper.last_anchors
+            )
             self.planes = self.contact.planes
+        self.touched = self.x
         self.evaluate()
 
     def newton(self) -> int:
@@ -97,14 +102,14 @@ class Step:
         )  # fmt: skip
         if not factorise(memory.band):
             raise StepRejected("the Hessian is not positive")
-        np.negative(memory.gradient, out=memory.right, casting="same_kind")
+        np.negative(memory.gradient, out=memory.right.reshape(-1, 4)[:, :3], casting="same_kind")
         steps = conjugate_gradients(
-            sheet.ring.starts, sheet.ring.columns, memory.blocks.ravel(), sheet.far.starts, sheet.far.columns,
+            sheet.ring.starts, sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns,
             memory.far_bending, memory.diagonal, memory.inverse, clusters.members.starts, clusters.members.columns,
-            clusters.label, memory.band, memory.right.ravel(), self.settings.solver_share,
-            self.settings.solver_steps, memory.solution.ravel(), *memory.vectors, *memory.sums,
+            clusters.label, memory.band, memory.right, self.settings.solver_share,
+            self.settings.solver_steps, memory.solution, *memory.vectors, *memory.sums,
         )  # fmt: skip
-        self._search(memory.solution.astype(np.float64))
+        self._search(memory.solution.reshape(-1, 4)[:, :3].astype(np.float64))
         return steps
 
     def _search(self, direction: Positions) -> None:
@@ -144,10 +149,12 @@ class Step:
         self.residual_share = float(memory.residual.sum()) / free / stepper.mean_weight
 
     def touch(self) -> None:
-        """Look for contact again, where the cloth is now."""
-        if self.contact is not None:
-            self.contact.move(self.x)
-            self.planes = self.contact.planes
+        """Look for contact again where the cloth is now, unless it hardly moved since."""
+        if self.contact is None or ((self.x - self.touched) ** 2).sum(axis=1).max() < NEAR**2:
+            return
+        self.contact.move(self.x)
+        self.planes, self.touched = self.contact.planes, self.x
+        self.evaluate()
 
     def check(self) -> None:
         """Refuse a result that cannot be used.
@@ -165,6 +172,8 @@ class Step:
 
     def result(self) -> ClothState:
         """The state at the end of the step."""
+        if self.contact is not None:
+            self.stepper.last_anchors = self.contact.ahead
         penetration = np.clip(self.settings.thickness - self.planes.gap(self.x), 0, self.settings.contact_depth)
         velocities = (self.x - self.state.positions) / self.h
         return ClothState(

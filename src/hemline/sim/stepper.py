@@ -14,7 +14,7 @@ from .settings import SimSettings
 from .sheet import Sheet, incidence
 from .state import ClothState, Positions, Scene, StepRejected, StepReport, Wind
 from .step import Memory, Step
-from .surface import Surface
+from .surface import Anchors, Surface
 
 KEPT_COMPRESSION = 0.9
 """Share of the compression that inertia makes harmless which stays in the Hessian."""
@@ -73,6 +73,7 @@ class Stepper:
         self.hinge_corners = incidence(sheet.hinges.ravel(), np.arange(sheet.hinges.size), sheet.vertex_count)
         self.clusters = make_clusters(sheet, self.fixed)
         self.memory = Memory(sheet, self.clusters)
+        self.last_anchors: Anchors | None = None
 
     def start(self, positions: Positions) -> ClothState:
         """At rest at the given positions.
@@ -126,7 +127,6 @@ class Stepper:
             solver_steps += step.newton()
             taken += 1
             step.touch()
-            step.evaluate()
             if step.residual_share < self.settings.residual_share:
                 break
         step.check()

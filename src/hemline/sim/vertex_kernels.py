@@ -111,7 +111,7 @@ def diagonal_blocks(
     x, mass, over_h2, ring_starts, blocks, far_starts, far_bending, air_matrix, normal, point, carried, stiffness,
     limit, thickness, depth, creep, fixed, diagonal_out, inverse_out,
 ):  # fmt: skip
-    """Diagonal blocks of the Hessian as (xx, xy, xz, yy, yz, zz) and their inverses; 0 for fixed vertices."""
+    """Diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine a vertex."""
     for i in prange(x.shape[0]):
         m = air_matrix[i]
         a = mass[i] * over_h2
@@ -119,7 +119,7 @@ def diagonal_blocks(
             a -= far_bending[entry]
         xx, xy, xz, yy, yz, zz = a + m[0], m[1], m[2], a + m[3], m[4], a + m[5]
         for entry in range(ring_starts[i], ring_starts[i + 1]):
-            b = blocks[entry]
+            b = blocks[9 * entry : 9 * entry + 9]
             xx -= b[0]
             xy -= 0.5 * (b[1] + b[3])
             xz -= 0.5 * (b[2] + b[6])
@@ -144,13 +144,14 @@ def diagonal_blocks(
             yy += t + (k - t) * n1 * n1
             yz += (k - t) * n1 * n2
             zz += t + (k - t) * n2 * n2
-        d = diagonal_out[i]
-        d[0], d[1], d[2], d[3], d[4], d[5] = xx, xy, xz, yy, yz, zz
+        d = diagonal_out[9 * i : 9 * i + 9]
+        d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8] = xx, xy, xz, xy, yy, yz, xz, yz, zz
         c0, c1, c2 = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
         over = 0.0 if fixed[i] else 1.0 / (xx * c0 + xy * c1 + xz * c2)
-        d = inverse_out[i]
-        d[0], d[1], d[2] = c0 * over, c1 * over, c2 * over
-        d[3], d[4], d[5] = (xx * zz - xz * xz) * over, (xy * xz - xx * yz) * over, (xx * yy - xy * xy) * over
+        a0, a1, a2 = c0 * over, c1 * over, c2 * over
+        a4, a5, a8 = (xx * zz - xz * xz) * over, (xy * xz - xx * yz) * over, (xx * yy - xy * xy) * over
+        d = inverse_out[9 * i : 9 * i + 9]
+        d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8] = a0, a1, a2, a1, a4, a5, a2, a5, a8
 
 
 __all__ = ["CHUNK", "contact_terms", "diagonal_blocks", "gradient", "slip_terms"]
