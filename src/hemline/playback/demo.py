@@ -18,7 +18,7 @@ from .record import record
 Say = Callable[[str], None]
 """Called with one line for the user."""
 
-SMALL_EPOCHS, SMALL_COLLISION_EPOCHS = 60, 2
+SMALL_EPOCHS = 60
 """Passes over the data in the demo from nothing."""
 
 RUN_IN = 1.0
@@ -68,7 +68,7 @@ def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any
     say(f"2/4 fit: {sum(row.clip_frames for row in rows)} frames")
     dataset = datasets.open_dataset(folder / "cape-light")
     kind = animators.animator_class("ropes")
-    config = replace(kind.Config(), epochs=SMALL_EPOCHS, collision_epochs=SMALL_COLLISION_EPOCHS)
+    config = replace(kind.Config(), epochs=SMALL_EPOCHS)
     animator = kind.fit(dataset, config, seed=0)
     animator.save(folder / "cape-light.safetensors")
     held_out = motions.load(dataset.split("test")[0].clip)

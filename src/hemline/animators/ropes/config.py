@@ -22,9 +22,7 @@ class RopesConfig:
     hidden: int = 500
     """Neurons in each of the two hidden layers."""
     epochs: int = 200
-    """Passes over the data of each network, on the data term alone."""
-    collision_epochs: int = 5
-    """Passes after that, on both terms."""
+    """Passes over the data of each network."""
     batch: int = 128
     """Frames a step of the optimiser."""
     skinning_rate: float = 1e-4
@@ -34,8 +32,8 @@ class RopesConfig:
     data_weight: float = 0.1
     """Weight of the mean square distance to the truth."""
     collision_weight: float = 1000.0
-    """Weight of the mean square distance to the pushed-out place, for vertices that are inside."""
-    expansion: float = 0.004
+    """Weight of the mean square of what vertices lack to be clear of the body."""
+    expansion: float = 0.006
     """Distance that vertices should keep from the body in the collision term [m]."""
     collision_vertices: int = 256
     """Vertices drawn for the collision term in each step."""
@@ -44,7 +42,8 @@ class RopesConfig:
     mirror: bool = True
     """Show each training frame with left and right exchanged, too, if garment and body are symmetric."""
     rope_share: float = 0.0
-    """Share of the training frames whose bones come from the ropes instead of the truth."""
+    """Share of the training frames whose bones come from the ropes instead of the truth, in the data term; the
+    collision term sees both."""
     checkpoint_epochs: int = 10
     """The state of the training is kept every so many passes."""
     threads: int = 2
@@ -57,7 +56,7 @@ class RopesConfig:
                 if not isinstance(value, bool):
                     raise BadInput(f"option '{each.name}' is a switch", repr(value), "use true or false")
             elif each.type in (int, "int"):
-                least = 0 if each.name in ("second_columns", "collision_epochs") else 1
+                least = 0 if each.name == "second_columns" else 1
                 if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= 100_000:
                     cure = f"use a whole number from {least} to 100000"
                     raise BadInput(f"option '{each.name}' is a count", repr(value), cure)

@@ -65,8 +65,8 @@ def fit(
     if ropes is None:
         ropes, found = ropes_for(source, shaped, rest, config, progress)
     with _kept(checkpoints) as folder:
-        frames, distances = gather(source, ropes, folder, roped=config.rope_share > 0, mirror=config.mirror)
-        learned = learn(frames, distances, config, seed=seed, progress=progress, folder=folder)
+        frames, clearances = gather(source, ropes, folder, roped=True, mirror=config.mirror)
+        learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
     return AnimatorRopes(
         garment, ropes, rest, learned.skinning_basis, learned.shape_basis, learned.skinning, learned.shape,
         body_name=garment.body_name, body_hash=shaped.body.hash, config=config, figures=learned.figures | found,

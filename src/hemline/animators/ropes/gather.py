@@ -10,39 +10,18 @@ import numpy as np
 from hemline import bodies
 from hemline.arrays import FramesOfVertices, Points, Transforms, Vertices
 from hemline.bodies.shaped import ShapedBody
-from hemline.collide.proxy import BodyProxy
 from hemline.datasets import Dataset, Row, Take
 from hemline.errors import BadDataset
 from hemline.files import content_hash
-from hemline.motions import JOINT_NAMES
 
 from .bones import rest_bones
 from .chains import Ropes
+from .collision import Clearances, clearances
 from .frames import Frames
-from .keyframe import from_key, to_key
+from .keyframe import to_key
 from .mirror import mirror_of, mirrored_transforms, mirrored_vertices
 
 SIDES = ("train", "val", "test")
-
-
-@dataclass(frozen=True)
-class BodyDistances:
-    """Distances to the body's primitives in every frame, in the frame of the key joint."""
-
-    proxies: tuple[BodyProxy, ...]
-    """One a body shape."""
-    shape: np.ndarray
-    """Which of them a frame belongs to."""
-    transforms: np.ndarray
-    """Skin transforms of each frame."""
-    key: int
-    """Index of the key joint."""
-
-    def __call__(self, frame: int, points: Points) -> np.ndarray:
-        """Signed distances of points in a frame's key frame [m]."""
-        transforms = self.transforms[frame]
-        world = from_key(transforms[self.key], points)
-        return self.proxies[self.shape[frame]].distances(world, transforms)[0]
 
 
 @dataclass(frozen=True)
@@ -113,32 +92,34 @@ class _Shown:
     """The frames of one take as they are shown to the networks: as they are, or mirrored."""
 
     vertices: FramesOfVertices
+    clearances: Clearances
+    """In the world."""
     transforms: Transforms
     rope_bones: np.ndarray | None
     side: int
     shape: int
 
 
-def gather(source: Source, ropes: Ropes, folder: Path, *, roped: bool, mirror: bool) -> tuple[Frames, BodyDistances]:
+def gather(source: Source, ropes: Ropes, folder: Path, *, roped: bool, mirror: bool) -> tuple[Frames, Clearances]:
     """All frames in the frame of the key joint.
 
     Args:
         source: The takes.
         ropes: The bones.
-        folder: Displacements are mapped from a file here, `displacements.npy`: they may be larger than the memory.
+        folder: Displacements and clearances are mapped from files here: they may be larger than the memory.
         roped: Run the ropes along every clip, too.
         mirror: Show the frames to train on mirrored, too, where garment and body are symmetric.
 
     Returns:
-        The frames, and distances to the body for the collision term.
+        The frames, and where the body is for the collision term.
     """
     partner = mirror_of(source.dataset.garment, source.shaped[0]) if mirror else None
     count, vertices = source.shown_count(mirrored=partner is not None), len(source.dataset.garment.vertices)
-    path = folder / "displacements.npy"
-    displacements = np.lib.format.open_memmap(path, mode="w+", dtype=np.float32, shape=(count, 3 * vertices))
+    displacements = _mapped(folder / "displacements.npy", np.float32, (count, 3 * vertices))
+    normals = _mapped(folder / "normals.npy", np.float16, (count, vertices, 3))
+    heights = _mapped(folder / "heights.npy", np.float16, (count, vertices))
     bones, rope_bones = (np.empty((count, ropes.node_count, 3), np.float32) for _ in range(2))
     sides, shapes = np.empty(count, np.int32), np.empty(count, np.int32)
-    every = np.empty((count, len(JOINT_NAMES), 3, 4), np.float32)
     rests = [rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)]
     first = 0
     for shown in _all_shown(source, ropes, roped, partner):
@@ -149,9 +130,10 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, roped: bool, mirror: b
         seen[:, ropes.kinematic] = ropes.carried_by(shown.transforms, source.shaped[shape])
         bones[at] = _in_key(seen, keys) - rests[shape]
         rope_bones[at] = bones[at] if shown.rope_bones is None else _in_key(shown.rope_bones, keys) - rests[shape]
-        every[at], sides[at], shapes[at] = shown.transforms, shown.side, shape
+        sides[at], shapes[at] = shown.side, shape
+        normals[at] = np.einsum("fvi,fij->fvj", shown.clearances.normals, keys[:, :, :3])
+        heights[at] = shown.clearances.heights
         first = at.stop
-    displacements.flush()
     free = np.ones((ropes.node_count, 3), np.float32)
     free[ropes.kinematic] = 0
     frames = Frames(
@@ -160,8 +142,11 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, roped: bool, mirror: b
         rests=np.stack(source.rests).reshape(len(source.rests), -1), shape=shapes, side=sides,
         mark=content_hash(source.mark, bones),
     )  # fmt: skip
-    proxies = tuple(BodyProxy.fit(shaped) for shaped in source.shaped)
-    return frames, BodyDistances(proxies, shapes, every, ropes.key_index)
+    return frames, Clearances(normals, heights)
+
+
+def _mapped(path: Path, kind: type, shape: tuple[int, ...]) -> np.ndarray:
+    return np.lib.format.open_memmap(path, mode="w+", dtype=kind, shape=shape)
 
 
 def _all_shown(source: Source, ropes: Ropes, roped: bool, partner: np.ndarray | None) -> Iterator[_Shown]:
@@ -169,9 +154,13 @@ def _all_shown(source: Source, ropes: Ropes, roped: bool, partner: np.ndarray | 
         shaped, clip = source.shaped[shape], take.clip_frames
         transforms = _transforms(shaped, take)[clip]
         vertices = take.vertices[clip]
-        yield _Shown(vertices, transforms, _simulated(ropes, shaped, take) if roped else None, side, shape)
+        posed = [shaped.posed(take.motion[index]) for index in clip]
+        clear = clearances(vertices, [body.vertices for body in posed], [body.normals for body in posed])
+        yield _Shown(vertices, clear, transforms, _simulated(ropes, shaped, take) if roped else None, side, shape)
         if partner is not None and side == 0:
-            yield _Shown(mirrored_vertices(vertices, partner), mirrored_transforms(transforms), None, side, shape)
+            vertices, transforms = mirrored_vertices(vertices, partner), mirrored_transforms(transforms)
+            clear = Clearances(mirrored_vertices(clear.normals, partner), clear.heights[:, partner])
+            yield _Shown(vertices, clear, transforms, None, side, shape)
 
 
 def _transforms(shaped: ShapedBody, take: Take) -> Transforms:

@@ -12,7 +12,7 @@ from hemline.arrays import Float
 from hemline.errors import MissingExtra
 from hemline.files import content_hash
 
-from .collision import Distances
+from .collision import Clearances
 from .config import RopesConfig
 from .frames import Frames
 from .lesson import Contact, Lesson
@@ -59,7 +59,7 @@ class Stage:
 
 def learn(
     frames: Frames,
-    distances: Distances | None,
+    clearances: Clearances | None,
     config: RopesConfig,
     *,
     seed: int,
@@ -70,7 +70,7 @@ def learn(
 
     Args:
         frames: Displacements, bones and the split.
-        distances: Distances to the body, for the collision term; None leaves it out.
+        clearances: Where the body is, for the collision term; None leaves it out.
         config: Options.
         seed: Seed of all that is random.
         progress: Called with stage, passes done and in all.
@@ -97,13 +97,13 @@ def learn(
         return np.ascontiguousarray(frames.displacements[train, at])
 
     skinning_settings = (config.components, config.second_columns, config.skinning_rate, seed)
-    first = _stage("skinning", truth, None, frames, distances, config, skinning_settings, mark, tell, folder)
+    first = _stage("skinning", truth, None, frames, clearances, config, skinning_settings, mark, tell, folder)
 
     def residual(at: slice) -> np.ndarray:
         return truth(at) - first.rows(train, at)
 
     shape_settings = (config.shape_components, 0, config.shape_rate, seed + 1)
-    second = _stage("shape", residual, first, frames, distances, config, shape_settings, mark, tell, folder)
+    second = _stage("shape", residual, first, frames, clearances, config, shape_settings, mark, tell, folder)
     return Learned(first.basis, second.basis, first.network, second.network, _figures(frames, first, second))
 
 
@@ -112,7 +112,7 @@ def _stage(
     strips: Callable[[slice], np.ndarray],
     before: Stage | None,
     frames: Frames,
-    distances: Distances | None,
+    clearances: Clearances | None,
     config: RopesConfig,
     settings: tuple[int, int, float, int],
     mark: str,
@@ -135,15 +135,11 @@ def _stage(
     )  # fmt: skip
     unpacked = basis.unpacked()
 
-    def base(chosen: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        rest = frames.rest_rows(chosen % len(frames.side), rows)
-        return rest + before.rows(chosen, rows) if before else rest
+    def astray(chosen: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        truth = frames.displacements[(chosen % len(frames.side))[:, None], rows]
+        return before.rows(chosen, rows) - truth if before else -truth
 
-    def true(chosen: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        shown = chosen % len(frames.side)
-        return frames.rest_rows(shown, rows) + frames.displacements[shown[:, None], rows]
-
-    contact = Contact(unpacked, base, true, distances) if distances else None
+    contact = Contact(unpacked, astray, clearances) if clearances else None
     network = train_network(
         lesson, contact, config, rate=rate, seed=seed, mark=mark, folder=folder,
         progress=lambda done, total: tell(f"{name} network", done, total),

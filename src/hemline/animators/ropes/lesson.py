@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline.arrays import Float, Int
 
-from .collision import Distances
+from .collision import Clearances
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,7 @@ class Contact:
 
     basis: Float[np.ndarray, "modes rows"]
     """Basis vectors as they are played."""
-    before: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    """Positions in the key frame without this network, of some examples at some rows [m]."""
-    truth: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    """True positions in the key frame of some examples at some rows [m]."""
-    distances: Distances
-    """Signed distances to the body of a *frame*."""
+    astray: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    """Displacements without this network, less the true ones, of some examples at some rows [m]."""
+    clearances: Clearances
+    """Of all frames."""

@@ -1,4 +1,4 @@
-"""Training of one network with torch: coefficients from bones, on the data term and then on both terms."""
+"""Training of one network with torch: coefficients from bones, on the data term and the collision term."""
 
 import itertools
 import math
@@ -11,7 +11,7 @@ import torch
 from hemline.errors import BadModel
 from hemline.files import read_tensors, write_tensors
 
-from .collision import pushed_out
+from .collision import missing
 from .config import RopesConfig
 from .lesson import Contact, Lesson
 from .linear_start import as_network, ridge
@@ -56,23 +56,21 @@ def train_network(
     Source: Jin et al., "Rope chains", 2024, Sections 7 to 9. Differs: inputs and outputs are scaled to unit deviation;
         the network begins as the ridge regression (`linear_start`), without which a thousand frames leave five times
         the error on unseen clips and the paper's rates hardly get anywhere; noise on the bones; the pass with the
-        least validation error is kept before the collision term comes in, which acts in the last passes only.
+        least validation loss is kept; the collision term sees the bones of the ropes, too.
     """
     trainer = _Trainer(lesson, contact, config, rate, seed)
-    total = config.epochs + (config.collision_epochs if contact else 0)
+    total = config.epochs
     checkpoint = folder / f"{lesson.stage}.safetensors" if folder else None
     done = trainer.restore(checkpoint, mark) if checkpoint else 0
     while done < total:
         trainer.set_rate(0.5 * rate * (1 + math.cos(math.pi * done / total)))
-        trainer.run_epoch(done, collide=done >= config.epochs)
+        trainer.run_epoch(done)
         done += 1
-        if done <= config.epochs:
-            trainer.remember_best()
-        if done == config.epochs:
-            trainer.return_to_best()
+        trainer.remember_best()
         if checkpoint and (done % config.checkpoint_epochs == 0 or done == total):
             trainer.keep(checkpoint, mark, done)
         progress(done, total)
+    trainer.return_to_best()
     return trainer.network()
 
 
@@ -121,13 +119,13 @@ class _Trainer:
             value = torch.relu(value) if i < len(self.layers) - 1 else value
         return value * self.scale
 
-    def run_epoch(self, epoch: int, *, collide: bool) -> None:
+    def run_epoch(self, epoch: int) -> None:
         # a generator of its own for each pass: a training that was resumed goes the same way
         random = np.random.default_rng((self.seed, epoch))
         order = random.permutation(self.lesson.train)
         for first in range(0, len(order), self.config.batch):
             examples = self.drawn(np.sort(order[first : first + self.config.batch]), random)
-            loss = self.loss(examples, random, collide=collide)
+            loss = self.loss(examples, random)
             self.adam.zero_grad()
             loss.backward()
             self.adam.step()
@@ -144,54 +142,62 @@ class _Trainer:
             return frames
         return frames + self.lesson.frame_count * (random.random(len(frames)) < self.config.rope_share)
 
-    def loss(self, examples: np.ndarray, random: np.random.Generator, *, collide: bool) -> torch.Tensor:
+    def loss(self, examples: np.ndarray, random: np.random.Generator) -> torch.Tensor:
+        found = self.coefficients(self.noisy(examples, random))
+        loss = self.config.data_weight * self.misses(examples, found).mean() / self.lesson.vertex_count
+        if self.contact:
+            loss = loss + self.config.collision_weight * self.collision(examples, found, random)
+            if self.lesson.roped:
+                others = self.roped(examples)
+                found = self.coefficients(self.noisy(others, random))
+                loss = loss + self.config.collision_weight * self.collision(others, found, random)
+        return loss
+
+    def roped(self, examples: np.ndarray) -> np.ndarray:
+        """The same frames, with the bones of the ropes."""
+        return examples % self.lesson.frame_count + self.lesson.frame_count
+
+    def noisy(self, examples: np.ndarray, random: np.random.Generator) -> torch.Tensor:
         bones = self.lesson.bones[examples]
         noise = random.standard_normal(bones.shape, np.float32) * np.float32(self.config.bone_noise)
-        found = self.coefficients(torch.from_numpy(bones + noise * self.lesson.free))
-        loss = self.config.data_weight * self.misses(examples, found).mean() / self.lesson.vertex_count
-        if collide and self.contact:
-            loss = loss + self.config.collision_weight * self.collision(examples, found, random)
-        return loss
+        return torch.from_numpy(bones + noise * self.lesson.free)
 
     def misses(self, examples: np.ndarray, found: torch.Tensor) -> torch.Tensor:
         """Square distance of the coefficients of each example to what they should be."""
         return ((found - torch.from_numpy(self.lesson.coefficients[examples])) ** 2).sum(dim=1)
 
     def collision(self, examples: np.ndarray, found: torch.Tensor, random: np.random.Generator) -> torch.Tensor:
-        """Mean over random vertices of the square distance to where they should be; unbiased in the choice."""
+        """Mean over random vertices of the square of what they lack; unbiased in the choice."""
         assert self.contact is not None
         count = min(self.config.collision_vertices, self.lesson.vertex_count)
         vertices = np.sort(random.choice(self.lesson.vertex_count, count, replace=False))
         rows = (3 * vertices[:, None] + np.arange(3)).reshape(-1)
-        base = torch.from_numpy(self.contact.before(examples, rows))
-        points = (base + found @ torch.from_numpy(self.contact.basis[:, rows])).reshape(len(examples), count, 3)
-        targets = self.targets(examples, rows, points.detach().numpy())
-        return ((points - torch.from_numpy(targets)) ** 2).sum(dim=2).mean()
-
-    def targets(self, examples: np.ndarray, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
-        assert self.contact is not None
-        truth = self.contact.truth(examples, rows).reshape(points.shape)
-        targets = np.empty_like(points)
-        for i, example in enumerate(examples):
-            both = self.contact.distances(int(example) % self.lesson.frame_count, np.concatenate([points[i], truth[i]]))
-            here, there = np.split(both, 2)
-            targets[i] = pushed_out(points[i], truth[i], here, there, self.config.expansion)
-        return targets
+        astray = torch.from_numpy(self.contact.astray(examples, rows))
+        offsets = (astray + found @ torch.from_numpy(self.contact.basis[:, rows])).reshape(len(examples), count, 3)
+        frames = examples % self.lesson.frame_count
+        normals, heights = (torch.from_numpy(each) for each in self.contact.clearances.rows(frames, vertices))
+        return (missing(offsets, normals, heights, self.config.expansion) ** 2).mean()
 
     def remember_best(self) -> None:
-        lesson, share = self.lesson, self.config.rope_share
-        frames = lesson.val if len(lesson.val) else lesson.train
-        loss = self.mean_miss(frames)
-        if lesson.roped:
-            loss = (1 - share) * loss + share * self.mean_miss(frames + lesson.frame_count)
+        loss = self.validation_loss()
         if loss < self.best_loss:
             self.best_loss = loss
             self.best = [p.detach().clone() for p in self.parameters]
 
-    def mean_miss(self, examples: np.ndarray) -> float:
+    def validation_loss(self) -> float:
+        """The loss on held-out frames, without noise and on the same vertices every time."""
+        lesson, share = self.lesson, self.config.rope_share
+        frames = lesson.val if len(lesson.val) else lesson.train
+        kinds = [(frames, 1 - share), (self.roped(frames), share)] if lesson.roped else [(frames, 1.0)]
+        total = 0.0
         with torch.no_grad():
-            found = self.coefficients(torch.from_numpy(self.lesson.bones[examples]))
-            return float(self.misses(examples, found).mean())
+            for examples, weight in kinds:
+                found = self.coefficients(torch.from_numpy(lesson.bones[examples]))
+                total += self.config.data_weight * weight * float(self.misses(examples, found).mean())
+                if self.contact:
+                    clear = self.collision(examples, found, np.random.default_rng(self.seed))
+                    total += self.config.collision_weight * lesson.vertex_count * float(clear)
+        return total / lesson.vertex_count
 
     def return_to_best(self) -> None:
         with torch.no_grad():
