@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from hemline.collide.primitive_kernels import ROUND_CONE, primitive_distance, round_cone_gap
 from hemline.compiled import kernel
 
@@ -14,6 +16,17 @@ REMEMBERED, ATTEMPTS = 4, 24
 """Push-outs of one node in one step: so many at most along its way, so many in all; the others along the gradient."""
 LONGEST = 1.2
 """A rope that a push-out would stretch beyond this share of its length gives in."""
+SHARES = (1.0, 0.5, 0.25, 0.0)
+"""Distances from the node above at which it then looks for a free place, as shares of its length."""
+HALVINGS = 12
+"""How often the turn to that place is halved."""
+_TURNS = np.arange(64)
+_HEIGHTS = (2.0 * _TURNS + 1.0) / len(_TURNS) - 1.0
+_ANGLES = _TURNS * math.pi * (3.0 - math.sqrt(5.0))
+DIRECTIONS = np.stack(
+    [np.sqrt(1.0 - _HEIGHTS**2) * np.cos(_ANGLES), _HEIGHTS, np.sqrt(1.0 - _HEIGHTS**2) * np.sin(_ANGLES)], axis=1
+)
+"""Directions (64, 3) spread evenly over the sphere, along a golden spiral."""
 
 CENTRE, RADIUS, SHIFT, TURN, KIND, JOINT, AXIS, PLACED = 8, 11, 12, 15, 16, 17, 18, 19
 """Columns of a placed primitive: a rounded cone in the world at the end of a substep (0 to 8), the ball around it, the
@@ -206,21 +219,44 @@ def push_out(kind, shapes, k, j, frames_from, frames_to, margin, friction, posit
 
 
 @kernel
-def retreat(placed, shapes, frames_to, margin, ax, ay, az, position_out):
-    # towards the node above (ax, ay, az) until outside of all   returns: whether it got out on the way
-    for _ in range(40):
-        x, y, z = position_out[0], position_out[1], position_out[2]
-        which, depth = deepest(placed, shapes, frames_to, frames_to, margin, 0.0, x, y, z, x, y, z)
-        if which < 0:
-            return True
-        left = math.sqrt((ax - x) ** 2 + (ay - y) ** 2 + (az - z) ** 2)
-        step = 1e-4 - depth
-        if step > left:
-            return False
-        position_out[0] += step / left * (ax - x)
-        position_out[1] += step / left * (ay - y)
-        position_out[2] += step / left * (az - z)
-    return False
+def is_free(placed, shapes, frames_to, margin, x, y, z):
+    return deepest(placed, shapes, frames_to, frames_to, margin, GRADIENT, x, y, z, x, y, z)[0] < 0
+
+
+@kernel
+def turn_free(placed, shapes, frames_to, margin, reach, ax, ay, az, position_out):
+    # in: the node above, reach of the rope   in/out: position_out, where the node wants to be
+    # returns: whether a place outside of all was found on the sphere of radius reach: the wanted direction, turned as
+    # little as DIRECTIONS tell, then back as far as it stays free (where the sphere meets a primitive's surface)
+    x, y, z = position_out[0] - ax, position_out[1] - ay, position_out[2] - az
+    size = math.sqrt(x * x + y * y + z * z)
+    x, y, z = (x / size, y / size, z / size) if size > 1e-12 else (0.0, -1.0, 0.0)
+    if is_free(placed, shapes, frames_to, margin, ax + reach * x, ay + reach * y, az + reach * z):
+        position_out[0], position_out[1], position_out[2] = ax + reach * x, ay + reach * y, az + reach * z
+        return True
+    nearest, which = -2.0, -1
+    for k in range(DIRECTIONS.shape[0]):
+        u, v, w = DIRECTIONS[k, 0], DIRECTIONS[k, 1], DIRECTIONS[k, 2]
+        near = u * x + v * y + w * z
+        if near > nearest and is_free(
+            placed, shapes, frames_to, margin, ax + reach * u, ay + reach * v, az + reach * w
+        ):
+            nearest, which = near, k
+    if which < 0:
+        return False
+    u, v, w = DIRECTIONS[which, 0], DIRECTIONS[which, 1], DIRECTIONS[which, 2]
+    for _ in range(HALVINGS):
+        p, q, r = x + u, y + v, z + w
+        size = math.sqrt(p * p + q * q + r * r)
+        if size < 1e-6:
+            break
+        p, q, r = p / size, q / size, r / size
+        if is_free(placed, shapes, frames_to, margin, ax + reach * p, ay + reach * q, az + reach * r):
+            u, v, w = p, q, r
+        else:
+            x, y, z = p, q, r
+    position_out[0], position_out[1], position_out[2] = ax + reach * u, ay + reach * v, az + reach * w
+    return True
 
 
 @kernel
@@ -239,6 +275,16 @@ def march_out(placed, shapes, frames_to, margin, position_out):
             nx, ny, nz = turned(frames_to, j, found[1], found[2], found[3])
         step = 1e-6 - depth
         position_out[0], position_out[1], position_out[2] = x + step * nx, y + step * ny, z + step * nz
+
+
+@kernel
+def let_go(placed, shapes, frames_to, margin, length, ax, ay, az, position_out):
+    # a chain that is caught: the free place within the rope's length that lies nearest to where it was pushed, the
+    # node above's own at the latest; where that is inside too, straight out, whatever the length
+    for share in SHARES:
+        if turn_free(placed, shapes, frames_to, margin, share * length, ax, ay, az, position_out):
+            return
+    march_out(placed, shapes, frames_to, margin, position_out)
 
 
 @kernel
@@ -280,10 +326,5 @@ def resolve_chain(first, last, lengths, margins, placed, shapes, frames_from, fr
         touched_out[i] = any_touched = True
         span = math.sqrt((position[0] - ax) ** 2 + (position[1] - ay) ** 2 + (position[2] - az) ** 2)
         if pushes == ATTEMPTS or span > LONGEST * lengths[i]:
-            # squeezed, or the way it came would tear the rope: a chain that is caught lets go
-            ox, oy, oz = position[0], position[1], position[2]
-            position[0], position[1], position[2] = x, y, z
-            if not retreat(placed, shapes, frames_to, margins[i], ax, ay, az, position):
-                position[0], position[1], position[2] = ox, oy, oz
-                march_out(placed, shapes, frames_to, margins[i], position)
+            let_go(placed, shapes, frames_to, margins[i], lengths[i], ax, ay, az, position)
     return any_touched
