@@ -70,7 +70,7 @@ def test_ropes_keep_their_length_and_stay_outside_on_a_run(fps):
         outside, _ = ropes().proxy.distances(state.positions, state.frames)
         margins = np.clip(ropes().chains.clearances, -0.05, ropes().constants.margin)
         assert (outside >= margins - 1e-6)[free].all()
-        assert excess.max() < 0.5
+        assert excess.max() <= 0.2 + 1e-9
     assert worst <= 1e-5
 
 

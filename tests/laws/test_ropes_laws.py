@@ -293,7 +293,7 @@ def test_wild_input_stays_finite_and_outside():
         x, v, tensions, _ = chains.advance(x, v, tensions, motion, dt, colliders=proxy.colliders, frames=(last, frame))
         last = frame
         assert np.isfinite(x).all() and np.isfinite(v).all() and np.isfinite(tensions).all()
-        assert chains.excess(x).max() < 0.25
+        assert chains.excess(x).max() <= 0.2 + 1e-9
 
 
 def test_gauss_seidel_comes_to_the_direct_solution():
