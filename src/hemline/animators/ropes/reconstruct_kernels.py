@@ -5,8 +5,13 @@ import numpy as np
 
 from hemline.compiled import kernel, numba
 
+from .prefetch_kernels import LINE, ask_for
+
 ROWS = 96
 """Rows (vertex coordinates) in a block: 32 vertices."""
+
+AHEAD = 16
+"""How many pairs of columns ahead of the one in work memory is asked for."""
 
 _INT8, _INT16, _INT32, _INT64 = (ir.IntType(bits) for bits in (8, 16, 32, 64))
 
@@ -48,6 +53,8 @@ def _block_products(typing, block, weights, sums_out):
             spread = builder.shuffle_vector(one, ir.Constant(int32x8, ir.Undefined), chosen(0, 0))
             spread = builder.sext(builder.bitcast(spread, int16x16), int32x16)
             first = builder.mul(loop.index, number(lanes))
+            for line in range(0, 2 * ROWS, LINE):
+                ask_for(builder, builder.gep(bytes_in, [builder.add(first, number(lanes * AHEAD + line // 16))]))
             for lane in range(lanes):
                 at = builder.gep(bytes_in, [builder.add(first, number(lane))])
                 products = builder.mul(builder.sext(builder.load(at, align=1), int32x16), spread)
