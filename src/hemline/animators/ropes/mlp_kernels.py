@@ -30,7 +30,7 @@ def _lowered(typing, bits):
 
 @kernel(fastmath={"reassoc", "contract", "nsz"})
 def layer(weights, scale, biases, inputs, rectified, outputs_out):
-    """`outputs = inputs weights + biases`, rectified if asked; float32 throughout. Inputs that are zero cost nothing."""
+    """`outputs = inputs weights + biases`, rectified if asked; float32 throughout. Zero inputs cost nothing."""
     # in: weights (ins, outs) int16 and scale as `mlp.packed` gives them, biases (outs,), inputs (ins,)
     # out: outputs_out (outs,)
     count = 0

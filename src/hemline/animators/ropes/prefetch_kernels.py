@@ -1,4 +1,4 @@
-"""Asking for memory ahead of its use, in compiled code: weights that no cache holds come in twice as fast."""
+"""Asking for memory ahead of its use, in compiled code: for weights that no near cache holds from frame to frame."""
 
 import llvmlite.ir as ir
 

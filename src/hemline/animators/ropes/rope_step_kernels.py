@@ -300,7 +300,7 @@ def advance_chains(
     numbers_work, flags_work = np.zeros((3, nodes)), np.zeros((2, nodes), np.bool_)
     chain_frames, root_velocities = np.zeros((chains, 3, 3)), np.zeros((chains, 3))
     before, after = frames_from.copy(), frames_from.copy()
-    placed = np.zeros((kinds.shape[0], PLACED))
+    placed = np.zeros((PLACED, kinds.shape[0]))
     position_way, velocity_way = float(choices[POSITION]), float(choices[VELOCITY])
     place_primitives(kinds, joints, shapes, centres, before, before, placed)
     place_kinematic(kinematic, motion, dt, 0.0, positions_out, velocities_out)
@@ -327,8 +327,9 @@ def advance_chains(
             a, b = offsets[c], offsets[c + 1]
             for i in range(a + 1, b):
                 move_node(i, lengths[i], held[i], h, starts, velocities_out, positions_out)
-            hit = resolve_chain(a, b, lengths, margins, placed, shapes, before, after, numbers[FRICTION], position_way,
-                                velocity_way, h, starts, positions_out, velocities_out, touched_out)  # fmt: skip
+            hit = resolve_chain(a, b, lengths, margins, kinds, joints, shapes, placed, before, after,
+                                numbers[FRICTION], position_way, velocity_way, h, starts, positions_out,
+                                velocities_out, touched_out)  # fmt: skip
             for d in range(3):
                 root_velocities[c, d] = ends[a, d]
             read_geometry(offsets[c : c + 2], lengths, inverse_masses, positions_out, directions, system, taut)
