@@ -3,7 +3,7 @@
 import llvmlite.ir as ir
 import numpy as np
 
-from hemline.compiled import kernel, numba
+from hemline.compiled import intrinsic, kernel, types
 
 from .prefetch_kernels import LINE, ask_for_entry
 
@@ -17,7 +17,7 @@ TOGETHER = 4
 _INT32 = ir.IntType(32)
 
 
-@numba.extending.intrinsic
+@intrinsic
 def _lowered(typing, bits):
     """The float16 number of these bits (int16), divided by LIFT^2: sign, exponent and mantissa moved into place."""
 
@@ -25,7 +25,7 @@ def _lowered(typing, bits):
         wide = builder.shl(builder.sext(arguments[0], _INT32), ir.Constant(_INT32, 13))
         return builder.bitcast(builder.and_(wide, ir.Constant(_INT32, 0x8FFFE000)), ir.FloatType())
 
-    return numba.types.float32(bits), generate
+    return types.float32(bits), generate
 
 
 @kernel(fastmath={"reassoc", "contract", "nsz"})

@@ -2,7 +2,7 @@
 
 import llvmlite.ir as ir
 
-from hemline.compiled import numba
+from hemline.compiled import intrinsic, types
 
 LINE = 64
 """Bytes that come at once."""
@@ -19,7 +19,7 @@ def ask_for(builder, pointer):
     builder.call(ask, [builder.bitcast(pointer, _BYTES), *(ir.Constant(_INT32, flag) for flag in (0, 3, 1))])
 
 
-@numba.extending.intrinsic
+@intrinsic
 def ask_for_entry(typing, array, index):
     """Ask for the line that holds entry `index` of a contiguous array of one axis."""
 
@@ -27,4 +27,4 @@ def ask_for_entry(typing, array, index):
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
         ask_for(builder, builder.gep(data, [arguments[1]]))
 
-    return numba.types.void(array, index), generate
+    return types.void(array, index), generate

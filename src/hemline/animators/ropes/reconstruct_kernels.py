@@ -3,7 +3,7 @@
 import llvmlite.ir as ir
 import numpy as np
 
-from hemline.compiled import kernel, numba
+from hemline.compiled import cgutils, intrinsic, kernel, types
 
 from .prefetch_kernels import LINE, ask_for
 
@@ -16,7 +16,7 @@ AHEAD = 16
 _INT8, _INT16, _INT32, _INT64 = (ir.IntType(bits) for bits in (8, 16, 32, 64))
 
 
-@numba.extending.intrinsic
+@intrinsic
 def _block_products(typing, block, weights, sums_out):
     """sums_out[r] = sum over columns k of block[k, r] weights[k], for the ROWS rows of one block, in int32.
 
@@ -44,10 +44,9 @@ def _block_products(typing, block, weights, sums_out):
         pairs_in = builder.bitcast(pairs_in, _INT32.as_pointer())
         sums = builder.bitcast(sums, int32x8.as_pointer())
         totals = [
-            numba.core.cgutils.alloca_once_value(builder, ir.Constant(int32x8, [ir.Constant(_INT32, 0)] * 8))
-            for _ in range(lanes)
+            cgutils.alloca_once_value(builder, ir.Constant(int32x8, [ir.Constant(_INT32, 0)] * 8)) for _ in range(lanes)
         ]
-        with numba.core.cgutils.for_range(builder, pairs) as loop:
+        with cgutils.for_range(builder, pairs) as loop:
             pair = builder.load(builder.gep(pairs_in, [loop.index]), align=2)
             one = builder.insert_element(ir.Constant(int32x8, ir.Undefined), pair, ir.Constant(_INT32, 0))
             spread = builder.shuffle_vector(one, ir.Constant(int32x8, ir.Undefined), chosen(0, 0))
@@ -65,7 +64,7 @@ def _block_products(typing, block, weights, sums_out):
         for lane in range(lanes):
             builder.store(builder.load(totals[lane]), builder.gep(sums, [number(lane)]), align=4)
 
-    return numba.types.void(block, weights, sums_out), generate
+    return types.void(block, weights, sums_out), generate
 
 
 @kernel
