@@ -19,9 +19,9 @@ from typing import Any
 
 import numba
 import numba.core.config
+import numba.extending
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
 
 _PACKAGE = Path(__file__).parent
 _IMPORT = re.compile(r"^\s*(?:from|import)\s[^#\n]*", re.MULTILINE)
@@ -76,6 +76,7 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     return numba.njit(**({"cache": True, "error_model": "numpy", "nogil": True} | options))(function)
 
 
+intrinsic: Any = numba.extending.intrinsic
 prange = numba.prange
 
 __all__ = ["cache_folder", "cgutils", "intrinsic", "kernel", "kernel_files", "prange", "source_hash", "types"]

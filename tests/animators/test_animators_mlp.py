@@ -27,6 +27,40 @@ def test_kernel_equals_numpy_and_float64():
     np.testing.assert_allclose(many, exact, atol=1e-5)
 
 
+def exactly(net, inputs):
+    value = inputs.astype(np.float64)
+    for i, (weights, biases) in enumerate(zip(net.weights, net.biases, strict=True)):
+        value = weights.astype(np.float64) @ value + biases
+        value = np.maximum(value, 0) if i < 2 else value
+    return value
+
+
+def test_weights_below_the_normal_numbers_of_float16_count_in_full():
+    # all weights are of the order of 1e-6, where float16 has steps of 6e-8 and a flush to zero would leave nothing
+    random = np.random.default_rng(2)
+    net = Mlp.rounded([random.normal(size=(7, 7)) * 1e-6 for _ in range(3)], [random.normal(size=7) for _ in range(3)])
+    quiet = Mlp(net.weights, tuple(np.zeros_like(b) for b in net.biases[:2]) + (np.zeros(7, np.float32),))
+    inputs = random.normal(size=7).astype(np.float32) * 1e6
+    np.testing.assert_allclose(quiet(inputs), exactly(quiet, inputs), rtol=1e-5)
+    assert np.abs(quiet(inputs)).max() > 0
+    np.testing.assert_allclose(net(inputs), exactly(net, inputs), rtol=1e-5)
+
+
+def test_weights_as_large_as_float16_has_them_count_in_full():
+    random = np.random.default_rng(3)
+    net = Mlp.rounded([random.normal(size=(9, 9)) * 1e4 for _ in range(3)], [random.normal(size=9) for _ in range(3)])
+    inputs = random.normal(size=9).astype(np.float32)
+    found, exact = net(inputs), exactly(net, inputs)
+    np.testing.assert_allclose(found, exact, atol=1e-5 * np.abs(exact).max())
+
+
+def test_inputs_that_are_zero_change_nothing():
+    net, inputs = made(), np.random.default_rng(1).normal(size=40).astype(np.float32)
+    inputs[::3] = 0
+    np.testing.assert_allclose(net(inputs), net.many(inputs[None])[0], atol=1e-5)
+    np.testing.assert_allclose(net(np.zeros(40, np.float32)), net.many(np.zeros((1, 40)))[0], atol=1e-5)
+
+
 def test_torch_agrees():
     torch = pytest.importorskip("torch", reason="torch is the second route")
     net, inputs = made(), np.random.default_rng(1).normal(size=40).astype(np.float32)

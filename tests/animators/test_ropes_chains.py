@@ -5,7 +5,7 @@ import functools
 import numpy as np
 import pytest
 
-from hemline import bodies, garments, motions
+from hemline import animators, bodies, garments, motions
 from hemline.animators.ropes.calibrate import bone_error_mm, calibrated
 from hemline.animators.ropes.chains import Ropes
 from hemline.animators.ropes.constants import RopeConstants
@@ -70,7 +70,7 @@ def test_ropes_keep_their_length_and_stay_outside_on_a_run(fps):
         outside, _ = ropes().proxy.distances(state.positions, state.frames)
         margins = np.clip(ropes().chains.clearances, -0.05, ropes().constants.margin)
         assert (outside >= margins - 1e-6)[free].all()
-        assert excess.max() < 0.5
+        assert excess.max() <= 0.2 + 1e-9
     assert worst <= 1e-5
 
 
@@ -296,3 +296,14 @@ def test_calibration_refuses_what_does_not_fit():
     short = Motion(motion.rotations[:5], motion.translations[:5], 30, motion.leg_length)
     with pytest.raises(BadDataset, match="windows of a clip"):
         bone_error_mm(ropes(), shaped(), [(short, np.zeros((5, ropes().node_count, 3)))])
+
+
+@pytest.mark.parametrize("name", ["dance", "kick", "turn"])
+def test_no_rope_of_the_shipped_cape_is_stretched_by_more_than_a_fifth_where_the_body_catches_it(name):
+    found = animators.load("cape").ropes
+    motion, longest, touched = clip(name, 30), 0.0, False
+    state = found.start(shaped().posed(motion[0]))
+    for frame in range(len(motion)):
+        state = found.step(state, shaped().posed(motion[frame]), 1 / 30)
+        longest, touched = max(longest, found.excess(state).max()), touched or state.touched.any()
+    assert touched and longest <= 0.2 + 1e-9

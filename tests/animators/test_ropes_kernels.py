@@ -11,7 +11,9 @@ from hemline.animators.ropes import rope_frame_kernels as frames_room
 from hemline.animators.ropes import rope_step_kernels as steps
 from hemline.animators.ropes import tension_kernels as tension
 from hemline.animators.ropes.constants import RopeConstants
-from hemline.collide.primitives import round_cone_shape, rounded_cone
+from hemline.animators.ropes.dynamics import RopeChains
+from hemline.collide.primitives import box_shape, ellipsoid_shape, round_cone_shape, rounded_cone
+from hemline.collide.proxy import BodyProxy
 
 
 def random_chain(rng, count):
@@ -289,3 +291,61 @@ def test_first_contact_is_where_the_distance_falls_to_the_margin():
         elif gaps.min() > 1e-4:
             assert found > 1
     assert hits > 20
+
+
+def test_measured_gaps_are_those_of_the_plain_twin_and_ways_are_never_too_short():
+    rng = np.random.default_rng(8)
+    shapes = []
+    for _ in range(40):
+        first, second = rng.uniform(0.02, 0.2, 2)
+        # the last ones are balls: one end inside the other
+        length = 0.9 * abs(first - second) if len(shapes) >= 30 else rng.uniform(0.21, 0.5)
+        axis = rng.normal(size=3)
+        start = rng.normal(0, 0.3, 3)
+        shapes.append(round_cone_shape(start, start + length * axis / np.linalg.norm(axis), first, second)[1])
+    proxy = BodyProxy.made([(0, (0, shape)) for shape in shapes], np.zeros((1, 3)))
+    frames = []
+    for _ in range(2):
+        turn = np.linalg.qr(np.eye(3) + rng.normal(0, 0.1, (3, 3)))[0]
+        turn *= np.sign(np.diag(turn))
+        frames.append(np.concatenate([turn, rng.normal(0, 0.1, (3, 1))], axis=1)[None].copy())
+    kinds, joints, shapes, centres, _ = proxy.colliders
+    placed = np.zeros((collisions.PLACED, len(kinds)))
+    collisions.place_primitives(kinds, joints, shapes, centres, frames[0], frames[0], placed)
+    collisions.place_primitives(kinds, joints, shapes, centres, frames[0], frames[1], placed)
+    (before,), (after,) = frames
+    for _ in range(50):
+        start, end = rng.normal(0, 0.4, (2, 3))
+        collisions.measure(placed, *start, *end)
+        rest, was = (end - after[:, 3]) @ after[:, :3], (start - before[:, 3]) @ before[:, :3]
+        for k, shape in enumerate(shapes):
+            plain, _ = rounded_cone(rest[None], shape[:3], shape[3:6], shape[6], shape[7])
+            assert placed[collisions.GAP, k] == pytest.approx(plain[0], abs=1e-12)
+        assert (placed[collisions.WAY] >= np.linalg.norm(rest - was) - 1e-12).all()
+
+
+@pytest.mark.parametrize("name", ["ellipsoid", "box", "ball", "blunt cone"])
+def test_a_chain_stays_outside_of_every_kind_of_primitive(name):
+    shape = {
+        "ellipsoid": ellipsoid_shape(np.zeros(3), np.array([0.3, 0.1, 0.2]), np.eye(3)),
+        "box": box_shape(np.zeros(3), np.array([0.2, 0.08, 0.2]), np.eye(3), 0.02),
+        "ball": round_cone_shape(np.zeros(3), np.zeros(3), 0.15, 0.15),
+        "blunt cone": round_cone_shape(np.array([0, 0, 0.05]), np.zeros(3), 0.05, 0.15),
+    }[name]
+    proxy = BodyProxy.made([(0, shape)], np.zeros((1, 3)))
+    line = np.column_stack([0.05 + 0.06 * np.arange(9), np.full(9, 0.3), np.zeros(9)])
+    chains = RopeChains.free([line], RopeConstants(margin=0.002))
+    x, v, tensions, touched = line, np.zeros_like(line), np.zeros(9), False
+    motion = np.stack([line[:1], line[:1], np.zeros((1, 3)), np.zeros((1, 3))])
+    for k in range(60):
+        frames = []
+        for t in (k / 60, (k + 1) / 60):
+            c, s = np.cos(3 * t), np.sin(3 * t)
+            frames.append(np.array([[[c, 0, s, 0.3 * s], [0, 1, 0, 0], [-s, 0, c, 0.1 * s]]]))
+        x, v, tensions, hit = chains.advance(
+            x, v, tensions, motion, 1 / 60, colliders=proxy.colliders, frames=(frames[0], frames[1])
+        )
+        touched |= hit.any()
+        assert proxy.distances(x[1:], frames[1])[0].min() >= 0.002 - 2e-9
+        assert chains.excess(x).max() <= 0.2 + 1e-9
+    assert touched

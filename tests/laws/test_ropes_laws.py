@@ -293,7 +293,7 @@ def test_wild_input_stays_finite_and_outside():
         x, v, tensions, _ = chains.advance(x, v, tensions, motion, dt, colliders=proxy.colliders, frames=(last, frame))
         last = frame
         assert np.isfinite(x).all() and np.isfinite(v).all() and np.isfinite(tensions).all()
-        assert chains.excess(x).max() < 0.25
+        assert chains.excess(x).max() <= 0.2 + 1e-9
 
 
 def test_gauss_seidel_comes_to_the_direct_solution():
@@ -326,19 +326,36 @@ def test_a_thrown_up_bead_leaves_its_taut_rope_at_once():
     np.testing.assert_allclose(path[:, 1, 1], -1 + 2 * t - 0.5 * GRAVITY * t * t, atol=1e-12)
 
 
-def test_excess_after_contact_is_gone_within_three_frames():
+@pytest.mark.parametrize(
+    ("rate", "swings"), [(60, (9, 7)), (30, (9, 7)), (120, (9, 7)), (24, (9, 7)), (60, (5, 7)), (60, (15, 11))]
+)
+def test_excess_after_contact_is_gone_within_three_frames(rate, swings):
     chains, start = swinging_chain(**ALL_FORCES)
     kind, shape = round_cone_shape(np.array([-0.4, -0.2, 0.05]), np.array([0.4, -0.2, 0.05]), 0.06, 0.06)
     proxy = BodyProxy.made([(0, (kind, shape))], np.zeros((1, 3)))
 
     def way(t):
-        return np.concatenate([np.eye(3), [[2.0 * np.sin(9 * t)], [0.3 * np.sin(7 * t)], [0]]], axis=1)[None].copy()
+        shift = [[2.0 * np.sin(swings[0] * t)], [0.3 * np.sin(swings[1] * t)], [0]]
+        return np.concatenate([np.eye(3), shift], axis=1)[None].copy()
 
-    path, _, _, touched = run(chains, start, 1 / 60, 240, proxy=proxy, frames=way)
+    path, _, _, touched = run(chains, start, 1 / rate, 4 * rate, proxy=proxy, frames=way)
     excess = chains.excess(path[1:])
-    # beyond a fifth a push-out is given up for a retreat along the rope; where none is free, outside comes first
-    assert touched.any() and excess.max() <= 0.6
+    # beyond a fifth a push-out is given up for a free place within the rope's length
+    assert touched.any() and excess.max() <= 0.2 + 1e-9
+    for k, nodes in enumerate(path[1:, chains.parents >= 0], 1):
+        assert proxy.distances(nodes, way(k / rate))[0].min() >= chains.constants.margin - 2e-9
     free = ~touched & ~np.roll(touched, 1, axis=1)
     assert excess[free].max() <= 1e-5
     quiet = np.lib.stride_tricks.sliding_window_view(touched.any(1), 3).any(1)
-    assert excess[2:][~quiet].max(initial=0) <= 1e-5
+    assert (~quiet).any() and excess[2:][~quiet].max() <= 1e-5
+
+
+def test_a_rope_whose_node_above_is_buried_deeper_than_its_length_leaves_the_body_all_the_same():
+    kind, shape = round_cone_shape(np.zeros(3), np.zeros(3), 0.5, 0.5)
+    proxy = BodyProxy.made([(0, (kind, shape))], np.zeros((1, 3)))
+    line = hanging(3) + [0.1, 0, 0]
+    chains = RopeChains.free([line], constants())
+    path, *_ = run(chains, line, 1 / 60, 10, proxy=proxy)
+    assert np.linalg.norm(path[1:, 1:], axis=-1).min() >= 0.5 - 2e-9
+    # no place within the length is free; that of the node below is, as soon as the one above it is out
+    assert chains.excess(path[1:])[:, 1].min() > 0.2 >= chains.excess(path[1:])[:, 2].max()

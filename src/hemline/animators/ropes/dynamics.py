@@ -21,7 +21,9 @@ Differs from the paper:
 - Drag acts as 1 - exp(-k h / 2), springs saturate at what h can follow: no constant makes a step unstable.
 - Collisions find where the node's way entered, by Newton's method, and see a way right through; `slide` goes on along
   the surface from there, where `history` stops. A push-out that would stretch a rope by more than a fifth is given up
-  for the nearest free point towards the node above, where there is one.
+  for a free place within the rope's length, turned about the node above. Such a place exists wherever the node above
+  is itself outside, by the margin of this node; below a node that is carried deep inside the body there may be none,
+  and then the rope is stretched: outside comes first.
 """
 
 import math

@@ -2,15 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from hemline.animators.model_file import AGAIN, array_of
-from hemline.arrays import Float
+from hemline.arrays import Float, Int
 from hemline.errors import BadModel
 
-from .mlp_kernels import layer
+from .mlp_kernels import LIFT, SMALLEST, layer
 
 LAYERS = 3
 """Two hidden layers and the output."""
@@ -41,12 +42,16 @@ class Mlp:
             tuple(np.ascontiguousarray(b, np.float32) for b in biases),
         )
 
+    @cached_property
+    def _packed(self) -> tuple[tuple[Int[np.ndarray, "ins outs"], np.float32], ...]:
+        return tuple(packed(weights) for weights in self.weights)
+
     def __call__(self, inputs: Float[np.ndarray, " ins"]) -> Float[np.ndarray, " outs"]:
         """The output for one input."""
         value = inputs
-        for i, (weights, biases) in enumerate(zip(self.weights, self.biases, strict=True)):
+        for i, ((bits, scale), biases) in enumerate(zip(self._packed, self.biases, strict=True)):
             outputs = np.empty(len(biases), np.float32)
-            layer(weights, biases, value, i < LAYERS - 1, outputs)
+            layer(bits, scale, biases, value, i < LAYERS - 1, outputs)
             value = outputs
         return value
 
@@ -79,3 +84,21 @@ class Mlp:
         if width == 0:
             raise BadModel("a network of the model has no outputs", 0, AGAIN)
         return cls(tuple(weights), tuple(biases))
+
+
+def packed(weights: Float[np.ndarray, "outs ins"]) -> tuple[Int[np.ndarray, "ins outs"], np.float32]:
+    """Weights as the kernel reads them, and the scale to read them with.
+
+    All are first multiplied by a power of two, so that the kernel meets no float16 number below the normal ones. That
+    changes no bit where all weights are below 64; else those below a 30,000,000th of the largest become zero.
+
+    Args:
+        weights: Values that float16 can hold, as float32.
+
+    Returns:
+        Bits of float16 numbers, int16, C-contiguous, and what a sum over inputs is to be multiplied by.
+    """
+    lift = min(10, 16 - int(np.frexp(np.abs(weights).max(initial=0.0))[1]))
+    lifted = np.ldexp(weights.T, lift)
+    lifted[np.abs(lifted) < SMALLEST] = 0.0
+    return np.ascontiguousarray(lifted.astype(np.float16)).view(np.int16), np.float32(LIFT / 2.0**lift)

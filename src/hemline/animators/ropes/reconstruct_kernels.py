@@ -3,15 +3,20 @@
 import llvmlite.ir as ir
 import numpy as np
 
-from hemline.compiled import kernel, numba
+from hemline.compiled import cgutils, intrinsic, kernel, types
+
+from .prefetch_kernels import LINE, ask_for
 
 ROWS = 96
 """Rows (vertex coordinates) in a block: 32 vertices."""
 
+AHEAD = 16
+"""How many pairs of columns ahead of the one in work memory is asked for."""
+
 _INT8, _INT16, _INT32, _INT64 = (ir.IntType(bits) for bits in (8, 16, 32, 64))
 
 
-@numba.extending.intrinsic
+@intrinsic
 def _block_products(typing, block, weights, sums_out):
     """sums_out[r] = sum over columns k of block[k, r] weights[k], for the ROWS rows of one block, in int32.
 
@@ -39,15 +44,16 @@ def _block_products(typing, block, weights, sums_out):
         pairs_in = builder.bitcast(pairs_in, _INT32.as_pointer())
         sums = builder.bitcast(sums, int32x8.as_pointer())
         totals = [
-            numba.core.cgutils.alloca_once_value(builder, ir.Constant(int32x8, [ir.Constant(_INT32, 0)] * 8))
-            for _ in range(lanes)
+            cgutils.alloca_once_value(builder, ir.Constant(int32x8, [ir.Constant(_INT32, 0)] * 8)) for _ in range(lanes)
         ]
-        with numba.core.cgutils.for_range(builder, pairs) as loop:
+        with cgutils.for_range(builder, pairs) as loop:
             pair = builder.load(builder.gep(pairs_in, [loop.index]), align=2)
             one = builder.insert_element(ir.Constant(int32x8, ir.Undefined), pair, ir.Constant(_INT32, 0))
             spread = builder.shuffle_vector(one, ir.Constant(int32x8, ir.Undefined), chosen(0, 0))
             spread = builder.sext(builder.bitcast(spread, int16x16), int32x16)
             first = builder.mul(loop.index, number(lanes))
+            for line in range(0, 2 * ROWS, LINE):
+                ask_for(builder, builder.gep(bytes_in, [builder.add(first, number(lanes * AHEAD + line // 16))]))
             for lane in range(lanes):
                 at = builder.gep(bytes_in, [builder.add(first, number(lane))])
                 products = builder.mul(builder.sext(builder.load(at, align=1), int32x16), spread)
@@ -58,7 +64,7 @@ def _block_products(typing, block, weights, sums_out):
         for lane in range(lanes):
             builder.store(builder.load(totals[lane]), builder.gep(sums, [number(lane)]), align=4)
 
-    return numba.types.void(block, weights, sums_out), generate
+    return types.void(block, weights, sums_out), generate
 
 
 @kernel

@@ -188,14 +188,15 @@ def kick(offsets, inverse_masses, choices, h, accelerations, root_velocities, se
                 v[i, d] += 0.5 * h * accelerations[a + i, d]
         pull(directions[a:b], inverse_masses[a:b], tensions, 0.5 * h, v)
         apply_impulses(directions[a:b], inverse_masses[a:b], system[1, a:b], system[2, a:b], taut[a:b], free, choices,
-                       v, numbers_work[:, :count], active)  # fmt: skip
+                       v, numbers_work, active)  # fmt: skip
 
 
 @kernel
 def apply_impulses(directions, inverse_masses, diagonal, beside, taut, held, choices, velocities_out,
                    numbers_work, active_work):  # fmt: skip
     # in: one chain and its matrix   in/out: velocities_out: no taut rope lengthens after it, no held one shortens
-    wanted, upper, impulses = numbers_work[0], numbers_work[1], numbers_work[2]
+    count = diagonal.shape[0]
+    wanted, upper, impulses = numbers_work[0, :count], numbers_work[1, :count], numbers_work[2, :count]
     impulse_demand(directions, velocities_out, wanted)
     for i in range(impulses.shape[0]):
         impulses[i] = 0.0
@@ -300,7 +301,7 @@ def advance_chains(
     numbers_work, flags_work = np.zeros((3, nodes)), np.zeros((2, nodes), np.bool_)
     chain_frames, root_velocities = np.zeros((chains, 3, 3)), np.zeros((chains, 3))
     before, after = frames_from.copy(), frames_from.copy()
-    placed = np.zeros((kinds.shape[0], PLACED))
+    placed = np.zeros((PLACED, kinds.shape[0]))
     position_way, velocity_way = float(choices[POSITION]), float(choices[VELOCITY])
     place_primitives(kinds, joints, shapes, centres, before, before, placed)
     place_kinematic(kinematic, motion, dt, 0.0, positions_out, velocities_out)
@@ -327,8 +328,9 @@ def advance_chains(
             a, b = offsets[c], offsets[c + 1]
             for i in range(a + 1, b):
                 move_node(i, lengths[i], held[i], h, starts, velocities_out, positions_out)
-            hit = resolve_chain(a, b, lengths, margins, placed, shapes, before, after, numbers[FRICTION], position_way,
-                                velocity_way, h, starts, positions_out, velocities_out, touched_out)  # fmt: skip
+            hit = resolve_chain(a, b, lengths, margins, kinds, joints, shapes, placed, before, after,
+                                numbers[FRICTION], position_way, velocity_way, h, starts, positions_out,
+                                velocities_out, touched_out)  # fmt: skip
             for d in range(3):
                 root_velocities[c, d] = ends[a, d]
             read_geometry(offsets[c : c + 2], lengths, inverse_masses, positions_out, directions, system, taut)
@@ -336,7 +338,7 @@ def advance_chains(
                 for i in range(b - a):
                     flags_work[1, i] = False
                 apply_impulses(directions[a:b], inverse_masses[a:b], system[1, a:b], system[2, a:b], taut[a:b],
-                               flags_work[1, : b - a], choices, velocities_out[a:b], numbers_work[:, : b - a],
+                               flags_work[1, : b - a], choices, velocities_out[a:b], numbers_work,
                                flags_work[0, : b - a])  # fmt: skip
         turn_chains(chain_joints, after, chain_frames)
         # step 4: the other half
