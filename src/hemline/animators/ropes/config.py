@@ -31,8 +31,10 @@ class RopesConfig:
     """The same for the shape network."""
     data_weight: float = 0.1
     """Weight of the mean square distance to the truth."""
-    collision_weight: float = 1000.0
+    collision_weight: float = 3.0
     """Weight of the mean square of what vertices lack to be clear of the body."""
+    rope_collision_weight: float = 0.1
+    """The same where the bones come from the ropes: they are centimetres off, so the truth is a rougher guide."""
     expansion: float = 0.006
     """Distance that vertices should keep from the body in the collision term [m]."""
     collision_vertices: int = 256

@@ -150,7 +150,7 @@ class _Trainer:
             if self.lesson.roped:
                 others = self.roped(examples)
                 found = self.coefficients(self.noisy(others, random))
-                loss = loss + self.config.collision_weight * self.collision(others, found, random)
+                loss = loss + self.config.rope_collision_weight * self.collision(others, found, random)
         return loss
 
     def roped(self, examples: np.ndarray) -> np.ndarray:
@@ -188,15 +188,17 @@ class _Trainer:
         """The loss on held-out frames, without noise and on the same vertices every time."""
         lesson, share = self.lesson, self.config.rope_share
         frames = lesson.val if len(lesson.val) else lesson.train
-        kinds = [(frames, 1 - share), (self.roped(frames), share)] if lesson.roped else [(frames, 1.0)]
+        kinds = [(frames, 1 - share if lesson.roped else 1.0, self.config.collision_weight)]
+        if lesson.roped:
+            kinds.append((self.roped(frames), share, self.config.rope_collision_weight))
         total = 0.0
         with torch.no_grad():
-            for examples, weight in kinds:
+            for examples, part, weight in kinds:
                 found = self.coefficients(torch.from_numpy(lesson.bones[examples]))
-                total += self.config.data_weight * weight * float(self.misses(examples, found).mean())
+                total += self.config.data_weight * part * float(self.misses(examples, found).mean())
                 if self.contact:
                     clear = self.collision(examples, found, np.random.default_rng(self.seed))
-                    total += self.config.collision_weight * lesson.vertex_count * float(clear)
+                    total += weight * lesson.vertex_count * float(clear)
         return total / lesson.vertex_count
 
     def return_to_best(self) -> None:
