@@ -19,6 +19,9 @@ PINCH_OFFSET = np.float32(0.002)
 SKYLINE_MARGIN = np.float32(0.005)
 """How much the boxes of the body are widened before vertices are certified to be free of them [m]."""
 
+TURNS = 16
+"""Rounding of a point that goes into the bone's frame and back, in units of its last place there."""
+
 
 class ProjectedFrame:
     """Body and garment in the frame of the key bone, and what the stages find out about them."""
@@ -28,17 +31,18 @@ class ProjectedFrame:
         self.projector, self.patches, self.vertices = projector, patches, vertices
         self.margin, self.gap = np.float32(projector.settings.margin), np.float32(projector.settings.gap)
         self.to_world = np.ascontiguousarray(posed.transforms[projector.key_joint], np.float32)
-        turn = self.to_world[:, :3].T
-        to_bone = np.ascontiguousarray(np.concatenate([turn, -turn @ self.to_world[:, 3:]], axis=1))
         self.body, self.points = np.empty((len(patches.order), 3), np.float32), np.empty_like(vertices)
-        into_frame(to_bone, posed.vertices, patches.order, self.body)
-        into_frame(to_bone, vertices, projector.order, self.points)
+        into_frame(self.to_world, posed.vertices, patches.order, self.body)
+        into_frame(self.to_world, vertices, projector.order, self.points)
         leaves = len(patches.leaf_start) - 1
-        self.leaf_box, self.corners = np.empty((6, leaves), np.float32), np.empty((leaves, 9, BLOCK), np.float32)
+        self.leaf_box, self.corners = np.empty((6, leaves), np.float32), np.empty((leaves, 10, BLOCK), np.float32)
         self.patch_box = np.empty((6, len(patches.patch_start) - 1), np.float32)
         surface_boxes(
             self.body, patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.leaf_box, self.patch_box
         )
+        reach = float(np.abs(self.patch_box).max())
+        far = float(np.abs(self.to_world[:, 3]).max()) + reach
+        self.rounding = np.float32(np.finfo(np.float32).eps * (TURNS * reach + 2 * far))
         self.known, self.normals = np.zeros(len(self.body), np.bool_), np.empty_like(self.body)
         self.state = replace(
             state,
@@ -99,8 +103,8 @@ class ProjectedFrame:
         tests, group = np.empty((2 * count, 3), np.float32), np.empty(2 * count, np.int32)
         after, bad, inside = np.empty(count, np.int32), np.empty(count, np.int32), np.empty(count, np.bool_)
         used = list_tests(self.points, ids, pushed, GROUP, tests, group, after)
-        winding = self.windings(tests[:used], group[:used])
-        bad_count = judge(self.points, ids, signed, winding, after, self.margin, pushed, inside, bad)
+        winding, near = self.windings(tests[:used], group[:used])
+        bad_count = judge(self.points, ids, signed, winding, near, after, self.margin, pushed, inside, bad)
         return inside, bad[:bad_count]
 
     def depth(
@@ -113,14 +117,16 @@ class ProjectedFrame:
             patches.patch_start, self.patch_box, patches.patch_limb, patches.across, patches.ring_start, patches.ring,
         )  # fmt: skip
 
-    def windings(self, tests: Points, group: Int[np.ndarray, " tests"]) -> Int[np.ndarray, " tests"]:
-        """Winding numbers of points that belong to groups of vertices, ascending."""
-        winding, patches = np.empty(len(tests), np.int32), self.patches
+    def windings(
+        self, tests: Points, group: Int[np.ndarray, " tests"]
+    ) -> tuple[Int[np.ndarray, " tests"], Bool[np.ndarray, " tests"]]:
+        """Winding numbers of points that belong to groups of vertices, ascending; which are within rounding of skin."""
+        winding, near, patches = np.empty(len(tests), np.int32), np.empty(len(tests), np.bool_), self.patches
         windings(
             tests, group, self.state.directions, self.body, patches.faces, self.leaf_box, patches.patch_start,
-            self.patch_box, self.corners, winding,
+            self.patch_box, self.rounding, self.corners, winding, near,
         )  # fmt: skip
-        return winding
+        return winding, near
 
     def led_out(
         self,
@@ -139,9 +145,9 @@ class ProjectedFrame:
                 patches.patch_limb, patches.across, patches.ring_start, patches.ring, self.known, self.normals,
                 state.anchors, state.heights, signed, trial, otherwise,
             )  # fmt: skip
-            winding = self.windings(trial, ids[bad] // GROUP)
+            winding, near = self.windings(trial, ids[bad] // GROUP)
             still, where = np.empty(len(bad), np.int32), np.empty((len(bad), 3), np.float32)
-            count = take_ways_out(bad, winding, trial, otherwise, pushed, still, where)
+            count = take_ways_out(bad, winding, near, trial, otherwise, pushed, still, where)
             bad, where = still[:count], where[:count]
         vertices = self.projector.order[ids[bad]]
         rank = np.argsort(vertices)

@@ -103,24 +103,26 @@ def list_tests(points, ids, pushed, per_group, tests_out, group_out, after_out):
 
 
 @kernel
-def judge(points, ids, signed, winding, after, margin, pushed_out, inside_out, bad_out):
+def judge(points, ids, signed, winding, near, after, margin, pushed_out, inside_out, bad_out):
     """Decide by the winding numbers of both positions of each vertex.
 
-    A vertex that was free, and was pushed by a stale anchor or into something, stays where it was.
+    Free is what has winding number 0 and is not within rounding of the surface. A vertex that was free, and was pushed
+    by a stale anchor or into something, stays where it was.
 
-    in: points (n,3), ids (k,), signed (k,) distances before, winding (tests,), after (k,); in and out: pushed_out
-    (k,3); out: inside_out (k,): inside before; bad_out: inside in both. Returns how many bad.
+    in: points (n,3), ids (k,), signed (k,) distances before, winding (tests,), near (tests,): within rounding of the
+    surface, after (k,); in and out: pushed_out (k,3); out: inside_out (k,): inside before; bad_out: free in neither.
+    Returns how many bad.
     """
     count = 0
     for k in range(len(signed)):
-        there = winding[after[k]]
-        before = winding[after[k - 1] + 1 if k > 0 else 0]
-        inside_out[k] = before != 0
-        stale = before == 0 and signed[k] < -margin
-        if before == 0 and abs(signed[k]) > np.float32(1e-5) and (there != 0 or stale):
+        first, there = after[k - 1] + 1 if k > 0 else 0, after[k]
+        was_free = winding[first] == 0 and not near[first]
+        is_free = winding[there] == 0 and not near[there]
+        inside_out[k] = winding[first] != 0
+        if was_free and (not is_free or signed[k] < -margin):
             for axis in range(3):
                 pushed_out[k, axis] = points[_index(ids[k]), axis]
-        elif there != 0:
+        elif not is_free:
             bad_out[count] = k
             count += 1
     return count
@@ -189,16 +191,17 @@ def deepest(
 
 
 @kernel
-def take_ways_out(bad, winding, trial, otherwise, pushed_out, still_out, where_out):
+def take_ways_out(bad, winding, near, trial, otherwise, pushed_out, still_out, where_out):
     """Send vertices where it is free.
 
     out: pushed_out (k,3); still_out (bad,): those for which it is not, where_out (bad,3): their trials.
     """
     count = 0
     for k in range(len(bad)):
+        is_free = winding[k] == 0 and not near[k]
         for axis in range(3):
-            pushed_out[bad[k], axis] = trial[k, axis] if winding[k] == 0 else otherwise[k, axis]
-        if winding[k] != 0:
+            pushed_out[bad[k], axis] = trial[k, axis] if is_free else otherwise[k, axis]
+        if not is_free:
             still_out[count] = bad[k]
             for axis in range(3):
                 where_out[count, axis] = trial[k, axis]
