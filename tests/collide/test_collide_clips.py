@@ -20,7 +20,7 @@ def cape():
 
 
 def count_inside(cape, motion, every=1):
-    """Vertices inside in every so many frames of a motion at 30 frames a second, and how many vertices were moved in all."""
+    """Vertices inside in every so many frames of a motion, and how many were moved in all frames."""
     after = moved = 0
     for index, frame in enumerate(hemline.play(cape, bodies.load(cape.body_name).shaped(), motion, pre_roll=0.2)):
         moved += frame.report.moved

@@ -222,6 +222,15 @@ def test_same_input_same_bits_and_a_state_can_be_rolled_back(loose):
     assert (again.anchors == projector.project(kept, poses[3], frames[3], dt=1 / 30)[0].anchors).all()
 
 
+def test_unmeasured_gives_the_same_bits(loose):
+    _, poses, frames, projector, *_ = loose
+    quiet = dataclasses.replace(projector, measure=False)
+    again, reports = run(quiet, poses[:8], frames[:8], 30)
+    measured, _ = run(projector, poses[:8], frames[:8], 30)
+    assert (again == measured).all()
+    assert all(report.inside_before is None and np.isnan(report.deepest_mm) for report in reports)
+
+
 def test_fast_pushes_but_does_not_claim(tight):
     shaped, poses, frames, *_ = tight
     projector = Projector.prepare(shaped, frames[0], NO_FACES, guarantee="fast")

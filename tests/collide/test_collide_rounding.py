@@ -8,7 +8,6 @@ from projection_samples import clip, inside_count
 
 from hemline.collide import Projector
 from hemline.collide.project_frame import ProjectedFrame
-from hemline.collide.raykernels import GROUP
 from hemline.collide.winding import winding_numbers
 from hemline.meshes import ClosestTree
 
@@ -81,9 +80,9 @@ def test_what_is_within_rounding_of_the_skin_is_found_along_all_directions(way):
     projector = Projector.prepare(shaped, vertices, NO_FACES)
     frame = ProjectedFrame(projector, projector.start(), poses[0], vertices)
     frame.state.directions[:] = way
-    group = np.arange(len(vertices), dtype=np.int32) // GROUP
+    every = np.arange(len(vertices), dtype=np.int32)
     assert frame.rounding < 1e-5
-    winding, near = frame.windings(frame.points, group)
+    winding, near = frame.windings(frame.points, every)
     assert near.all()
     real = frame.patches.faces[frame.patches.faces[:, 0] != frame.patches.faces[:, 1]]
     skin = ClosestTree(frame.body.astype(float), real)
@@ -92,7 +91,7 @@ def test_what_is_within_rounding_of_the_skin_is_found_along_all_directions(way):
     assert (winding == winding_numbers(frame.body, real, frame.points))[off].all()
     for off in (3e-6, 1e-5, 1e-3):
         moved = (frame.points + np.float32(off) * np.array([0.36, 0.48, 0.8], np.float32)).astype(np.float32)
-        _, near = frame.windings(moved, group)
+        _, near = frame.windings(moved, every)
         distance = skin.closest(moved).distances
         clear = np.abs(distance - frame.rounding) > 1e-7
         assert (near == (distance <= frame.rounding))[clear].all()

@@ -260,16 +260,18 @@ def settled_winding(corners, leaves, which, count, direction, point, rounding):
 
 @kernel
 def windings(
-    points, group, direction, body, faces, leaf_box, patch_start, patch_box, rounding, corners, winding_out, near_out
-):
-    """Winding numbers of points with respect to the posed body, by rays along the direction of each point's group.
+    points, ids, direction, body, faces, leaf_box, patch_start, patch_box, rounding, corners, ready, winding_out,
+    near_out,
+):  # fmt: skip
+    """Winding numbers of points with respect to the posed body, by rays along the direction of each vertex's group.
 
-    in: points (n,3), group (n,) ascending, direction (groups,), body (verts,3), faces (faces,3) in leaves, boxes,
-    rounding [m]; corners (leaves,10,8) is room; out: winding_out (n,), near_out (n,): whether a point is nearer to the
-    surface than `rounding`, which no ray along the axes would tell at a silhouette.
+    in: points (n,3), ids (n,): vertices that they belong to, ascending; direction (groups,), body (verts,3), faces
+    (faces,3) in leaves, boxes, rounding [m]; in and out: corners (leaves,10,8), ready (leaves,): which are
+    gathered; out: winding_out (n,), near_out (n,):
+    whether a point is nearer to the surface than `rounding`, which no ray along the axes would tell at a silhouette.
     """
     leaf_count, patch_count = leaf_box.shape[1], patch_box.shape[1]
-    mask, ready = np.zeros((leaf_count + 7) // 8 * 8, np.uint8), np.zeros(leaf_count, np.bool_)
+    mask, taken = np.zeros((leaf_count + 7) // 8 * 8, np.uint8), np.zeros(6, np.bool_)
     words = mask.view(np.uint64)
     patches, leaves = np.arange(patch_count), np.empty(leaf_count, np.int64)
     met, block_leaves, hits = (
@@ -281,15 +283,16 @@ def windings(
         np.empty((6, 5, patch_count + 8), np.float32),
         np.empty((5, leaf_count + 8), np.float32),
     )
-    for way in range(6):
-        take_shafts(patch_box, patches, 0, patch_count, way, patch_shafts[way])
     block_shafts = np.empty((5, leaf_count + 8), np.float32)
     begin = 0
     while begin < len(points):
-        end = begin + 1
-        while end < len(points) and group[end] == group[begin]:
+        end, group = begin + 1, ids[begin] // GROUP
+        while end < len(points) and ids[end] // GROUP == group:
             end += 1
-        way = np.int64(direction[group[begin]])
+        way = np.int64(direction[group])
+        if not taken[way]:
+            take_shafts(patch_box, patches, 0, patch_count, way, patch_shafts[way])
+            taken[way] = True
         axis, u, v = _index(way % 3), _index((way + 1) % 3), _index((way + 2) % 3)
         sign = np.float32(1 if way < 3 else -1)
         near_end = axis if way < 3 else axis + _index(3)

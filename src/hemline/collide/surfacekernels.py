@@ -51,12 +51,16 @@ def nearest_weights(a, b, c):
 def walk(body, faces, across, ring_start, ring, start, x, y, z):
     """Nearest point of the surface reached from a face by going on over the edge or corner that is nearest.
 
+    A face that lies wholly beyond the plane through the nearest place, square to the way there, is passed over.
+
     in: body (verts,3), faces (faces,3), across (faces,3): the face over each edge ab, bc, ca; ring: faces around each
     vertex; start: a face; returns face, weights of its second and third corner, squared distance [m^2].
     """
     best, at_b, at_c, nearest = np.int64(start), np.float32(0), np.float32(0), np.float32(np.inf)
     begin, end, over_edge = np.int64(0), np.int64(1), False
     vertex, edge = _index(0), _index(0)
+    nx, ny, nz = np.float32(0), np.float32(0), np.float32(0)
+    hx, hy, hz, beyond = nx, ny, nz, nx
     for step in range(MOST_STEPS):
         here, before = best, nearest
         for k in range(begin, end):
@@ -70,14 +74,22 @@ def walk(body, faces, across, ring_start, ring, start, x, y, z):
             a = (body[i, 0] - x, body[i, 1] - y, body[i, 2] - z)
             b = (body[j, 0] - x, body[j, 1] - y, body[j, 2] - z)
             c = (body[l, 0] - x, body[l, 1] - y, body[l, 2] - z)
+            if step > 0:
+                over_a = a[0] * hx + a[1] * hy + a[2] * hz
+                over_b = b[0] * hx + b[1] * hy + b[2] * hz
+                over_c = c[0] * hx + c[1] * hy + c[2] * hz
+                if min(over_a, over_b, over_c) >= beyond:
+                    continue
             s, t = nearest_weights(a, b, c)
             r = np.float32(1) - s - t
             px, py, pz = r * a[0] + s * b[0] + t * c[0], r * a[1] + s * b[1] + t * c[1], r * a[2] + s * b[2] + t * c[2]
             distance = px * px + py * py + pz * pz
             if distance < nearest:
                 best, at_b, at_c, nearest = face, s, t, distance
+                nx, ny, nz = px, py, pz
         if nearest >= before * np.float32(0.999999):
             break
+        hx, hy, hz, beyond = nx, ny, nz, nearest * np.float32(0.99999)
         at_a = np.float32(1) - at_b - at_c
         on_a, on_b, on_c = at_a > np.float32(1e-6), at_b > 0, at_c > 0
         if on_a and on_b and on_c:
@@ -134,6 +146,19 @@ def place_on(body, faces, face, at_b, at_c):
     y = at_a * body[i, 1] + at_b * body[j, 1] + at_c * body[k, 1]
     z = at_a * body[i, 2] + at_b * body[j, 2] + at_c * body[k, 2]
     return x, y, z
+
+
+@kernel(forceinline=True)
+def plane_height(body, faces, face, x, y, z):
+    """Height of a point over the plane of a face [m]."""
+    f = _index(face)
+    i, j, k = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2])
+    ax, ay, az = body[i, 0], body[i, 1], body[i, 2]
+    bx, by, bz = body[j, 0] - ax, body[j, 1] - ay, body[j, 2] - az
+    cx, cy, cz = body[k, 0] - ax, body[k, 1] - ay, body[k, 2] - az
+    nx, ny, nz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+    scale = np.float32(1) / max(np.sqrt(nx * nx + ny * ny + nz * nz), np.float32(1e-20))
+    return ((x - ax) * nx + (y - ay) * ny + (z - az) * nz) * scale
 
 
 @kernel

@@ -25,7 +25,7 @@ class Frame:
     body: PosedBody
     """The body of this frame."""
     report: ProjectionReport
-    """What the projection did."""
+    """What the projection did, without what `measure` adds."""
     milliseconds: Mapping[str, float]
     """Time by stage [ms]: `body`, `animator`, `projection`."""
 
@@ -81,7 +81,9 @@ def play(
             "the truth must have one row a frame", f"{len(truth)} for {len(motion)} frames", "use the take's motion"
         )
     dt = 1.0 / motion.fps
-    projector = Projector.prepare(body, animator.garment.vertices, animator.garment.faces, guarantee=guarantee)
+    projector = Projector.prepare(
+        body, animator.garment.vertices, animator.garment.faces, guarantee=guarantee, measure=False
+    )
     first = body.posed(motion[0])
     state, projected = animator.start(first), projector.start()
     for _ in range(round(pre_roll / dt) if truth is None else 0):
