@@ -4,9 +4,13 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-from .surfacekernels import blended_normal, place_on, plane_height, seek, seek_place, walk
+from .surfacekernels import MOST_STEPS, blended_normal, place_on, plane_height, seek, seek_place, walk
 
 _index = np.uintp
+SLOW_DEPTH = np.float32(0.01)
+"""What was displaced from deeper than this goes round a limb slowly, lest it pop from one side to the other [m]."""
+SLOW_STEPS = 5
+"""Faces that an anchor of such a vertex passes in a frame."""
 
 
 @kernel(forceinline=True)
@@ -42,20 +46,22 @@ def push(
             signed_out[k] = heights[i]
             continue
         start = np.int64(anchors[i])
-        if last >= 0:
+        slow = held and heights[i] < -SLOW_DEPTH
+        most_steps = np.int64(SLOW_STEPS if slow else MOST_STEPS)
+        if last >= 0 and not slow:
             p, q = _index(faces[_index(last), 0]), _index(faces[_index(start), 0])
             px, py, pz = body[p, 0] - x, body[p, 1] - y, body[p, 2] - z
             qx, qy, qz = body[q, 0] - x, body[q, 1] - y, body[q, 2] - z
             if px * px + py * py + pz * pz < np.float32(0.25) * (qx * qx + qy * qy + qz * qz):
                 start = last
         for attempt in range(2):
-            last, at_b, at_c, squared = walk(body, faces, across, ring_start, ring, start, x, y, z)
+            last, at_b, at_c, squared = walk(body, faces, across, ring_start, ring, start, most_steps, x, y, z)
             cx, cy, cz = place_on(body, faces, last, at_b, at_c)
             rx, ry, rz = x - cx, y - cy, z - cz
             nx, ny, nz = blended_normal(body, faces, ring_start, ring, last, at_b, at_c, known, normals)
             height = rx * nx + ry * ny + rz * nz
             distance = np.sqrt(squared) * (one if height >= 0 else -one)
-            deep = distance < -far and (heights[i] > -far or (ids[k] + turn) % 16 == 0)
+            deep = distance < -far and ((heights[i] > -far and not slow) or (ids[k] + turn) % 16 == 0)
             if attempt == 1 or not (deep or turn == 1):
                 break
             vertex, nearest = seek(

@@ -48,20 +48,21 @@ def nearest_weights(a, b, c):
 
 
 @kernel(forceinline=True)
-def walk(body, faces, across, ring_start, ring, start, x, y, z):
+def walk(body, faces, across, ring_start, ring, start, most_steps, x, y, z):
     """Nearest point of the surface reached from a face by going on over the edge or corner that is nearest.
 
     A face that lies wholly beyond the plane through the nearest place, square to the way there, is passed over.
 
     in: body (verts,3), faces (faces,3), across (faces,3): the face over each edge ab, bc, ca; ring: faces around each
-    vertex; start: a face; returns face, weights of its second and third corner, squared distance [m^2].
+    vertex; start: a face; most_steps: when to give up; returns face, weights of its second and third corner, squared
+    distance [m^2].
     """
     best, at_b, at_c, nearest = np.int64(start), np.float32(0), np.float32(0), np.float32(np.inf)
     begin, end, over_edge = np.int64(0), np.int64(1), False
     vertex, edge = _index(0), _index(0)
     nx, ny, nz = np.float32(0), np.float32(0), np.float32(0)
     hx, hy, hz, beyond = nx, ny, nz, nx
-    for step in range(MOST_STEPS):
+    for step in range(most_steps):
         here, before = best, nearest
         for k in range(begin, end):
             if step == 0:
@@ -196,4 +197,4 @@ def seek_place(
     """Nearest place of the surface to a point, around the vertex that `seek` finds; as from `walk`."""
     vertex, _ = seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, limb, x, y, z, bound)
     start = np.int64(ring[ring_start[vertex]])
-    return walk(body, faces, across, ring_start, ring, start, x, y, z)
+    return walk(body, faces, across, ring_start, ring, start, MOST_STEPS, x, y, z)
