@@ -25,7 +25,7 @@ class Frame:
     body: PosedBody
     """The body of this frame."""
     report: ProjectionReport
-    """What the projection did, without what `measure` adds."""
+    """What the projection did."""
     milliseconds: Mapping[str, float]
     """Time by stage [ms]: `body`, `animator`, `projection`."""
 
@@ -38,6 +38,7 @@ def play(
     fps: float | None = 30.0,
     pre_roll: float = 1.0,
     guarantee: str = "exact",
+    measure: bool = False,
     untangle: bool = False,
     placed: bool = False,
     truth: FramesOfVertices | None = None,
@@ -53,6 +54,7 @@ def play(
         fps: Frames a second to play at; None: the motion's own.
         pre_roll: Time in the first pose before the first frame [s].
         guarantee: `exact`: no vertex inside the body, tested in every frame; `fast`: not tested.
+        measure: Let reports say how many vertices were inside before, and how deep.
         untangle: Lift limbs out of each other first.
         placed: The motion is already scaled and grounded for this body.
         truth: Simulated vertices, one row a frame of the motion as it is played: the animator is driven by their
@@ -82,7 +84,7 @@ def play(
         )
     dt = 1.0 / motion.fps
     projector = Projector.prepare(
-        body, animator.garment.vertices, animator.garment.faces, guarantee=guarantee, measure=False
+        body, animator.garment.vertices, animator.garment.faces, guarantee=guarantee, measure=measure
     )
     first = body.posed(motion[0])
     state, projected = animator.start(first), projector.start()
