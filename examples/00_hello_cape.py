@@ -11,7 +11,7 @@ body = hemline.bodies.load("anny24").shaped(betas=[0.5, -1.0])
 cape = hemline.load("cape")
 run = hemline.motions.load("run")
 
-frames = list(hemline.play(cape, body, run, fps=30))
+frames = list(hemline.play(cape, body, run, fps=30, measure=True))
 inside = sum(frame.report.inside_before for frame in frames)
 print(
     f"{len(frames)} frames of {len(frames[0].vertices)} vertices; {inside} vertices were inside the body and were moved out"

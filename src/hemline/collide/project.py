@@ -63,13 +63,13 @@ class ProjectionReport:
     moved: int
     """Vertices moved."""
     deepest_mm: float
-    """Distance to the skin of the deepest vertex before the projection; 0 if none was inside."""
+    """Distance to the skin of the deepest vertex before the projection; 0 if none was inside, NaN if not measured."""
     pinched: Int[np.ndarray, " pinched"]
     """Vertices that have no free place near, ascending."""
     pinched_anchors: Points
     """Their nearest places on their own limbs, moved 2 mm outward: each lies inside the body [m]."""
     inside_before: int | None
-    """Vertices with a winding number other than 0 before the projection; None if not tested."""
+    """Vertices with a winding number other than 0 before the projection; None if not measured."""
     exact: bool
     """Whether every vertex was tested."""
 
@@ -89,6 +89,8 @@ class Projector:
     """The bone in whose frame rays run."""
     guarantee: Guarantee
     settings: ProjectionSettings
+    measure: bool
+    """Whether reports say how many vertices were inside before, and how deep; it changes nothing else."""
 
     @staticmethod
     def prepare(
@@ -98,6 +100,7 @@ class Projector:
         *,
         guarantee: Guarantee = "exact",
         settings: ProjectionSettings | None = None,
+        measure: bool = True,
     ) -> "Projector":
         """Make a garment on a body ready: cut the body into patches, the garment into blocks.
 
@@ -107,6 +110,7 @@ class Projector:
             garment_faces: Its triangles.
             guarantee: `exact` tests every vertex in every frame; `fast` only pushes, and reports inside as unknown.
             settings: Distances and times.
+            measure: Report how many vertices were inside before, and how deep: costs a test more of each vertex near.
 
         Raises:
             BadBody: The body's mesh is not closed.
@@ -129,6 +133,7 @@ class Projector:
             key_joint=int(np.bincount(joints).argmax()),
             guarantee=guarantee,
             settings=settings or ProjectionSettings(),
+            measure=measure,
         )
 
     def start(self) -> ProjectorState:

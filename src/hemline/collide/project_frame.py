@@ -8,8 +8,8 @@ import numpy as np
 from hemline.arrays import Bool, Float, Int, Points, Vertices
 
 from .project import ProjectionReport, Projector, ProjectorState
-from .pushkernels import deepest, judge, list_tests, push, seek_ways_out, settle, take_ways_out
-from .raykernels import BLOCK, GROUP, certify, into_frame, surface_boxes, windings
+from .pushkernels import deepest, judge, list_doubtful, push, seek_ways_out, settle, take_ways_out
+from .raykernels import BLOCK, certify, into_frame, surface_boxes, windings
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
@@ -18,6 +18,9 @@ PINCH_OFFSET = np.float32(0.002)
 """How far an anchor is moved outward before it is asked whether it lies inside another part [m]."""
 SKYLINE_MARGIN = np.float32(0.005)
 """How much the boxes of the body are widened before vertices are certified to be free of them [m]."""
+
+TURNS = 16
+"""Rounding of a point that goes into the bone's frame and back, in units of its last place there."""
 
 
 class ProjectedFrame:
@@ -28,17 +31,19 @@ class ProjectedFrame:
         self.projector, self.patches, self.vertices = projector, patches, vertices
         self.margin, self.gap = np.float32(projector.settings.margin), np.float32(projector.settings.gap)
         self.to_world = np.ascontiguousarray(posed.transforms[projector.key_joint], np.float32)
-        turn = self.to_world[:, :3].T
-        to_bone = np.ascontiguousarray(np.concatenate([turn, -turn @ self.to_world[:, 3:]], axis=1))
         self.body, self.points = np.empty((len(patches.order), 3), np.float32), np.empty_like(vertices)
-        into_frame(to_bone, posed.vertices, patches.order, self.body)
-        into_frame(to_bone, vertices, projector.order, self.points)
+        into_frame(self.to_world, posed.vertices, patches.order, self.body)
+        into_frame(self.to_world, vertices, projector.order, self.points)
         leaves = len(patches.leaf_start) - 1
-        self.leaf_box, self.corners = np.empty((6, leaves), np.float32), np.empty((leaves, 9, BLOCK), np.float32)
+        self.leaf_box, self.corners = np.empty((6, leaves), np.float32), np.empty((leaves, 10, BLOCK), np.float32)
+        self.gathered = np.zeros(leaves, np.bool_)
         self.patch_box = np.empty((6, len(patches.patch_start) - 1), np.float32)
         surface_boxes(
             self.body, patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.leaf_box, self.patch_box
         )
+        reach = float(np.abs(self.patch_box).max())
+        far = float(np.abs(self.to_world[:, 3]).max()) + reach
+        self.rounding = np.float32(np.finfo(np.float32).eps * (TURNS * reach + 2 * far))
         self.known, self.normals = np.zeros(len(self.body), np.bool_), np.empty_like(self.body)
         self.state = replace(
             state,
@@ -54,17 +59,15 @@ class ProjectedFrame:
         exact = self.projector.guarantee == "exact"
         ids = self.uncertified()
         pushed, signed = self.pushed(ids, dt)
-        inside, pinched = signed < 0, np.empty(0, np.int32)
-        anchors = np.empty((0, 3), np.float32)
+        pinched, anchors = np.empty(0, np.int32), np.empty((0, 3), np.float32)
         if exact:
-            inside, bad = self.tested(ids, pushed, signed)
+            bad = self.tested(ids, pushed, signed)
             if len(bad):
                 pinched, anchors = self.led_out(ids, bad, pushed, signed)
         offsets, lively = np.empty_like(self.state.offsets), np.empty_like(self.state.lively)
         out = self.vertices.copy()
         moved = settle(self.points, ids, pushed, offsets, lively, self.to_world, self.projector.order, out)
-        depth = self.depth(ids, inside, signed)
-        before = int(np.count_nonzero(inside)) if exact else None
+        before, depth = self.measured(ids, signed) if self.projector.measure else (None, float("nan"))
         report = ProjectionReport(moved, 1000 * depth, pinched, anchors, before, exact)
         return replace(self.state, offsets=offsets, lively=lively), out, report
 
@@ -93,34 +96,38 @@ class ProjectedFrame:
 
     def tested(
         self, ids: Int[np.ndarray, " near"], pushed: Points, signed: Float[np.ndarray, " near"]
-    ) -> tuple[Bool[np.ndarray, " near"], Int[np.ndarray, " bad"]]:
-        """Which vertices were inside before, and which are in both positions; the free go back in `pushed`."""
-        count = len(ids)
-        tests, group = np.empty((2 * count, 3), np.float32), np.empty(2 * count, np.int32)
-        after, bad, inside = np.empty(count, np.int32), np.empty(count, np.int32), np.empty(count, np.bool_)
-        used = list_tests(self.points, ids, pushed, GROUP, tests, group, after)
-        winding = self.windings(tests[:used], group[:used])
-        bad_count = judge(self.points, ids, signed, winding, after, self.margin, pushed, inside, bad)
-        return inside, bad[:bad_count]
+    ) -> Int[np.ndarray, " bad"]:
+        """Which vertices are free neither where they were nor where they go; those free before go back in `pushed`."""
+        count, state = len(ids), self.state
+        doubtful, bad, tests = np.empty(count, np.int32), np.empty(count, np.int32), np.empty((count, 3), np.float32)
+        winding, near = self.windings(pushed, ids)
+        asked = list_doubtful(
+            self.points, ids, pushed, signed, winding, near, state.offsets, self.margin, state.frame, doubtful, tests
+        )
+        before, near_before = self.windings(tests[:asked], ids[doubtful[:asked]])
+        bad_count = judge(self.points, ids, winding, near, doubtful[:asked], before, near_before, pushed, bad)
+        return bad[:bad_count]
 
-    def depth(
-        self, ids: Int[np.ndarray, " near"], inside: Bool[np.ndarray, " near"], signed: Float[np.ndarray, " near"]
-    ) -> float:
-        """Distance to the skin of the deepest vertex before the projection [m]."""
-        patches = self.patches
-        return deepest(
+    def measured(self, ids: Int[np.ndarray, " near"], signed: Float[np.ndarray, " near"]) -> tuple[int | None, float]:
+        """Vertices inside before the projection (None: not tested), and distance to the skin of the deepest [m]."""
+        exact, patches = self.projector.guarantee == "exact", self.patches
+        inside = self.windings(self.points[ids], ids)[0] != 0 if exact else signed < 0
+        depth = deepest(
             self.points, ids, inside, signed, self.body, patches.faces, patches.leaf_start, patches.leaf_vertices,
             patches.patch_start, self.patch_box, patches.patch_limb, patches.across, patches.ring_start, patches.ring,
         )  # fmt: skip
+        return int(np.count_nonzero(inside)) if exact else None, depth
 
-    def windings(self, tests: Points, group: Int[np.ndarray, " tests"]) -> Int[np.ndarray, " tests"]:
-        """Winding numbers of points that belong to groups of vertices, ascending."""
-        winding, patches = np.empty(len(tests), np.int32), self.patches
+    def windings(
+        self, tests: Points, ids: Int[np.ndarray, " tests"]
+    ) -> tuple[Int[np.ndarray, " tests"], Bool[np.ndarray, " tests"]]:
+        """Winding numbers of points that belong to vertices, ascending; and which are within rounding of the skin."""
+        winding, near, patches = np.empty(len(tests), np.int32), np.empty(len(tests), np.bool_), self.patches
         windings(
-            tests, group, self.state.directions, self.body, patches.faces, self.leaf_box, patches.patch_start,
-            self.patch_box, self.corners, winding,
+            tests, ids, self.state.directions, self.body, patches.faces, self.leaf_box, patches.patch_start,
+            self.patch_box, self.rounding, self.corners, self.gathered, winding, near,
         )  # fmt: skip
-        return winding
+        return winding, near
 
     def led_out(
         self,
@@ -139,9 +146,9 @@ class ProjectedFrame:
                 patches.patch_limb, patches.across, patches.ring_start, patches.ring, self.known, self.normals,
                 state.anchors, state.heights, signed, trial, otherwise,
             )  # fmt: skip
-            winding = self.windings(trial, ids[bad] // GROUP)
+            winding, near = self.windings(trial, ids[bad])
             still, where = np.empty(len(bad), np.int32), np.empty((len(bad), 3), np.float32)
-            count = take_ways_out(bad, winding, trial, otherwise, pushed, still, where)
+            count = take_ways_out(bad, winding, near, trial, otherwise, pushed, still, where)
             bad, where = still[:count], where[:count]
         vertices = self.projector.order[ids[bad]]
         rank = np.argsort(vertices)

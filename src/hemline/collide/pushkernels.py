@@ -4,9 +4,13 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-from .surfacekernels import blended_normal, place_on, seek, seek_place, walk
+from .surfacekernels import MOST_STEPS, blended_normal, place_on, plane_height, seek, seek_place, walk
 
 _index = np.uintp
+SLOW_DEPTH = np.float32(0.01)
+"""What was displaced from deeper than this goes round a limb slowly, lest it pop from one side to the other [m]."""
+SLOW_STEPS = 5
+"""Faces that an anchor of such a vertex passes in a frame."""
 
 
 @kernel(forceinline=True)
@@ -24,10 +28,10 @@ def push(
     """Where each listed vertex should go to be outside of the surface around its anchor.
 
     in: points (n,3), ids (k,), body (verts,3), its faces, the faces across their edges and around vertices; offsets
-    (n,3) and their decay (0..1); margin, gap [m]; turn: frames, from 1; far [m]: vertices that were farther outside are
-    left alone but in every fourth turn, those farther inside look for a much shorter way out, and in the first turn
-    all do; in and out: anchors (n,), heights (n,): signed distance when last measured, known and normals of the body;
-    out: pushed_out (k,3), signed_out (k,): signed distance before [m].
+    (n,3) and their decay (0..1); margin, gap [m]; turn: frames, from 1; far [m]: vertices that were farther outside, or
+    keep clear of their anchor, are left alone but in every fourth turn; those farther inside look for a much shorter
+    way out, and in the first turn all do; in and out: anchors (n,), heights (n,): signed distance when last measured,
+    known and normals of the body; out: pushed_out (k,3), signed_out (k,): signed distance before [m].
     """
     tiny, one, loyalty = np.float32(1e-8), np.float32(1), np.float32(0.1)
     last, bound = np.int64(-1), np.empty(len(patch_limb), np.float32)
@@ -36,25 +40,28 @@ def push(
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         ox, oy, oz = offsets[i, 0] * decay, offsets[i, 1] * decay, offsets[i, 2] * decay
         held = ox * ox + oy * oy + oz * oz > tiny
-        if heights[i] > far and not held and (ids[k] + turn) % 4:
+        rest = heights[i] > 2 * margin and not held and (ids[k] + turn) % 4 != 0
+        if rest and (heights[i] > far or plane_height(body, faces, anchors[i], x, y, z) > 2 * margin):
             pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x, y, z
             signed_out[k] = heights[i]
             continue
         start = np.int64(anchors[i])
-        if last >= 0:
+        slow = held and heights[i] < -SLOW_DEPTH
+        most_steps = np.int64(SLOW_STEPS if slow else MOST_STEPS)
+        if last >= 0 and not slow:
             p, q = _index(faces[_index(last), 0]), _index(faces[_index(start), 0])
             px, py, pz = body[p, 0] - x, body[p, 1] - y, body[p, 2] - z
             qx, qy, qz = body[q, 0] - x, body[q, 1] - y, body[q, 2] - z
             if px * px + py * py + pz * pz < np.float32(0.25) * (qx * qx + qy * qy + qz * qz):
                 start = last
         for attempt in range(2):
-            last, at_b, at_c, squared = walk(body, faces, across, ring_start, ring, start, x, y, z)
+            last, at_b, at_c, squared = walk(body, faces, across, ring_start, ring, start, most_steps, x, y, z)
             cx, cy, cz = place_on(body, faces, last, at_b, at_c)
             rx, ry, rz = x - cx, y - cy, z - cz
             nx, ny, nz = blended_normal(body, faces, ring_start, ring, last, at_b, at_c, known, normals)
             height = rx * nx + ry * ny + rz * nz
             distance = np.sqrt(squared) * (one if height >= 0 else -one)
-            deep = distance < -far and (heights[i] > -far or (ids[k] + turn) % 4 == 0)
+            deep = distance < -far and ((heights[i] > -far and not slow) or (ids[k] + turn) % 16 == 0)
             if attempt == 1 or not (deep or turn == 1):
                 break
             vertex, nearest = seek(
@@ -82,45 +89,53 @@ def push(
 
 
 @kernel
-def list_tests(points, ids, pushed, per_group, tests_out, group_out, after_out):
-    """Positions to test for each listed vertex: where it was, and where it would go if that differs.
+def list_doubtful(points, ids, pushed, signed, winding, near, offsets, margin, turn, doubtful_out, tests_out):
+    """Pushed vertices that may have been free before, and should then have stayed.
 
-    in: points (n,3), ids (k,), pushed (k,3), vertices per group; out: tests_out (2k,3), group_out (2k,), after_out
-    (k,): which test is of the pushed position, the one before it being of the other. Returns how many.
+    Those that are not free where they went, and those that were taken to be deep inside: the latter only where that is
+    new, for what was displaced as far in the last frame is asked again in every fourth turn.
+
+    in: points (n,3), ids (k,), pushed (k,3), signed (k,) distances before, winding and near (k,) of the pushed
+    positions, offsets (n,3) of the last frame, margin [m], turn; out: doubtful_out (k,): which, tests_out (k,3): where
+    they were. Returns how many.
     """
     count = 0
     for k in range(len(ids)):
         i = _index(ids[k])
-        for twice in range(2):
-            moved = pushed[k, 0] != points[i, 0] or pushed[k, 1] != points[i, 1] or pushed[k, 2] != points[i, 2]
-            if twice == 0 or moved:
-                for axis in range(3):
-                    tests_out[count, axis] = points[i, axis] if twice == 0 else pushed[k, axis]
-                group_out[count] = ids[k] // per_group
-                after_out[k] = count
-                count += 1
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        if pushed[k, 0] == x and pushed[k, 1] == y and pushed[k, 2] == z:
+            continue
+        if winding[k] == 0 and not near[k]:
+            ox, oy, oz = offsets[i, 0], offsets[i, 1], offsets[i, 2]
+            known = ox * ox + oy * oy + oz * oz > margin * margin and (ids[k] + turn) % 4 != 0
+            if signed[k] >= -margin or known:
+                continue
+        doubtful_out[count] = k
+        tests_out[count, 0], tests_out[count, 1], tests_out[count, 2] = x, y, z
+        count += 1
     return count
 
 
 @kernel
-def judge(points, ids, signed, winding, after, margin, pushed_out, inside_out, bad_out):
-    """Decide by the winding numbers of both positions of each vertex.
+def judge(points, ids, winding, near, doubtful, winding_before, near_before, pushed_out, bad_out):
+    """Send back what was free before, and list what is free in neither position.
 
-    A vertex that was free, and was pushed by a stale anchor or into something, stays where it was.
+    Free is what has winding number 0 and is not within rounding of the surface.
 
-    in: points (n,3), ids (k,), signed (k,) distances before, winding (tests,), after (k,); in and out: pushed_out
-    (k,3); out: inside_out (k,): inside before; bad_out: inside in both. Returns how many bad.
+    in: points (n,3), ids (k,), winding and near (k,) of the pushed positions; doubtful: which of them were asked where
+    they were, winding_before and near_before of those; in and out: pushed_out (k,3); out: bad_out (k,). Returns how
+    many bad.
     """
-    count = 0
-    for k in range(len(signed)):
-        there = winding[after[k]]
-        before = winding[after[k - 1] + 1 if k > 0 else 0]
-        inside_out[k] = before != 0
-        stale = before == 0 and signed[k] < -margin
-        if before == 0 and abs(signed[k]) > np.float32(1e-5) and (there != 0 or stale):
-            for axis in range(3):
-                pushed_out[k, axis] = points[_index(ids[k]), axis]
-        elif there != 0:
+    count, asked = 0, 0
+    for k in range(len(ids)):
+        is_free = winding[k] == 0 and not near[k]
+        if asked < len(doubtful) and doubtful[asked] == k:
+            if winding_before[asked] == 0 and not near_before[asked]:
+                is_free = True
+                for axis in range(3):
+                    pushed_out[k, axis] = points[_index(ids[k]), axis]
+            asked += 1
+        if not is_free:
             bad_out[count] = k
             count += 1
     return count
@@ -189,16 +204,17 @@ def deepest(
 
 
 @kernel
-def take_ways_out(bad, winding, trial, otherwise, pushed_out, still_out, where_out):
+def take_ways_out(bad, winding, near, trial, otherwise, pushed_out, still_out, where_out):
     """Send vertices where it is free.
 
     out: pushed_out (k,3); still_out (bad,): those for which it is not, where_out (bad,3): their trials.
     """
     count = 0
     for k in range(len(bad)):
+        is_free = winding[k] == 0 and not near[k]
         for axis in range(3):
-            pushed_out[bad[k], axis] = trial[k, axis] if winding[k] == 0 else otherwise[k, axis]
-        if winding[k] != 0:
+            pushed_out[bad[k], axis] = trial[k, axis] if is_free else otherwise[k, axis]
+        if not is_free:
             still_out[count] = bad[k]
             for axis in range(3):
                 where_out[count, axis] = trial[k, axis]

@@ -48,16 +48,21 @@ def nearest_weights(a, b, c):
 
 
 @kernel(forceinline=True)
-def walk(body, faces, across, ring_start, ring, start, x, y, z):
+def walk(body, faces, across, ring_start, ring, start, most_steps, x, y, z):
     """Nearest point of the surface reached from a face by going on over the edge or corner that is nearest.
 
+    A face that lies wholly beyond the plane through the nearest place, square to the way there, is passed over.
+
     in: body (verts,3), faces (faces,3), across (faces,3): the face over each edge ab, bc, ca; ring: faces around each
-    vertex; start: a face; returns face, weights of its second and third corner, squared distance [m^2].
+    vertex; start: a face; most_steps: when to give up; returns face, weights of its second and third corner, squared
+    distance [m^2].
     """
     best, at_b, at_c, nearest = np.int64(start), np.float32(0), np.float32(0), np.float32(np.inf)
     begin, end, over_edge = np.int64(0), np.int64(1), False
     vertex, edge = _index(0), _index(0)
-    for step in range(MOST_STEPS):
+    nx, ny, nz = np.float32(0), np.float32(0), np.float32(0)
+    hx, hy, hz, beyond = nx, ny, nz, nx
+    for step in range(most_steps):
         here, before = best, nearest
         for k in range(begin, end):
             if step == 0:
@@ -70,14 +75,22 @@ def walk(body, faces, across, ring_start, ring, start, x, y, z):
             a = (body[i, 0] - x, body[i, 1] - y, body[i, 2] - z)
             b = (body[j, 0] - x, body[j, 1] - y, body[j, 2] - z)
             c = (body[l, 0] - x, body[l, 1] - y, body[l, 2] - z)
+            if step > 0:
+                over_a = a[0] * hx + a[1] * hy + a[2] * hz
+                over_b = b[0] * hx + b[1] * hy + b[2] * hz
+                over_c = c[0] * hx + c[1] * hy + c[2] * hz
+                if min(over_a, over_b, over_c) >= beyond:
+                    continue
             s, t = nearest_weights(a, b, c)
             r = np.float32(1) - s - t
             px, py, pz = r * a[0] + s * b[0] + t * c[0], r * a[1] + s * b[1] + t * c[1], r * a[2] + s * b[2] + t * c[2]
             distance = px * px + py * py + pz * pz
             if distance < nearest:
                 best, at_b, at_c, nearest = face, s, t, distance
+                nx, ny, nz = px, py, pz
         if nearest >= before * np.float32(0.999999):
             break
+        hx, hy, hz, beyond = nx, ny, nz, nearest * np.float32(0.99999)
         at_a = np.float32(1) - at_b - at_c
         on_a, on_b, on_c = at_a > np.float32(1e-6), at_b > 0, at_c > 0
         if on_a and on_b and on_c:
@@ -136,6 +149,19 @@ def place_on(body, faces, face, at_b, at_c):
     return x, y, z
 
 
+@kernel(forceinline=True)
+def plane_height(body, faces, face, x, y, z):
+    """Height of a point over the plane of a face [m]."""
+    f = _index(face)
+    i, j, k = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2])
+    ax, ay, az = body[i, 0], body[i, 1], body[i, 2]
+    bx, by, bz = body[j, 0] - ax, body[j, 1] - ay, body[j, 2] - az
+    cx, cy, cz = body[k, 0] - ax, body[k, 1] - ay, body[k, 2] - az
+    nx, ny, nz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+    scale = np.float32(1) / max(np.sqrt(nx * nx + ny * ny + nz * nz), np.float32(1e-20))
+    return ((x - ax) * nx + (y - ay) * ny + (z - az) * nz) * scale
+
+
 @kernel
 def seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, limb, x, y, z, bound):
     """Vertex nearest to a point, of one limb or (limb < 0) of the whole body, and its squared distance.
@@ -171,4 +197,4 @@ def seek_place(
     """Nearest place of the surface to a point, around the vertex that `seek` finds; as from `walk`."""
     vertex, _ = seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, limb, x, y, z, bound)
     start = np.int64(ring[ring_start[vertex]])
-    return walk(body, faces, across, ring_start, ring, start, x, y, z)
+    return walk(body, faces, across, ring_start, ring, start, MOST_STEPS, x, y, z)

@@ -13,6 +13,12 @@ import numpy as np
 from hemline import animators, bodies, garments, motions, sim
 from hemline.metrics import frame_ms
 
+from .bench_projection import (
+    bench_projection_cape,
+    bench_projection_sheet,
+    bench_projection_shirt,
+    bench_projection_skirt,
+)
 from .play import play
 
 
@@ -21,18 +27,6 @@ def bench_cape() -> dict[str, Any]:
     _one_thread()
     frames = [frame.milliseconds for frame in _played()]
     return {"frame_ms": frame_ms(frames), "frames": len(frames)} | _stages_of_the_animator()
-
-
-def bench_projection_cape() -> dict[str, Any]:
-    """Body skinning and exact projection of the shipped cape, on the six shipped excerpts, one core."""
-    _one_thread()
-    frames, before, pinched = [], 0, 0
-    for frame in _played():
-        times = frame.milliseconds
-        frames.append({"body": times["body"], "projection": times["projection"]})
-        before += frame.report.inside_before
-        pinched += len(frame.report.pinched)
-    return {"frame_ms": frame_ms(frames), "frames": len(frames), "inside_before": before, "pinched": pinched}
 
 
 def bench_sim_4k() -> dict[str, Any]:
@@ -48,6 +42,9 @@ def bench_sim_12k() -> dict[str, Any]:
 BENCHMARKS: dict[str, Callable[[], dict[str, Any]]] = {
     "cape": bench_cape,
     "projection-cape": bench_projection_cape,
+    "projection-sheet": bench_projection_sheet,
+    "projection-skirt": bench_projection_skirt,
+    "projection-shirt": bench_projection_shirt,
     "sim-4k": bench_sim_4k,
     "sim-12k": bench_sim_12k,
 }

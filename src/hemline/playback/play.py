@@ -38,6 +38,7 @@ def play(
     fps: float | None = 30.0,
     pre_roll: float = 1.0,
     guarantee: str = "exact",
+    measure: bool = False,
     untangle: bool = False,
     placed: bool = False,
     truth: FramesOfVertices | None = None,
@@ -53,6 +54,7 @@ def play(
         fps: Frames a second to play at; None: the motion's own.
         pre_roll: Time in the first pose before the first frame [s].
         guarantee: `exact`: no vertex inside the body, tested in every frame; `fast`: not tested.
+        measure: Let reports say how many vertices were inside before, and how deep.
         untangle: Lift limbs out of each other first.
         placed: The motion is already scaled and grounded for this body.
         truth: Simulated vertices, one row a frame of the motion as it is played: the animator is driven by their
@@ -81,7 +83,9 @@ def play(
             "the truth must have one row a frame", f"{len(truth)} for {len(motion)} frames", "use the take's motion"
         )
     dt = 1.0 / motion.fps
-    projector = Projector.prepare(body, animator.garment.vertices, animator.garment.faces, guarantee=guarantee)
+    projector = Projector.prepare(
+        body, animator.garment.vertices, animator.garment.faces, guarantee=guarantee, measure=measure
+    )
     first = body.posed(motion[0])
     state, projected = animator.start(first), projector.start()
     for _ in range(round(pre_roll / dt) if truth is None else 0):
