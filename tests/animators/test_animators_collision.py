@@ -62,9 +62,9 @@ def test_near_the_skin_of_a_body_its_sign_is_that_of_the_winding_number():
     random = np.random.default_rng(1)
     chosen = random.choice(len(posed.vertices), 3000, replace=False)
     truth = posed.vertices[chosen] + 0.004 * posed.normals[chosen]
-    offsets = 0.02 * random.normal(size=(3000, 1)) * posed.normals[chosen]
+    offsets = 0.005 * random.normal(size=(3000, 1)) * posed.normals[chosen]
     found = clearances(truth[None], [posed.vertices], [posed.normals])
     lacking = missing(offsets, *(each[0] for each in found.rows(np.array([0]), np.arange(3000))), 0.0) > 0
     truly = inside(posed.vertices, posed.faces, (truth + offsets).astype(np.float32))
-    # planes and a curved skin: they differ for what lies within the skin's curvature of it, and beyond thin parts
-    assert (lacking == truly).mean() > 0.93
+    # they differ in creases, where another part of the skin is nearer than the plane knows
+    assert (lacking == truly).mean() > 0.95

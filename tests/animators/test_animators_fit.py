@@ -108,11 +108,12 @@ def test_frames_are_gathered_without_lead_ins_and_split_by_clip(dataset, garment
     assert frames.rope_bones.shape == frames.bones.shape
     # clearances know where the body is: half-spaces in the frame of the neck whose points are body vertices
     near = np.isfinite(clear.heights[0])
-    heights, normals = clear.heights[0][near, None], clear.normals[0][near]
-    points = (expected + garment.vertices)[near] - heights * normals
     skin = (shaped.posed(motion[LEAD_IN]).vertices - neck[:, 3]) @ neck[:, :3]
-    assert near.any() and np.abs(np.linalg.norm(normals.astype(float), axis=1) - 1).max() < 2e-3
-    assert np.linalg.norm(points[:, None] - skin, axis=2).min(axis=1).max() < 0.02
+    here = (expected + garment.vertices)[near]
+    nearest = skin[np.linalg.norm(here[:, None] - skin, axis=2).argmin(axis=1)]
+    found = np.einsum("vi,vi->v", clear.normals[0][near].astype(float), here - nearest)
+    assert near.any()
+    np.testing.assert_allclose(clear.heights[0][near], found, atol=2e-4)  # float16 of 8 cm: 0.06 mm
 
 
 def test_mirrored_frames_are_for_training_only_and_are_mirror_images(dataset, garment, tmp_path):

@@ -44,6 +44,6 @@ def _sides(frames: dict[str, int], fractions: tuple[float, float, float]) -> dic
         have[chosen] += frames[group]
     for wanted in ("test", "val"):
         if len(order) >= 3 and wanted not in side.values():
-            last = [group for group in reversed(order) if side[group] == "train"][0]
+            last = next(group for group in reversed(order) if side[group] == "train")
             side[last] = wanted
     return side

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies
-from hemline.arrays import FramesOfVertices, Points, Transforms, Vertices
+from hemline.arrays import FramesOfVertices, Transforms, Vertices
 from hemline.bodies.shaped import ShapedBody
 from hemline.datasets import Dataset, Row, Take
 from hemline.errors import BadDataset
