@@ -13,9 +13,7 @@ run = hemline.motions.load("run")
 
 frames = list(hemline.play(cape, body, run, fps=30, measure=True))
 inside = sum(frame.report.inside_before for frame in frames)
-print(
-    f"{len(frames)} frames of {len(frames[0].vertices)} vertices; {inside} vertices were inside the body and were moved out"
-)
+print(f"{len(frames)} frames of {len(frames[0].vertices)} vertices; {inside} were inside the body and were moved out")
 
 clip = hemline.record(frames, garment_name="cape", garment_faces=cape.garment.faces, motion=run, fps=30)
 for path in hemline.export.write(Path("hello_cape.glb"), clip):

@@ -24,6 +24,7 @@ from numba import types
 from numba.core import cgutils
 
 _PACKAGE = Path(__file__).parent
+_config: Any = numba.core.config
 _IMPORT = re.compile(r"^\s*(?:from|import)\s[^#\n]*", re.MULTILINE)
 _KERNEL_MODULE = re.compile(r"\w*kernels\b")
 
@@ -72,11 +73,27 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     if function is None:
         return functools.partial(kernel, **options)
     file = Path(function.__code__.co_filename)
-    numba.core.config.CACHE_DIR = str(cache_folder() / f"{file.stem}-{source_hash(file)}")
+    _config.CACHE_DIR = str(cache_folder() / f"{file.stem}-{source_hash(file)}")
     return numba.njit(**({"cache": True, "error_model": "numpy", "nogil": True} | options))(function)
 
 
 intrinsic: Any = numba.extending.intrinsic
+
+
+def threads() -> int:
+    """Threads that kernels may use now."""
+    return numba.get_num_threads()
+
+
+def use_threads(count: int | None) -> None:
+    """Let kernels use so many threads, at most as many as there are; None: all."""
+    most = _config.NUMBA_NUM_THREADS
+    numba.set_num_threads(most if count is None else min(count, most))
+
+
 prange = numba.prange
 
-__all__ = ["cache_folder", "cgutils", "intrinsic", "kernel", "kernel_files", "prange", "source_hash", "types"]
+__all__ = [
+    "cache_folder", "cgutils", "intrinsic", "kernel", "kernel_files", "prange", "source_hash", "threads", "types",
+    "use_threads",
+]  # fmt: skip

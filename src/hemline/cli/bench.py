@@ -36,7 +36,7 @@ def run(arguments: Arguments) -> int:
         for name, benchmark in BENCHMARKS.items():
             print(f"{name:<18}{(benchmark.__doc__ or '').splitlines()[0]}")
         return 0
-    names = list(BENCHMARKS) if arguments.all else [arguments.name]
+    names = list(BENCHMARKS) if arguments.all else [str(arguments.name)]
     for name in names:
         if name not in BENCHMARKS:
             raise BadInput("no such benchmark", name, f"use one of {', '.join(BENCHMARKS)}")

@@ -49,7 +49,7 @@ def run(arguments: Arguments) -> int:
     evaluation = evaluate(
         animator, body, motion, truth=truth, drive=arguments.drive, fps=arguments.fps, untangle=arguments.untangle
     )
-    figures = {"model": arguments.model} | evaluation.figures
+    figures: dict[str, Any] = {"model": arguments.model} | evaluation.figures
     if arguments.picture is not None:
         draw_worst(arguments.picture, evaluation, animator.garment.faces)
     print(json.dumps(figures) if arguments.json else table(figures))

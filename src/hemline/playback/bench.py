@@ -60,10 +60,10 @@ def run_benchmark(name: str) -> dict[str, Any]:
         `name`, `figures`, `machine`, `threads`, `commit`, `date`.
     """
     figures = BENCHMARKS[name]()
-    import numba
+    from hemline.compiled import threads
 
     return {
-        "name": name, "figures": figures, "machine": machine(), "threads": numba.get_num_threads(), "commit": commit(),
+        "name": name, "figures": figures, "machine": machine(), "threads": threads(), "commit": commit(),
         "date": time.strftime("%Y-%m-%d"),
     }  # fmt: skip
 
@@ -93,9 +93,9 @@ def commit() -> str:
 
 
 def _one_thread() -> None:
-    import numba
+    from hemline.compiled import use_threads
 
-    numba.set_num_threads(1)
+    use_threads(1)
 
 
 def _played() -> Iterator[Any]:
@@ -126,9 +126,9 @@ def _stages_of_the_animator() -> dict[str, Any]:
 
 
 def _simulated(name: str) -> dict[str, Any]:
-    import numba
+    from hemline.compiled import use_threads
 
-    numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
+    use_threads(None)
     garment = garments.load(name)
     body = bodies.load(garment.body_name).shaped()
     motion = body.untangled_motion(body.placed(motions.load("run").resampled(30)))

@@ -119,9 +119,9 @@ def _clips(body: ShapedBody, carried: Carried) -> Iterator[list[tuple[Any, Verti
 
 def _timed(body: ShapedBody, rest: Vertices, clips: Any) -> dict[str, Any]:
     """Milliseconds by stage over clips of poses and vertices, and what there was to do."""
-    import numba
+    from hemline.compiled import use_threads
 
-    numba.set_num_threads(1)
+    use_threads(1)
     projector = Projector.prepare(body, rest, np.empty((0, 3), np.int32), measure=False)
     frames, before, moved, pinched = [], [], [], 0
     for clip in clips:

@@ -9,6 +9,7 @@ import numpy as np
 from hemline.animators import name_of
 from hemline.animators.base import Animator
 from hemline.bodies.shaped import ShapedBody
+from hemline.collide.project import Guarantee
 from hemline.collide.winding import inside
 from hemline.datasets import Dataset, Take
 from hemline.errors import BadInput
@@ -61,7 +62,7 @@ def evaluate(
     truth: Dataset | None = None,
     drive: str = "own",
     fps: float = 30.0,
-    guarantee: str = "exact",
+    guarantee: Guarantee = "exact",
     untangle: bool = False,
     keep: Callable[[Frame], None] | None = None,
 ) -> Evaluation:
@@ -156,6 +157,8 @@ class _Tally:
             self.jerks.append((figures["mean"] or 0.0, (figures["mean"] or 0.0) / (figures["ratio"] or 1.0)))
 
     def evaluation(self, fps: float, drive: str) -> Evaluation:
+        from hemline.compiled import threads
+
         if self.worst is None:
             raise BadInput("a motion must have a frame", "none after the lead-in", "take a longer stretch")
         index, frame, truth = self.worst
@@ -181,13 +184,6 @@ class _Tally:
             "worst_frame": index,
         }  # fmt: skip
         return Evaluation(_plain(figures), frame, index, truth)
-
-
-def threads() -> int:
-    """Threads that kernels may use now."""
-    import numba
-
-    return numba.get_num_threads()
 
 
 def _error(errors_mm: list[np.ndarray]) -> dict[str, float] | None:

@@ -9,7 +9,7 @@ from hemline.animators.base import Animator
 from hemline.arrays import FramesOfVertices, Vertices
 from hemline.bodies.posed import PosedBody
 from hemline.bodies.shaped import ShapedBody
-from hemline.collide.project import ProjectionReport, Projector
+from hemline.collide.project import Guarantee, ProjectionReport, Projector
 from hemline.errors import BadInput, BadModel
 from hemline.motions.motion import Motion
 
@@ -37,7 +37,7 @@ def play(
     *,
     fps: float | None = 30.0,
     pre_roll: float = 1.0,
-    guarantee: str = "exact",
+    guarantee: Guarantee = "exact",
     measure: bool = False,
     untangle: bool = False,
     placed: bool = False,

@@ -204,9 +204,9 @@ def _start_worker(parent: int, threads: int, progress: Any) -> None:
     """Set a worker's threads, and end it when its parent was killed."""
     global _progress
     _progress = progress
-    import numba
+    from hemline.compiled import use_threads
 
-    numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
+    use_threads(threads)
 
     def watch() -> None:
         while os.getppid() == parent:

@@ -13,9 +13,9 @@ from .contact import Contact
 from .hinge_kernels import hinge_forces, hinges_at_vertices
 from .membrane_kernels import green_strain, membrane, membrane_blocks
 from .sheet import Sheet
-from .state import ClothState, Positions, Scene, StepRejected
+from .state import ClothState, Scene, StepRejected
 from .surface import Planes, no_planes
-from .vertex_kernels import CHUNK, diagonal_blocks, gradient
+from .vertex_kernels import CHUNK, diagonal_blocks, farther_than, gradient, moved
 
 if TYPE_CHECKING:
     from .stepper import Stepper
@@ -109,13 +109,14 @@ class Step:
             clusters.label, memory.band, memory.right, self.settings.solver_share,
             self.settings.solver_steps, memory.solution, *memory.vectors, *memory.sums,
         )  # fmt: skip
-        self._search(memory.solution.reshape(-1, 4)[:, :3].astype(np.float64))
+        self._search()
         return steps
 
-    def _search(self, direction: Positions) -> None:
+    def _search(self) -> None:
         before, energy = self.x, self.energy
+        self.x = np.empty_like(before)
         for halving in range(8):
-            self.x = before + 0.5**halving * direction
+            moved(before, 0.5**halving, self.memory.solution, self.x)
             self.evaluate()
             if self.energy <= energy + 1e-10 * abs(energy):
                 return
@@ -150,7 +151,7 @@ class Step:
 
     def touch(self) -> None:
         """Look for contact again where the cloth is now, unless it hardly moved since."""
-        if self.contact is None or ((self.x - self.touched) ** 2).sum(axis=1).max() < NEAR**2:
+        if self.contact is None or not farther_than(self.x, self.touched, NEAR):
             return
         self.contact.move(self.x)
         self.planes, self.touched = self.contact.planes, self.x

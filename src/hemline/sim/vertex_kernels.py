@@ -154,4 +154,22 @@ def diagonal_blocks(
         d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8] = a0, a1, a2, a1, a4, a5, a2, a5, a8
 
 
-__all__ = ["CHUNK", "contact_terms", "diagonal_blocks", "gradient", "slip_terms"]
+@kernel(parallel=True)
+def farther_than(x, y, distance):
+    """How many points of x are farther than a distance from those of y."""
+    count = 0
+    for i in prange(x.shape[0]):
+        d0, d1, d2 = x[i, 0] - y[i, 0], x[i, 1] - y[i, 1], x[i, 2] - y[i, 2]
+        count += d0 * d0 + d1 * d1 + d2 * d2 > distance * distance
+    return count
+
+
+@kernel(parallel=True)
+def moved(x, share, solution, out):
+    """out = x + share solution, the solution being a vector of the solver (four numbers a vertex)."""
+    for i in prange(x.shape[0]):
+        for axis in range(3):
+            out[i, axis] = x[i, axis] + share * solution[4 * i + axis]
+
+
+__all__ = ["CHUNK", "contact_terms", "diagonal_blocks", "farther_than", "gradient", "moved", "slip_terms"]

@@ -43,9 +43,9 @@ def clearance(
         body_vertices: The body in the same frame and space [m].
         body_normals: Its unit normals.
     """
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
-    nearest = cKDTree(body_vertices).query(truth, distance_upper_bound=REACH)[1]
+    nearest = KDTree(body_vertices).query(truth, distance_upper_bound=REACH)[1]
     found = nearest < len(body_vertices)
     nearest = np.where(found, nearest, 0)
     normals = body_normals[nearest]

@@ -37,12 +37,12 @@ def partners(points: Points, faces: Faces) -> Int[np.ndarray, " points"] | None:
 
 def _seeds(points: Points, images: Points, around: list[list[int]]) -> list[tuple[int, int]]:
     """Pairs to begin from: corners with the corner at their image, then what lies nearest to its image."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     degree = np.array([len(each) for each in around])
     corners = np.flatnonzero(degree <= np.sort(degree)[min(3, len(degree) - 1)])
-    pairs = [np.stack([corners, corners[cKDTree(points[corners]).query(images[corners])[1]]], axis=1)]
-    distances, nearest = cKDTree(points).query(images)
+    pairs = [np.stack([corners, corners[np.asarray(KDTree(points[corners]).query(images[corners])[1])]], axis=1)]
+    distances, nearest = KDTree(points).query(images)
     best = np.argsort(distances)[:SEEDS]
     pairs.append(np.stack([best, nearest[best]], axis=1))
     return [(int(one), int(other)) for one, other in np.concatenate(pairs)[:SEEDS]]
