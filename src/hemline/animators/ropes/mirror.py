@@ -44,7 +44,7 @@ def _seeds(points: Points, images: Points, around: list[list[int]]) -> list[tupl
     pairs = [np.stack([corners, corners[np.asarray(KDTree(points[corners]).query(images[corners])[1])]], axis=1)]
     distances, nearest = KDTree(points).query(images)
     best = np.argsort(distances)[:SEEDS]
-    pairs.append(np.stack([best, nearest[best]], axis=1))
+    pairs.append(np.stack([best, np.asarray(nearest)[best]], axis=1))
     return [(int(one), int(other)) for one, other in np.concatenate(pairs)[:SEEDS]]
 
 
