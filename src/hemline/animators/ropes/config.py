@@ -31,21 +31,26 @@ class RopesConfig:
     """The same for the shape network."""
     data_weight: float = 0.1
     """Weight of the mean square distance to the truth."""
-    collision_weight: float = 3.0
+    collision_weight: float = 0.5
     """Weight of the mean square of what vertices lack to be clear of the body."""
-    rope_collision_weight: float = 0.1
-    """The same where the bones come from the ropes: they are centimetres off, so the truth is a rougher guide."""
-    expansion: float = 0.006
+    expansion: float = 0.005
     """Distance that vertices should keep from the body in the collision term [m]."""
     collision_vertices: int = 256
     """Vertices drawn for the collision term in each step."""
-    bone_noise: float = 0.015
+    bone_noise: float = 0.01
     """Standard deviation of noise on the simulated bones during training [m]."""
     mirror: bool = True
     """Show each training frame with left and right exchanged, too, if garment and body are symmetric."""
-    rope_share: float = 0.0
-    """Share of the training frames whose bones come from the ropes instead of the truth, in the data term; the
-    collision term sees both."""
+    bridge_hidden: int = 128
+    """Neurons in each of the two hidden layers of the network between ropes and cloth."""
+    bridge_epochs: int = 60
+    """Passes over the data of that network."""
+    bridge_rate: float = 5e-4
+    """Its first learning rate."""
+    bridge_collision_weight: float = 30.0
+    """Its weight of the mean square of what vertices lack."""
+    loyalty: float = 0.1
+    """Its weight of the mean square distance from what the ropes' bones would make without it."""
     checkpoint_epochs: int = 10
     """The state of the training is kept every so many passes."""
     threads: int = 2
@@ -64,5 +69,3 @@ class RopesConfig:
                     raise BadInput(f"option '{each.name}' is a count", repr(value), cure)
             elif not isinstance(value, int | float) or not 0 <= value < 1e6:
                 raise BadInput(f"option '{each.name}' is a finite number", repr(value), "use one that is not negative")
-        if self.rope_share > 1:
-            raise BadInput("option 'rope_share' is a share", self.rope_share, "use a number from 0 to 1")

@@ -65,10 +65,11 @@ def fit(
     if ropes is None:
         ropes, found = ropes_for(source, shaped, rest, config, progress)
     with _kept(checkpoints) as folder:
-        frames, clearances = gather(source, ropes, folder, roped=True, mirror=config.mirror)
+        frames, clearances = gather(source, ropes, folder, mirror=config.mirror)
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
     return AnimatorRopes(
         garment, ropes, rest, learned.skinning_basis, learned.shape_basis, learned.skinning, learned.shape,
+        learned.bridge,
         body_name=garment.body_name, body_hash=shaped.body.hash, config=config, figures=learned.figures | found,
         licences=_licences(source, shaped),
     )  # fmt: skip

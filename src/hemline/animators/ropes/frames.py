@@ -1,7 +1,6 @@
 """The frames that a fit learns from: all in the key frame, each on its own."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -16,7 +15,7 @@ class Frames:
     """Displacement of the vertices from rest in the key frame [m], float32; may be mapped from disk."""
     bones: Float[np.ndarray, "frames ins"]
     """Displacement of all bones from rest in the key frame [m], float32."""
-    rope_bones: Float[np.ndarray, "frames ins"] | None
+    rope_bones: Float[np.ndarray, "frames ins"]
     """The same, of simulated ropes."""
     free: Float[np.ndarray, " ins"]
     """1 for coordinates of simulated bones, 0 for those that the body carries."""
@@ -28,11 +27,6 @@ class Frames:
     """0 train, 1 val, 2 test: by clip, never by frame."""
     mark: str
     """Hash of all that the frames depend on."""
-
-    @cached_property
-    def example_bones(self) -> Float[np.ndarray, "examples ins"]:
-        """True bones of all frames, then those of the ropes where there are any."""
-        return self.bones if self.rope_bones is None else np.concatenate([self.bones, self.rope_bones])
 
     @property
     def vertex_count(self) -> int:

@@ -100,14 +100,13 @@ class _Shown:
     shape: int
 
 
-def gather(source: Source, ropes: Ropes, folder: Path, *, roped: bool, mirror: bool) -> tuple[Frames, Clearances]:
+def gather(source: Source, ropes: Ropes, folder: Path, *, mirror: bool) -> tuple[Frames, Clearances]:
     """All frames in the frame of the key joint.
 
     Args:
         source: The takes.
         ropes: The bones.
         folder: Displacements and clearances are mapped from files here: they may be larger than the memory.
-        roped: Run the ropes along every clip, too.
         mirror: Show the frames to train on mirrored, too, where garment and body are symmetric.
 
     Returns:
@@ -122,7 +121,7 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, roped: bool, mirror: b
     sides, shapes = np.empty(count, np.int32), np.empty(count, np.int32)
     rests = [rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)]
     first = 0
-    for shown in _all_shown(source, ropes, roped, partner):
+    for shown in _all_shown(source, ropes, partner):
         at, shape = slice(first, first + len(shown.vertices)), shown.shape
         keys = shown.transforms[:, ropes.key_index]
         displacements[at] = (_in_key(shown.vertices, keys) - source.rests[shape]).reshape(len(keys), -1)
@@ -138,7 +137,7 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, roped: bool, mirror: b
     free[ropes.kinematic] = 0
     frames = Frames(
         displacements=displacements, bones=bones.reshape(count, -1),
-        rope_bones=rope_bones.reshape(count, -1) if roped else None, free=free.reshape(-1),
+        rope_bones=rope_bones.reshape(count, -1), free=free.reshape(-1),
         rests=np.stack(source.rests).reshape(len(source.rests), -1), shape=shapes, side=sides,
         mark=content_hash(source.mark, bones),
     )  # fmt: skip
@@ -149,14 +148,14 @@ def _mapped(path: Path, kind: type, shape: tuple[int, ...]) -> np.ndarray:
     return np.lib.format.open_memmap(path, mode="w+", dtype=kind, shape=shape)
 
 
-def _all_shown(source: Source, ropes: Ropes, roped: bool, partner: np.ndarray | None) -> Iterator[_Shown]:
+def _all_shown(source: Source, ropes: Ropes, partner: np.ndarray | None) -> Iterator[_Shown]:
     for take, side, shape in source.takes():
         shaped, clip = source.shaped[shape], take.clip_frames
         transforms = _transforms(shaped, take)[clip]
         vertices = take.vertices[clip]
         posed = [shaped.posed(take.motion[index]) for index in clip]
         clear = clearances(vertices, [body.vertices for body in posed], [body.normals for body in posed])
-        yield _Shown(vertices, clear, transforms, _simulated(ropes, shaped, take) if roped else None, side, shape)
+        yield _Shown(vertices, clear, transforms, _simulated(ropes, shaped, take), side, shape)
         if partner is not None and side == 0:
             vertices, transforms = mirrored_vertices(vertices, partner), mirrored_transforms(transforms)
             clear = Clearances(mirrored_vertices(clear.normals, partner), clear.heights[:, partner])

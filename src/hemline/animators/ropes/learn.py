@@ -15,7 +15,7 @@ from hemline.files import content_hash
 from .collision import Clearances
 from .config import RopesConfig
 from .frames import Frames
-from .lesson import Contact, Lesson
+from .lesson import Contact, Lesson, Skinned
 from .mlp import Mlp
 from .pca import Pca, principal
 from .reconstruct import PackedBasis, pack_basis
@@ -34,6 +34,7 @@ class Learned:
     shape_basis: PackedBasis
     skinning: Mlp
     shape: Mlp
+    bridge: Mlp
     figures: dict[str, float]
 
 
@@ -44,12 +45,12 @@ class Stage:
     pca: Pca
     basis: PackedBasis
     network: Mlp
-    coefficients: Float[np.ndarray, "examples modes"]
-    """What the network makes of the bones of each example [m]; see `Lesson`."""
+    coefficients: Float[np.ndarray, "frames modes"]
+    """What the network makes of the true bones of each frame [m]."""
 
-    def rows(self, examples: np.ndarray | slice, rows: np.ndarray | slice) -> Float[np.ndarray, "examples rows"]:
-        """Displacements that this stage adds, of some examples at some rows [m]."""
-        return self.coefficients[examples] @ self.unpacked[:, rows]
+    def rows(self, frames: np.ndarray | slice, rows: np.ndarray | slice) -> Float[np.ndarray, "frames rows"]:
+        """Displacements that this stage adds, of some frames at some rows [m]."""
+        return self.coefficients[frames] @ self.unpacked[:, rows]
 
     @cached_property
     def unpacked(self) -> Float[np.ndarray, "modes rows"]:
@@ -104,7 +105,14 @@ def learn(
 
     shape_settings = (config.shape_components, 0, config.shape_rate, seed + 1)
     second = _stage("shape", residual, first, frames, clearances, config, shape_settings, mark, tell, folder)
-    return Learned(first.basis, second.basis, first.network, second.network, _figures(frames, first, second))
+    from .bridge import train_bridge
+
+    skinned = Skinned((first.network, second.network), np.concatenate([first.unpacked, second.unpacked]))
+    bridge = train_bridge(
+        frames, skinned, clearances, config, seed=seed, progress=lambda done, total: tell("bridge", done, total)
+    )
+    figures = _figures(frames, first, second) | _rope_figures(frames, skinned, bridge)
+    return Learned(first.basis, second.basis, first.network, second.network, bridge, figures)
 
 
 def _stage(
@@ -129,28 +137,23 @@ def _stage(
     basis = pack_basis(pca.basis, pca.deviations, extra=extra)
     tell(f"{name} basis", 1, 1)
     lesson = Lesson(
-        stage=name, bones=frames.example_bones, free=frames.free, coefficients=_projected(frames, before, pca),
-        deviations=pca.deviations, train=frames.train, val=frames.val, frame_count=len(frames.side),
-        vertex_count=frames.vertex_count,
+        stage=name, bones=frames.bones, free=frames.free, coefficients=_projected(frames, before, pca),
+        deviations=pca.deviations, train=frames.train, val=frames.val, vertex_count=frames.vertex_count,
     )  # fmt: skip
     unpacked = basis.unpacked()
 
-    def astray(chosen: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        truth = frames.displacements[(chosen % len(frames.side))[:, None], rows]
-        return before.rows(chosen, rows) - truth if before else -truth
-
-    contact = Contact(unpacked, astray, clearances) if clearances else None
+    earlier = (before.coefficients, before.unpacked) if before else None
+    contact = Contact(unpacked, frames.displacements, earlier, clearances) if clearances else None
     network = train_network(
         lesson, contact, config, rate=rate, seed=seed, mark=mark, folder=folder,
         progress=lambda done, total: tell(f"{name} network", done, total),
     )  # fmt: skip
-    return Stage(pca, basis, network, network.many(frames.example_bones))
+    return Stage(pca, basis, network, network.many(frames.bones))
 
 
-def _projected(frames: Frames, before: Stage | None, pca: Pca) -> Float[np.ndarray, "examples modes"]:
-    """Coefficients of the truth (less what is there before) of all examples, held-out ones too."""
-    times = len(frames.example_bones) // len(frames.side)
-    whole = np.tile(pca.coefficients(lambda at: frames.displacements[:, at]), (times, 1))
+def _projected(frames: Frames, before: Stage | None, pca: Pca) -> Float[np.ndarray, "frames modes"]:
+    """Coefficients of the truth (less what is there before) of all frames, held-out ones too."""
+    whole = pca.coefficients(lambda at: frames.displacements[:, at])
     return whole - pca.coefficients(lambda at: before.rows(slice(None), at)) if before else whole
 
 
@@ -167,6 +170,21 @@ def _figures(frames: Frames, first: Stage, second: Stage) -> dict[str, float]:
             figures[f"{side}_skinning_basis_mm"] = _mean_error_mm(frames, chosen, [perfect])
             figures[f"{side}_skinning_mm"] = _mean_error_mm(frames, chosen, [first])
             figures[f"{side}_error_mm"] = _mean_error_mm(frames, chosen, [first, second])
+    return figures
+
+
+def _rope_figures(frames: Frames, skinned: Skinned, bridge: Mlp) -> dict[str, float]:
+    """Mean distances to the truth, driven by the bones of the ropes without and with the bridge [mm]."""
+    figures = {}
+    for side, chosen in (("train", frames.train), ("val", frames.val), ("test", frames.test)):
+        some = chosen[:: max(1, len(chosen) // CHUNK)]
+        if not len(some):
+            continue
+        bones, truth = frames.rope_bones[some], np.array(frames.displacements[some])
+        for name, given in (("unbridged", bones), ("own", bones + bridge.many(bones))):
+            coefficients = np.concatenate([network.many(given) for network in skinned.networks], axis=1)
+            left = (coefficients @ skinned.basis - truth).reshape(len(some), -1, 3)
+            figures[f"{side}_{name}_error_mm"] = 1e3 * float(np.linalg.norm(left, axis=2).mean())
     return figures
 
 

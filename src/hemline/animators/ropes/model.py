@@ -54,6 +54,7 @@ class AnimatorRopes:
     $$x = A_\mathrm{key}\,(x_\mathrm{rest} + B_1 c_1(d) + B_2 c_2(d))$$
 
     with $d$ the displacements of all bones from rest in the frame of the key joint, and $c_1$, $c_2$ two networks.
+    Bones of the ropes first become $d + g(d)$, with a third network (`bridge`).
 
     Source: Jin et al., "Rope chains", 2024, Sections 7 and 8. Differs: on other body shapes than the fitted one the
         rest drape is moved as the undraped garment would be (`Garment.dressed`), and displacements are kept as they
@@ -68,6 +69,8 @@ class AnimatorRopes:
     shape_basis: PackedBasis
     skinning: Mlp
     shape: Mlp
+    bridge: Mlp
+    """From the ropes' bones to a change of them, see `bridge.train_bridge`; simulated bones need none."""
     body_name: str
     body_hash: str
     config: RopesConfig
@@ -140,10 +143,11 @@ class AnimatorRopes:
         ropes = self.ropes.step(state.ropes, posed, dt) if bones is None else state.ropes
         positions = ropes.positions if bones is None else bones
         after = AnimatorRopesState(ropes, state.rest, state.rest_bones)
+        own = bones is None
         if state.rest.ndim == 2:
-            return after, self._vertices(positions, posed.transforms[self.key], state.rest, state.rest_bones)  # type: ignore[union-attr]
+            return after, self._vertices(positions, posed.transforms[self.key], state.rest, state.rest_bones, own)  # type: ignore[union-attr]
         each = zip(positions, posed, state.rest, state.rest_bones, strict=True)  # type: ignore[arg-type]
-        return after, np.stack([self._vertices(p, b.transforms[self.key], r, n) for p, b, r, n in each])
+        return after, np.stack([self._vertices(p, b.transforms[self.key], r, n, own) for p, b, r, n in each])
 
     def follow(
         self, state: AnimatorRopesState, posed: PosedBody, dt: float, truth: Vertices
@@ -160,6 +164,7 @@ class AnimatorRopes:
         parts = {
             "ropes": self.ropes.arrays(), "skinning_basis": self.skinning_basis.arrays(),
             "shape_basis": self.shape_basis.arrays(), "skinning": self.skinning.arrays(), "shape": self.shape.arrays(),
+            "bridge": self.bridge.arrays(),
         }  # fmt: skip
         arrays = {f"{name}.{key}": array for name, held in parts.items() for key, array in held.items()}
         save_model(
@@ -188,12 +193,14 @@ class AnimatorRopes:
         second = PackedBasis.of(part(arrays, "shape_basis"), vertex_count=count)
         skinning = Mlp.of(part(arrays, "skinning"), inputs=inputs, outputs=first.mode_count)
         shape = Mlp.of(part(arrays, "shape"), inputs=inputs, outputs=second.mode_count)
+        bridge = Mlp.of(part(arrays, "bridge"), inputs=inputs, outputs=inputs)
         body = entry(metadata, "body", dict)
         figures = entry(metadata, "figures", dict)
         if not all(isinstance(value, int | float) for value in figures.values()):
             raise BadModel("figures of the model are numbers", figures, AGAIN)
         return cls(
             garment, ropes, array_of(arrays, "rest", "float32", (count, 3)), first, second, skinning, shape,
+            bridge,
             body_name=entry(body, "name", str), body_hash=entry(body, "hash", str),
             config=config_of(RopesConfig, entry(metadata, "config", dict)), figures=figures,
             licences=tuple(str(text) for text in entry(metadata, "licences", list)),
@@ -218,9 +225,10 @@ class AnimatorRopes:
         return rest, rest_bones(self.ropes, rest, shaped)
 
     def _vertices(
-        self, bones: Nodes, transform: Float[np.ndarray, "3 4"], rest: Vertices, rest_bones: Nodes
+        self, bones: Nodes, transform: Float[np.ndarray, "3 4"], rest: Vertices, rest_bones: Nodes, own: bool
     ) -> Vertices:
         moved = (to_key(transform, bones) - rest_bones).astype(np.float32).reshape(-1)
+        moved = moved + self.bridge(moved) if own else moved
         coefficients = np.concatenate([self.skinning(moved), self.shape(moved)])
         return self.basis.vertices(coefficients, rest, transform)
 

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -56,7 +56,7 @@ def train_network(
     Source: Jin et al., "Rope chains", 2024, Sections 7 to 9. Differs: inputs and outputs are scaled to unit deviation;
         the network begins as the ridge regression (`linear_start`), without which a thousand frames leave five times
         the error on unseen clips and the paper's rates hardly get anywhere; noise on the bones; the pass with the
-        least validation loss is kept; the collision term sees the bones of the ropes, too.
+        least validation loss is kept.
     """
     trainer = _Trainer(lesson, contact, config, rate, seed)
     total = config.epochs
@@ -84,7 +84,7 @@ class _Trainer:
         self.deviations = np.maximum(lesson.deviations, 1e-6).astype(np.float32)
         generator = torch.Generator().manual_seed(seed)
         sizes = (lesson.bones.shape[1], config.hidden, config.hidden, lesson.coefficients.shape[1])
-        self.layers = [_layer(a, b, generator) for a, b in itertools.pairwise(sizes)]
+        self.layers = drawn_layers(sizes, generator)
         self.start_linear()
         self.parameters = [p for layer in self.layers for p in layer]
         self.adam = torch.optim.Adam(self.parameters, lr=rate)
@@ -95,14 +95,10 @@ class _Trainer:
 
     def start_linear(self) -> None:
         """Begin as the linear map that is best on bones with noise: a small set of frames already determines it."""
-        lesson, share = self.lesson, self.config.rope_share
+        lesson = self.lesson
         noise = np.where(lesson.free > 0, self.config.bone_noise, SMALLEST_DEVIATION) / self.spread
-        examples, counts = lesson.train, np.ones(len(lesson.train))
-        if lesson.roped:
-            examples = np.concatenate([examples, examples + lesson.frame_count])
-            counts = np.concatenate([(1 - share) * counts, share * counts])
-        outputs = lesson.coefficients[examples] / self.deviations
-        matrix, offset = ridge(self.scaled(lesson.bones[examples]), outputs, noise, counts)
+        outputs = lesson.coefficients[lesson.train] / self.deviations
+        matrix, offset = ridge(self.scaled(lesson.bones[lesson.train]), outputs, noise, np.ones(len(lesson.train)))
         as_network(matrix, offset, [(w.detach().numpy(), b.detach().numpy()) for w, b in self.layers])
 
     def scaled(self, bones: np.ndarray) -> np.ndarray:
@@ -124,8 +120,7 @@ class _Trainer:
         random = np.random.default_rng((self.seed, epoch))
         order = random.permutation(self.lesson.train)
         for first in range(0, len(order), self.config.batch):
-            examples = self.drawn(np.sort(order[first : first + self.config.batch]), random)
-            loss = self.loss(examples, random)
+            loss = self.loss(np.sort(order[first : first + self.config.batch]), random)
             self.adam.zero_grad()
             loss.backward()
             self.adam.step()
@@ -136,46 +131,34 @@ class _Trainer:
                 "lower its learning rate",
             )
 
-    def drawn(self, frames: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """An example of each frame: with the ropes' bones in the share of them that is asked for."""
-        if not self.lesson.roped:
-            return frames
-        return frames + self.lesson.frame_count * (random.random(len(frames)) < self.config.rope_share)
+    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
+        bones = self.lesson.bones[chosen]
+        noise = random.standard_normal(bones.shape, np.float32) * np.float32(self.config.bone_noise)
+        return self.both_terms(chosen, self.coefficients(torch.from_numpy(bones + noise * self.lesson.free)), random)
 
-    def loss(self, examples: np.ndarray, random: np.random.Generator) -> torch.Tensor:
-        found = self.coefficients(self.noisy(examples, random))
-        loss = self.config.data_weight * self.misses(examples, found).mean() / self.lesson.vertex_count
+    def both_terms(self, chosen: np.ndarray, found: torch.Tensor, random: np.random.Generator) -> torch.Tensor:
+        loss = self.config.data_weight * self.misses(chosen, found).mean() / self.lesson.vertex_count
         if self.contact:
-            loss = loss + self.config.collision_weight * self.collision(examples, found, random)
-            if self.lesson.roped:
-                others = self.roped(examples)
-                found = self.coefficients(self.noisy(others, random))
-                loss = loss + self.config.rope_collision_weight * self.collision(others, found, random)
+            loss = loss + self.config.collision_weight * self.collision(chosen, found, random)
         return loss
 
-    def roped(self, examples: np.ndarray) -> np.ndarray:
-        """The same frames, with the bones of the ropes."""
-        return examples % self.lesson.frame_count + self.lesson.frame_count
+    def misses(self, chosen: np.ndarray, found: torch.Tensor) -> torch.Tensor:
+        """Square distance of the coefficients of each frame to what they should be."""
+        return ((found - torch.from_numpy(self.lesson.coefficients[chosen])) ** 2).sum(dim=1)
 
-    def noisy(self, examples: np.ndarray, random: np.random.Generator) -> torch.Tensor:
-        bones = self.lesson.bones[examples]
-        noise = random.standard_normal(bones.shape, np.float32) * np.float32(self.config.bone_noise)
-        return torch.from_numpy(bones + noise * self.lesson.free)
-
-    def misses(self, examples: np.ndarray, found: torch.Tensor) -> torch.Tensor:
-        """Square distance of the coefficients of each example to what they should be."""
-        return ((found - torch.from_numpy(self.lesson.coefficients[examples])) ** 2).sum(dim=1)
-
-    def collision(self, examples: np.ndarray, found: torch.Tensor, random: np.random.Generator) -> torch.Tensor:
+    def collision(self, chosen: np.ndarray, found: torch.Tensor, random: np.random.Generator) -> torch.Tensor:
         """Mean over random vertices of the square of what they lack; unbiased in the choice."""
         assert self.contact is not None
         count = min(self.config.collision_vertices, self.lesson.vertex_count)
         vertices = np.sort(random.choice(self.lesson.vertex_count, count, replace=False))
         rows = (3 * vertices[:, None] + np.arange(3)).reshape(-1)
-        astray = torch.from_numpy(self.contact.astray(examples, rows))
-        offsets = (astray + found @ torch.from_numpy(self.contact.basis[:, rows])).reshape(len(examples), count, 3)
-        frames = examples % self.lesson.frame_count
-        normals, heights = (torch.from_numpy(each) for each in self.contact.clearances.rows(frames, vertices))
+        offsets = found @ torch.from_numpy(self.contact.basis[:, rows])
+        if self.contact.before is not None:  # torch's product: NumPy's threads would wait for torch's, and they for it
+            coefficients, basis = self.contact.before
+            offsets = offsets + torch.from_numpy(coefficients[chosen]) @ torch.from_numpy(basis[:, rows])
+        truth = torch.from_numpy(self.contact.displacements[chosen[:, None], rows])
+        offsets = (offsets - truth).reshape(len(chosen), count, 3)
+        normals, heights = (torch.from_numpy(each) for each in self.contact.clearances.rows(chosen, vertices))
         return (missing(offsets, normals, heights, self.config.expansion) ** 2).mean()
 
     def remember_best(self) -> None:
@@ -186,20 +169,10 @@ class _Trainer:
 
     def validation_loss(self) -> float:
         """The loss on held-out frames, without noise and on the same vertices every time."""
-        lesson, share = self.lesson, self.config.rope_share
-        frames = lesson.val if len(lesson.val) else lesson.train
-        kinds = [(frames, 1 - share if lesson.roped else 1.0, self.config.collision_weight)]
-        if lesson.roped:
-            kinds.append((self.roped(frames), share, self.config.rope_collision_weight))
-        total = 0.0
+        frames = self.lesson.val if len(self.lesson.val) else self.lesson.train
         with torch.no_grad():
-            for examples, part, weight in kinds:
-                found = self.coefficients(torch.from_numpy(lesson.bones[examples]))
-                total += self.config.data_weight * part * float(self.misses(examples, found).mean())
-                if self.contact:
-                    clear = self.collision(examples, found, np.random.default_rng(self.seed))
-                    total += weight * lesson.vertex_count * float(clear)
-        return total / lesson.vertex_count
+            found = self.coefficients(torch.from_numpy(self.lesson.bones[frames]))
+            return float(self.both_terms(frames, found, np.random.default_rng(self.seed)))
 
     def return_to_best(self) -> None:
         with torch.no_grad():
@@ -207,13 +180,7 @@ class _Trainer:
                 parameter.copy_(best)
 
     def network(self) -> Mlp:
-        weights = [layer[0].detach().numpy().astype(np.float64) for layer in self.layers]
-        biases = [layer[1].detach().numpy().astype(np.float64) for layer in self.layers]
-        biases[0] = biases[0] - weights[0] @ (self.mean / self.spread)
-        weights[0] = weights[0] / self.spread
-        weights[-1] = weights[-1] * self.deviations[:, None]
-        biases[-1] = biases[-1] * self.deviations
-        return Mlp.rounded(weights, biases)
+        return folded(self.layers, self.mean, self.spread, self.deviations)
 
     def keep(self, path: Path, mark: str, done: int) -> None:
         arrays = {f"parameter{i}": p.detach().numpy() for i, p in enumerate(self.parameters)}
@@ -245,7 +212,23 @@ class _Trainer:
         return int(metadata["done"])
 
 
-def _layer(ins: int, outs: int, generator: torch.Generator) -> tuple[torch.Tensor, torch.Tensor]:
+def drawn_layers(sizes: Sequence[int], generator: torch.Generator) -> list[tuple[torch.Tensor, torch.Tensor]]:
     """Weights drawn evenly within +-sqrt(6 / ins) (He et al. 2015), biases zero."""
-    weight = (torch.rand((outs, ins), generator=generator) * 2 - 1) * math.sqrt(6 / ins)
-    return weight.requires_grad_(), torch.zeros(outs).requires_grad_()
+    layers = []
+    for ins, outs in itertools.pairwise(sizes):
+        weight = (torch.rand((outs, ins), generator=generator) * 2 - 1) * math.sqrt(6 / ins)
+        layers.append((weight.requires_grad_(), torch.zeros(outs).requires_grad_()))
+    return layers
+
+
+def folded(
+    layers: list[tuple[torch.Tensor, torch.Tensor]], mean: np.ndarray, spread: np.ndarray, scale: np.ndarray
+) -> Mlp:
+    """A network of (x - mean) / spread whose outputs are multiplied by scale, as one of x."""
+    weights = [layer[0].detach().numpy().astype(np.float64) for layer in layers]
+    biases = [layer[1].detach().numpy().astype(np.float64) for layer in layers]
+    biases[0] = biases[0] - weights[0] @ (mean / spread)
+    weights[0] = weights[0] / spread
+    weights[-1] = weights[-1] * scale[:, None]
+    biases[-1] = biases[-1] * scale
+    return Mlp.rounded(weights, biases)
