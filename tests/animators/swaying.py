@@ -45,7 +45,7 @@ def swaying_frames(clips: int = 10, frames: int = 60, *, order: np.ndarray | Non
     return Frames(
         displacements=displacements.reshape(len(clip), -1)[order],
         bones=np.ascontiguousarray(bones.reshape(len(clip), -1)[order]),
-        rope_bones=None, free=free.reshape(-1), rests=grid()[0].reshape(1, -1),
-        shape=np.zeros(len(clip), np.int32), side=np.where(clip % 10 < 8, 0, clip % 10 - 7)[order].astype(np.int32),
+        rope_bones=np.ascontiguousarray(bones.reshape(len(clip), -1)[order]), free=free.reshape(-1),
+        side=np.where(clip % 10 < 8, 0, clip % 10 - 7)[order].astype(np.int32),
         mark=f"swaying {clips} {frames}",
     )  # fmt: skip

@@ -10,6 +10,7 @@ from hemline.animators.ropes import AnimatorRopes, RopesConfig
 from hemline.animators.ropes.bones import seen_bones
 from hemline.animators.ropes.fit import fit
 from hemline.animators.ropes.gather import Source, gather
+from hemline.animators.ropes.keyframe import to_key
 from hemline.animators.ropes.layout import lay_out
 from hemline.datasets import Take, create
 from hemline.errors import BadDataset, MissingExtra
@@ -19,8 +20,8 @@ from hemline.motions.quaternions import multiply
 pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 ROWS, COLUMNS, LEAD_IN = 15, 20, 4
 TINY = RopesConfig(
-    components=10, shape_components=10, hidden=48, epochs=60, batch=32, collision_vertices=50,
-    skinning_rate=3e-3, shape_rate=1e-3, checkpoint_epochs=20, threads=1, second_columns=2,
+    components=10, shape_components=10, hidden=48, epochs=60, batch=32, collision_vertices=50, bridge_hidden=24,
+    skinning_rate=3e-3, shape_rate=1e-3, checkpoint_epochs=20, threads=1, second_columns=2, bridge_epochs=8,
 )  # fmt: skip
 
 
@@ -89,7 +90,7 @@ def fitted(dataset) -> AnimatorRopes:
 def test_frames_are_gathered_without_lead_ins_and_split_by_clip(dataset, garment, shaped, tmp_path):
     source = Source.of(dataset)
     ropes = lay_out(garment, shaped, rest=garment.vertices)
-    frames, clear = gather(source, ropes, tmp_path, roped=True, mirror=False)
+    frames, clear = gather(source, ropes, tmp_path, mirror=False)
     assert len(frames.side) == 10 * (40 - LEAD_IN)
     assert [len(part) for part in (frames.train, frames.val, frames.test)] == [8 * 36, 36, 36]
     assert all(len(set(frames.side[i : i + 36])) == 1 for i in range(0, 360, 36))
@@ -104,7 +105,6 @@ def test_frames_are_gathered_without_lead_ins_and_split_by_clip(dataset, garment
     node = int(np.flatnonzero(frames.free.reshape(-1, 3)[:, 0])[-1])
     on_mesh = ropes.embedded(expected)[node]
     np.testing.assert_allclose(frames.bones[0].reshape(-1, 3)[node], on_mesh, atol=2e-6)
-    assert frames.rope_bones is not None
     assert frames.rope_bones.shape == frames.bones.shape
     # clearances know where the body is: half-spaces in the frame of the neck whose points are body vertices
     near = np.isfinite(clear.heights[0])
@@ -118,7 +118,7 @@ def test_frames_are_gathered_without_lead_ins_and_split_by_clip(dataset, garment
 
 def test_mirrored_frames_are_for_training_only_and_are_mirror_images(dataset, garment, tmp_path):
     source, ropes = Source.of(dataset), lay_out(garment, bodies.load("anny24").shaped(), rest=garment.vertices)
-    frames, _ = gather(source, ropes, tmp_path, roped=False, mirror=True)
+    frames, _ = gather(source, ropes, tmp_path, mirror=True)
     assert [len(part) for part in (frames.train, frames.val, frames.test)] == [2 * 8 * 36, 36, 36]
     one, image = frames.displacements[:36], frames.displacements[36:72]
     across = np.arange(ROWS * COLUMNS).reshape(ROWS, COLUMNS)[:, ::-1].reshape(-1)
@@ -154,6 +154,11 @@ def test_bones_that_are_given_are_used(fitted, dataset):
     _, one = fitted.step(state, posed, 1 / 30, bones=bones)
     _, two = fitted.follow(state, posed, 1 / 30, seen.vertices[9])
     np.testing.assert_array_equal(one, two)
+    # the ropes' own go over the bridge, given ones do not
+    after, own = fitted.step(state, posed, 1 / 30)
+    _, unbridged = fitted.step(state, posed, 1 / 30, bones=after.ropes.positions)
+    moved = fitted.bridge(to_key(posed.transforms[12], after.ropes.positions).astype(np.float32).reshape(-1))
+    assert np.abs(own - unbridged).max() > 1e-4 and np.abs(moved).max() > 1e-4
     bones[-1] += 0.1
     _, other = fitted.step(state, posed, 1 / 30, bones=bones)
     assert np.abs(other - one).max() > 1e-4

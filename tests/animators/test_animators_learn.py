@@ -13,8 +13,8 @@ from hemline.errors import BadInput, BadModel
 
 pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 SMALL = RopesConfig(
-    components=12, shape_components=12, hidden=64, epochs=48, batch=64, collision_vertices=100,
-    skinning_rate=3e-3, shape_rate=1e-3, second_columns=3, checkpoint_epochs=5, threads=1,
+    components=12, shape_components=12, hidden=64, epochs=48, batch=64, collision_vertices=100, bridge_hidden=32,
+    bridge_epochs=10, skinning_rate=3e-3, shape_rate=1e-3, second_columns=3, checkpoint_epochs=5, threads=1,
 )  # fmt: skip
 
 
@@ -99,26 +99,54 @@ def test_a_killed_training_goes_on_to_the_same_end(learned, frames, floor, tmp_p
 
         return progress
 
-    for stage, epoch in (("skinning network", 17), ("skinning network", 44), ("shape network", 3)):
+    for stage, epoch in (("skinning network", 17), ("skinning network", 44), ("shape network", 3), ("bridge", 2)):
         with pytest.raises(KeyboardInterrupt):
             learn(frames, floor, SMALL, seed=0, folder=tmp_path, progress=killed_at(stage, epoch))
     seen: list[tuple[str, int]] = []
     end = learn(frames, floor, SMALL, seed=0, folder=tmp_path, progress=lambda s, d, n: seen.append((s, d)))
     assert ("skinning network", 10) not in seen  # done before
     for one, two in zip(
-        learned.shape.weights + learned.skinning.weights, end.shape.weights + end.skinning.weights, strict=True
+        learned.shape.weights + learned.skinning.weights + learned.bridge.weights,
+        end.shape.weights + end.skinning.weights + end.bridge.weights,
+        strict=True,
     ):
         np.testing.assert_array_equal(one, two)
 
 
-def test_rope_bones_narrow_their_gap(frames):
-    slack = 0.7 * frames.bones  # ropes that swing less far than the cloth
-    gentle = replace(SMALL, epochs=3, skinning_rate=1e-4, shape_rate=1e-5)
-    errors = []
-    for share in (0.0, 0.5):
-        found = learn(replace(frames, rope_bones=slack), None, replace(gentle, rope_share=share), seed=0)
-        errors.append(mean_mm(frames.displacements[frames.test] - played(found, slack[frames.test])[1]))
-    assert errors[1] < 0.8 * errors[0]
+@pytest.fixture(scope="module")
+def bridged(frames, floor):
+    """A fit whose ropes swing less far than the cloth, and those ropes."""
+    slack = 0.7 * frames.bones
+    return learn(
+        replace(frames, rope_bones=slack), floor, replace(SMALL, bridge_epochs=40, bridge_rate=3e-3), seed=0
+    ), slack
+
+
+def across(learned: Learned, bones: np.ndarray) -> np.ndarray:
+    return played(learned, bones + learned.bridge.many(bones))[1]
+
+
+def test_the_bridge_brings_ropes_closer_to_the_truth_and_leaves_carried_bones(bridged, frames):
+    learned, slack = bridged
+    truth = frames.displacements[frames.test]
+    without, with_bridge = (
+        mean_mm(truth - found)
+        for found in (played(learned, slack[frames.test])[1], across(learned, slack[frames.test]))
+    )
+    # loyalty weighs as much as the truth: half of the gap is to be closed
+    assert with_bridge < 0.7 * without
+    assert learned.figures["test_unbridged_error_mm"] == pytest.approx(without, rel=1e-4)
+    assert learned.figures["test_own_error_mm"] == pytest.approx(with_bridge, rel=1e-4)
+    assert not learned.bridge.many(slack)[:, frames.free == 0].any()
+
+
+def test_loyalty_holds_the_bridge_back(frames):
+    slack = 0.7 * frames.bones
+    shown, moved = replace(frames, rope_bones=slack), []
+    for loyalty in (0.0, 10.0):
+        found = learn(shown, None, replace(SMALL, epochs=3, loyalty=loyalty), seed=0)
+        moved.append(mean_mm(across(found, slack[frames.test]) - played(found, slack[frames.test])[1]))
+    assert moved[1] < 0.3 * moved[0]
 
 
 def test_a_checkpoint_of_another_fit_is_not_used(frames, tmp_path):
@@ -132,17 +160,18 @@ def test_a_checkpoint_of_another_fit_is_not_used(frames, tmp_path):
 @pytest.mark.parametrize("roped", [False, True])
 def test_the_collision_term_takes_vertices_out_of_the_body(frames, floor, roped):
     # so few components that the cape cannot be met everywhere: the wall is cut unless it is worth more
-    coarse = replace(SMALL, components=2, shape_components=1, second_columns=0, epochs=20)
-    weights = {"rope_collision_weight": 100.0} if roped else {"collision_weight": 100.0}
-    coarse = replace(coarse, collision_weight=0.0, rope_collision_weight=0.0)
-    slack = 0.7 * frames.bones  # ropes that swing less far than the cloth
+    coarse = replace(SMALL, components=2, shape_components=1, second_columns=0, epochs=20, bridge_epochs=20)
+    coarse = replace(coarse, collision_weight=0.0, bridge_collision_weight=0.0)
+    weights = {"bridge_collision_weight": 100.0} if roped else {"collision_weight": 100.0}
+    slack = 0.7 * frames.bones
     shown = replace(frames, rope_bones=slack)
 
     def inside(config: RopesConfig) -> int:
-        bones = slack if roped else frames.bones
-        _, both = played(learn(shown, floor, config, seed=0), bones[frames.train])
-        offsets = (both - frames.displacements[frames.train]).reshape(len(frames.train), -1, 3)
-        return int((missing(offsets, *floor.rows(frames.train, np.arange(VERTICES)), 0.0) > 0).sum())
+        found = learn(shown, floor, config, seed=0)
+        train = frames.train
+        both = across(found, slack[train]) if roped else played(found, frames.bones[train])[1]
+        offsets = (both - frames.displacements[train]).reshape(len(train), -1, 3)
+        return int((missing(offsets, *floor.rows(train, np.arange(VERTICES)), 0.0) > 0).sum())
 
     without, with_term = inside(coarse), inside(replace(coarse, **weights))
     assert without > 50
@@ -168,9 +197,9 @@ def test_sampled_collision_loss_is_unbiased(frames, floor):
     found = principal(lambda at: frames.displacements[:, at], 3 * VERTICES, 12)
     lesson = Lesson(
         "skinning", frames.bones, frames.free, frames.displacements @ found.basis.T, found.deviations,
-        frames.train, frames.val, len(frames.side), VERTICES,
+        frames.train, frames.val, VERTICES,
     )  # fmt: skip
-    contact = Contact(found.basis, lambda f, r: -frames.displacements[f[:, None], r], floor)
+    contact = Contact(found.basis, frames.displacements, None, floor)
     chosen = frames.train[::10]
     guess = torch.from_numpy(np.float32(1.2) * lesson.coefficients[chosen])
 
@@ -198,7 +227,7 @@ def test_divergence_is_said(frames):
         ({"mirror": 1}, "'mirror' is a switch; got 1; use true or false"),
         ({"second_columns": -1}, "whole number from 0"),
         ({"bone_noise": float("nan")}, "'bone_noise' is a finite number"),
-        ({"rope_share": 1.5}, "'rope_share' is a share"),
+        ({"loyalty": -1.0}, "'loyalty' is a finite number"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(change, complaint):

@@ -40,17 +40,17 @@ def ropes_model() -> AnimatorRopes:
     smooth = np.cumsum(random.normal(size=(2 * modes, rows)), axis=1)
     basis = np.linalg.qr(smooth.T)[0].T.astype(np.float32)
 
-    def network() -> Mlp:
-        sizes = ((16, inputs), (16, 16), (modes, 16))
-        return Mlp.rounded(
-            [random.normal(size=s) / np.sqrt(s[1]) for s in sizes], [0.1 * random.normal(size=s[0]) for s in sizes]
-        )
+    def network(outputs: int, size: float = 1.0) -> Mlp:
+        sizes = ((16, inputs), (16, 16), (outputs, 16))
+        weights = [random.normal(size=s) / np.sqrt(s[1]) for s in sizes]
+        biases = [0.1 * random.normal(size=s[0]) for s in sizes]
+        return Mlp.rounded([*weights[:2], size * weights[2]], [*biases[:2], size * biases[2]])
 
     first, second = pack_basis(basis[:modes], np.ones(modes), extra=2), pack_basis(basis[modes:], np.ones(modes))
     return AnimatorRopes(
-        garment, ropes, garment.vertices, first, second, network(), network(), body_name=body().body.name,
-        body_hash=body().body.hash, config=RopesConfig(components=modes), figures={"test_error_mm": 1.5},
-        licences=("none",),
+        garment, ropes, garment.vertices, first, second, network(modes), network(modes), network(inputs, 0.01),
+        body_name=body().body.name, body_hash=body().body.hash, config=RopesConfig(components=modes),
+        figures={"test_error_mm": 1.5}, licences=("none",),
     )  # fmt: skip
 
 

@@ -19,10 +19,6 @@ class Frames:
     """The same, of simulated ropes."""
     free: Float[np.ndarray, " ins"]
     """1 for coordinates of simulated bones, 0 for those that the body carries."""
-    rests: Float[np.ndarray, "shapes rows"]
-    """Rest vertices of each body shape [m], float32."""
-    shape: Int[np.ndarray, " frames"]
-    """Which of them a frame belongs to."""
     side: Int[np.ndarray, " frames"]
     """0 train, 1 val, 2 test: by clip, never by frame."""
     mark: str
@@ -43,7 +39,3 @@ class Frames:
     @property
     def test(self) -> Int[np.ndarray, " test"]:
         return np.flatnonzero(self.side == 2)
-
-    def rest_rows(self, frames: np.ndarray, rows: np.ndarray) -> Float[np.ndarray, "frames rows"]:
-        """Rest positions at some frames and rows [m]."""
-        return self.rests[self.shape[frames][:, None], rows]

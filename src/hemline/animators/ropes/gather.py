@@ -118,7 +118,7 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, mirror: bool) -> tuple
     normals = _mapped(folder / "normals.npy", np.float16, (count, vertices, 3))
     heights = _mapped(folder / "heights.npy", np.float16, (count, vertices))
     bones, rope_bones = (np.empty((count, ropes.node_count, 3), np.float32) for _ in range(2))
-    sides, shapes = np.empty(count, np.int32), np.empty(count, np.int32)
+    sides = np.empty(count, np.int32)
     rests = [rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)]
     first = 0
     for shown in _all_shown(source, ropes, partner):
@@ -129,7 +129,7 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, mirror: bool) -> tuple
         seen[:, ropes.kinematic] = ropes.carried_by(shown.transforms, source.shaped[shape])
         bones[at] = _in_key(seen, keys) - rests[shape]
         rope_bones[at] = bones[at] if shown.rope_bones is None else _in_key(shown.rope_bones, keys) - rests[shape]
-        sides[at], shapes[at] = shown.side, shape
+        sides[at] = shown.side
         normals[at] = np.einsum("fvi,fij->fvj", shown.clearances.normals, keys[:, :, :3])
         heights[at] = shown.clearances.heights
         first = at.stop
@@ -138,8 +138,7 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, mirror: bool) -> tuple
     frames = Frames(
         displacements=displacements, bones=bones.reshape(count, -1),
         rope_bones=rope_bones.reshape(count, -1), free=free.reshape(-1),
-        rests=np.stack(source.rests).reshape(len(source.rests), -1), shape=shapes, side=sides,
-        mark=content_hash(source.mark, bones),
+        side=sides, mark=content_hash(source.mark, bones),
     )  # fmt: skip
     return frames, Clearances(normals, heights)
 
