@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -28,6 +28,8 @@ _ROUNDS = 2
 _SMALLEST = 0.05
 _LENGTHS = (50.0, 75.0, 90.0, 99.0)
 """Percentiles of the simulated spans of a rope that are tried as its length, besides the one it has."""
+_TREMBLE = 1 / 30
+"""What trembles within this time is an error [s]."""
 _CLEARANCE = 2.0
 """Percentile of a bone's simulated distance to the proxy that it may come close to."""
 
@@ -46,7 +48,8 @@ def calibrated(
     Each bone may come as close to the body's primitives as the simulated one did (they are rougher than the skin). The
     length of each rope stays, or is a percentile of its simulated span, the same for all. Then a compass search over
     drag, springs, damping and friction: each is multiplied and divided by a step, what helps is kept, the step shrinks.
-    The error is the mean distance to the truth over windows that start from the truth.
+    The error is the mean distance to the truth over windows that start from the truth, and as much again of how far the
+    trembling is off: without that, ropes that shake around the right place would be the best.
 
     Args:
         ropes: Bones laid on the garment that was simulated, and the constants to begin with.
@@ -69,7 +72,7 @@ def calibrated(
     windows = _windows(ropes, shaped, clips, window_seconds, window_count)
     ropes = _with_clearances(ropes, shaped, clips)
     lengths = [ropes, *(_with_lengths(ropes, clips, percentile) for percentile in _LENGTHS)]
-    errors = [_error(each, windows) for each in lengths]
+    errors = [_cost(each, windows) for each in lengths]
     ropes, error = lengths[int(np.argmin(errors))], min(errors)
     limits = _limits(ropes.constants.substep)
     best, tries, most = ropes.constants, 0, len(_STEPS) * _ROUNDS * 2 * len(limits)
@@ -78,7 +81,7 @@ def calibrated(
             for factor in (step, 1 / step):
                 tried = _moved(best, name, factor, limit)
                 tries += 1
-                found = _error(ropes.with_constants(tried), windows) if tried != best else math.inf
+                found = _cost(ropes.with_constants(tried), windows) if tried != best else math.inf
                 if progress is not None:
                     progress("ropes", tries, most)
                 if found < error:
@@ -119,7 +122,8 @@ def bone_error_mm(
     Raises:
         BadDataset: As for `calibrated`.
     """
-    return _error(ropes, _windows(ropes, shaped, clips, window_seconds, window_count))
+    windows = _windows(ropes, shaped, clips, window_seconds, window_count)
+    return 1000 * float(np.mean([np.linalg.norm(each, axis=2).mean() for each, _ in _misses(ropes, windows)]))
 
 
 Window = tuple["list[PosedBody]", np.ndarray, float]
@@ -146,15 +150,24 @@ def _windows(ropes: Ropes, shaped: "ShapedBody", clips: Sequence[Clip], seconds:
     return windows
 
 
-def _error(ropes: Ropes, windows: list[Window]) -> float:
+def _cost(ropes: Ropes, windows: list[Window]) -> float:
+    """Mean distance to the truth, plus the mean distance of third differences over `_TREMBLE` seconds [m]."""
+    costs = []
+    for miss, dt in _misses(ropes, windows):
+        trembling = np.diff(miss, 3, axis=0) * (_TREMBLE / dt) ** 3
+        costs.append(sum(np.linalg.norm(each, axis=2).mean() for each in (miss, trembling) if len(each)))
+    return float(np.mean(costs))
+
+
+def _misses(ropes: Ropes, windows: list[Window]) -> Iterator[tuple[Float[np.ndarray, "frames free 3"], float]]:
+    """How far the free bones are from the truth in each window, frame by frame [m], and the time between frames [s]."""
     free = ropes.parents >= 0
-    errors = []
     for bodies, bones, dt in windows:
-        state = _begun(ropes, bodies, bones, dt)
+        state, miss = _begun(ropes, bodies, bones, dt), []
         for body, truth in zip(bodies[2:], bones[2:], strict=True):
             state = ropes.step(state, body, dt)
-            errors.append(np.linalg.norm(state.positions[free] - truth[free], axis=1).mean())
-    return 1000 * float(np.mean(errors))
+            miss.append(state.positions[free] - truth[free])
+        yield np.stack(miss), dt
 
 
 def _begun(ropes: Ropes, bodies: "list[PosedBody]", bones: np.ndarray, dt: float) -> RopesState:
