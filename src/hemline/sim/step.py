@@ -76,7 +76,7 @@ class Step:
                 stepper.surface, then.skin, now.skin, x0, self.x, stepper.fixed, push, stepper.last_anchors
             )
             self.planes = self.contact.planes
-        self.touched = self.x
+        self.touched, self.coarsened = self.x, False
         self.evaluate()
 
     def newton(self) -> int:
@@ -95,13 +95,8 @@ class Step:
             self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed,
             memory.diagonal, memory.inverse,
         )  # fmt: skip
-        coarse_matrix(
-            clusters.members.starts, clusters.members.columns, clusters.label, sheet.ring.starts,
-            sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns, memory.far_bending,
-            memory.diagonal, memory.band,
-        )  # fmt: skip
-        if not factorise(memory.band):
-            raise StepRejected("the Hessian is not positive")
+        if not self.coarsened:
+            self._coarsen()
         np.negative(memory.gradient, out=memory.right.reshape(-1, 4)[:, :3], casting="same_kind")
         steps = conjugate_gradients(
             sheet.ring.starts, sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns,
@@ -111,6 +106,18 @@ class Step:
         )  # fmt: skip
         self._search()
         return steps
+
+    def _coarsen(self) -> None:
+        """The coarse level of the preconditioner: that of a step's first Hessian serves the whole step."""
+        sheet, memory, clusters = self.sheet, self.memory, self.stepper.clusters
+        coarse_matrix(
+            clusters.members.starts, clusters.members.columns, clusters.label, sheet.ring.starts,
+            sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns, memory.far_bending,
+            memory.diagonal, memory.band,
+        )  # fmt: skip
+        if not factorise(memory.band):
+            raise StepRejected("the Hessian is not positive")
+        self.coarsened = True
 
     def _search(self) -> None:
         before, energy = self.x, self.energy
