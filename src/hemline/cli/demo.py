@@ -16,7 +16,7 @@ class Arguments:
     out: Path = Path("out/demo")
     """Where cape.glb, cape.webp and report.json go."""
     from_nothing: bool = False
-    """Simulate, fit, animate and evaluate a light cape instead (about ten minutes on two cores, needs torch)."""
+    """Simulate, fit, animate and evaluate a light cape instead (two to ten minutes on two cores, needs torch)."""
     json: bool = False
     """Print the figures as one JSON object."""
 

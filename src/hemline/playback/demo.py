@@ -41,7 +41,7 @@ def demo(folder: Path, *, say: Say) -> dict[str, Any]:
 
 
 def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any]:
-    """Simulate, fit, animate and evaluate the light cape on the shipped excerpts: ten minutes on two cores.
+    """Simulate, fit, animate and evaluate the light cape on the shipped excerpts: two to ten minutes on two cores.
 
     Args:
         folder: Where to write the dataset, the model and the files of `demo`; what is there already is kept.
