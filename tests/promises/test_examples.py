@@ -1,4 +1,4 @@
-"""Every example runs as it stands."""
+"""Every example runs as it stands, and the short benchmark that docs quote."""
 
 import os
 import subprocess
@@ -7,13 +7,14 @@ from pathlib import Path
 
 import pytest
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
+ROOT = Path(__file__).parents[2]
+SCRIPTS = [*sorted((ROOT / "examples").glob("*.py")), ROOT / "benchmarks/learned_part.py"]
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_examples_run(example, tmp_path):
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_scripts_run(script, tmp_path):
     done = subprocess.run(
-        [sys.executable, str(example)], cwd=tmp_path, env=os.environ | {"NUMBA_NUM_THREADS": "1"},
+        [sys.executable, str(script)], cwd=tmp_path, env=os.environ | {"NUMBA_NUM_THREADS": "1"},
         capture_output=True, text=True, timeout=240,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
