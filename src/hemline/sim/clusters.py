@@ -40,7 +40,7 @@ def make_clusters(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Clusters:
 
     count, free = sheet.vertex_count, np.flatnonzero(~fixed)
     graph = _graph(sheet)
-    parts = _halved(graph, free, int(np.clip(len(free) // SIZE, 1, MOST)))
+    parts = cut(sheet, free, int(np.clip(len(free) // SIZE, 1, MOST)))
     label = np.full(count, -1, np.int64)
     for number, part in enumerate(parts):
         label[part] = number
@@ -54,6 +54,11 @@ def make_clusters(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Clusters:
     label = np.where(label >= 0, place[label], len(parts))
     members = incidence(label[free], free, len(parts))
     return Clusters(label.astype(np.uint32), members, 3 * (band + 1))
+
+
+def cut(sheet: Sheet, vertices: np.ndarray, parts: int) -> list[np.ndarray]:
+    """So many compact parts of the mesh, about equal in size, by halving along the longest way through each."""
+    return _halved(_graph(sheet), vertices, parts)
 
 
 def _graph(sheet: Sheet):

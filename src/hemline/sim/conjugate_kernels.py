@@ -117,12 +117,13 @@ def solve_band(band, values):
 @kernel(parallel=True, fastmath=FAST)
 def conjugate_gradients(
     ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, inverse, member_starts, members, label,
-    band, right, tolerance, iterations,
+    band, pair_corners, pair_weights, pair_block, pair_starts, pair_entries, pair_product, right, tolerance, iterations,
     solution_out, residual_out, search_out, product_out, partial_out, patch_sum_out, coarse_out,
 ):  # fmt: skip
     """Solve A x = right for the free vertices; the others, whose inverse is 0, stay 0.
 
-    # model: A = blocks on the ring, far_bending I beyond it, diagonal; band = factor of the coarse matrix
+    # model: A = blocks on the ring, far_bending I beyond it, diagonal, and of each pair w w^T times its block;
+    #      band = factor of the coarse matrix
     # in:  label: patch of each vertex, one past the last for fixed ones; tolerance: on sqrt(r . M r) relative to its
     #      start; iterations: at most
     # out: solution; the rest is working memory. Vectors and blocks are flat, see `block_kernels`; coarse has one patch
@@ -131,6 +132,7 @@ def conjugate_gradients(
     """
     count, patches = label.shape[0], member_starts.shape[0] - 1
     chunks = (count + CHUNK - 1) // CHUNK
+    pairs = pair_corners.shape[0]
     alpha, old, enough = np.float32(0.0), 0.0, 0.0
     for k in prange(4 * count):
         solution_out[k], residual_out[k], search_out[k], product_out[k] = 0.0, right[k], 0.0, 0.0
@@ -174,6 +176,18 @@ def conjugate_gradients(
                 for axis in range(3):
                     z = product_out[k + axis] + np.float32(coarse_out[c + axis])
                     search_out[k + axis] = z + beta * search_out[k + axis]
+        if pairs > 0:
+            for p in prange(pairs):
+                s0 = s1 = s2 = np.float32(0.0)
+                for c in range(4):
+                    k, w = 4 * pair_corners[p, c], pair_weights[p, c]
+                    s0 += w * search_out[k]
+                    s1 += w * search_out[k + 1]
+                    s2 += w * search_out[k + 2]
+                b = pair_block[6 * p : 6 * p + 6]
+                pair_product[4 * p] = b[0] * s0 + b[1] * s1 + b[2] * s2
+                pair_product[4 * p + 1] = b[1] * s0 + b[3] * s1 + b[4] * s2
+                pair_product[4 * p + 2] = b[2] * s0 + b[4] * s1 + b[5] * s2
         for chunk in prange(chunks):
             total = 0.0
             for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
@@ -181,6 +195,13 @@ def conjugate_gradients(
                     i, diagonal, ring, ring_starts[i], ring_starts[i + 1], blocks, far, far_starts[i],
                     far_starts[i + 1], far_bending, search_out, product_out,
                 )  # fmt: skip
+                if pairs > 0 and pair_starts[i] < pair_starts[i + 1]:
+                    for entry in range(pair_starts[i], pair_starts[i + 1]):
+                        p = pair_entries[entry] // 4
+                        w = pair_weights[p, pair_entries[entry] % 4]
+                        for c in range(3):
+                            product_out[4 * i + c] += w * pair_product[4 * p + c]
+                            total += w * pair_product[4 * p + c] * search_out[4 * i + c]
             partial_out[chunk] = total
         bend = 0.0
         for chunk in range(chunks):

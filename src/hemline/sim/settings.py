@@ -34,6 +34,12 @@ class SimSettings:
     """How far from the body's vertices contact is looked for, inwards too [m]."""
     pinched_share: float = 0.02
     """Share of the contact stiffness that is left where the body cuts through itself."""
+    self_contact: bool = True
+    """Whether the cloth meets itself."""
+    self_thickness: float = 0.002
+    """Distance that cloth keeps from itself [m]; less where edges are shorter than twice that."""
+    self_stiffness: float = 5e4
+    """Pressure of cloth on cloth over penetration of that distance [N/m^3]."""
     creep: float = 0.002
     """Slip below which friction is smoothed [m/s]."""
     newton_steps: int = 6
@@ -55,7 +61,7 @@ class SimSettings:
         for name in ("fps", "substeps", "contact_depth", "contact_reach", "creep", "newton_steps", "solver_steps"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise BadInput(f"setting '{name}' must be positive", getattr(self, name), "give a number above 0")
-        for name in ("air_density", "thickness", "contact_stiffness", "halvings", "lead_in", "settle"):
+        for name in ("air_density", "thickness", "self_thickness", "contact_stiffness", "self_stiffness", "halvings", "lead_in", "settle"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise BadInput(f"setting '{name}' must not be negative", getattr(self, name), "give 0 or more")
         for name in ("residual_share", "solver_share", "pinched_share"):

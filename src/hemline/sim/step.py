@@ -12,6 +12,9 @@ from .conjugate_kernels import coarse_matrix, conjugate_gradients, factorise
 from .contact import Contact
 from .hinge_kernels import hinge_forces, hinges_at_vertices
 from .membrane_kernels import green_strain, membrane, membrane_blocks
+from .pair_kernels import CHUNK as PAIR_CHUNK
+from .pair_kernels import pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
+from .self_contact import Pairs
 from .sheet import Sheet
 from .state import ClothState, Scene, StepRejected
 from .surface import Planes, no_planes
@@ -28,6 +31,12 @@ NEAR = 0.001
 
 WORST_ERROR = 0.015
 """So is a mean residual that would move a free vertex farther than this within the step [m]."""
+
+
+_NO_PAIRS = (
+    np.empty((0, 4), np.uint32), np.empty((0, 4), np.float32), np.empty(0, np.float32), np.empty(0, np.uint32),
+    np.empty(0, np.uint32), np.empty(0, np.float32),
+)  # fmt: skip
 
 
 class Memory:
@@ -48,6 +57,8 @@ class Memory:
         self.far_bending = sheet.far_bending.astype(np.float32)
         self.air_force, self.air_matrix = np.zeros((faces, 3)), np.zeros((faces, 6))
         self.air, self.air_diagonal = np.zeros((verts, 3)), np.zeros((verts, 6))
+        self.pair_diagonal = np.zeros((verts, 6))
+        self.pair_force, self.pair_energy = np.empty((0, 3)), np.empty(0)
 
 
 class Step:
@@ -77,6 +88,10 @@ class Step:
             )
             self.planes = self.contact.planes
         self.touched, self.coarsened = self.x, False
+        self.pairs: Pairs | None = None
+        if moving and stepper.self_contact is not None:
+            stepper.self_contact.begin(x0, self.x)
+            self._meet()
         self.evaluate()
 
     def newton(self) -> int:
@@ -85,14 +100,15 @@ class Step:
             self.sheet, self.memory, self.planes, self.stepper, self.stepper.clusters
         )  # fmt: skip
         grow = 1 + self.viscous
+        pairs = self._pair_blocks()
         membrane_blocks(
             sheet.edge_corners.starts, sheet.edge_corners.columns, sheet.edge_slots, sheet.shape, sheet.area,
             memory.frame, memory.tension, grow * stepper.lame, grow * stepper.shear, sheet.ring_bending, memory.blocks,
         )  # fmt: skip
         diagonal_blocks(
             self.x, sheet.mass, self.over_h2, sheet.ring.starts, memory.blocks, sheet.far.starts, sheet.far_bending,
-            memory.air_diagonal, planes.normal, planes.point, planes.carried, planes.stiffness, self.limit,
-            self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed,
+            memory.air_diagonal, memory.pair_diagonal, planes.normal, planes.point, planes.carried, planes.stiffness,
+            self.limit, self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed,
             memory.diagonal, memory.inverse,
         )  # fmt: skip
         if not self.coarsened:
@@ -101,11 +117,56 @@ class Step:
         steps = conjugate_gradients(
             sheet.ring.starts, sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns,
             memory.far_bending, memory.diagonal, memory.inverse, clusters.members.starts, clusters.members.columns,
-            clusters.label, memory.band, memory.right, self.settings.solver_share,
+            clusters.label, memory.band, *pairs, memory.right, self.settings.solver_share,
             self.settings.solver_steps, memory.solution, *memory.vectors, *memory.sums,
         )  # fmt: skip
         self._search()
+        if self.pairs is not None:
+            self._meet()
+            self.evaluate()
         return steps
+
+    def _meet(self) -> None:
+        """Lay the pairs of the cloth with itself where it is now."""
+        assert self.stepper.self_contact is not None
+        self.pairs = pairs = self.stepper.self_contact.lay(self.x)
+        memory = self.memory
+        memory.pair_force = np.empty((len(pairs), 3))
+        memory.pair_energy = np.empty((len(pairs) + PAIR_CHUNK - 1) // PAIR_CHUNK)
+
+    def _press(self) -> float:
+        """Forces of the pairs, into `bent`; their energy."""
+        memory, pairs = self.memory, self.pairs
+        if pairs is None or not len(pairs):
+            if not len(self.sheet.hinge_rest):
+                memory.bent[:] = 0
+            return 0.0
+        pair_forces(
+            self.x, self.state.positions, pairs.corners, pairs.weights, pairs.normal, pairs.thickness, pairs.stiffness,
+            pairs.limit, self.creep, memory.pair_force, memory.pair_energy,
+        )  # fmt: skip
+        if not len(self.sheet.hinge_rest):
+            memory.bent[:] = 0
+        pairs_at_vertices(pairs.at.starts, pairs.at.columns, pairs.weights, memory.pair_force, memory.bent)
+        return float(memory.pair_energy.sum())
+
+    def _pair_blocks(self) -> tuple[np.ndarray, ...]:
+        """The Hessian of the pairs, as the solver wants it; their diagonal blocks."""
+        pairs, memory = self.pairs, self.memory
+        if pairs is None or not len(pairs):
+            memory.pair_diagonal[:] = 0
+            return _NO_PAIRS
+        block = np.empty(6 * len(pairs))
+        pair_blocks(
+            self.x, self.state.positions, pairs.corners, pairs.weights, pairs.normal, pairs.thickness, pairs.stiffness,
+            pairs.limit, self.creep, block,
+        )  # fmt: skip
+        pair_diagonal(pairs.at.starts, pairs.at.columns, pairs.weights, block, memory.pair_diagonal)
+        product = np.zeros(4 * len(pairs), np.float32)
+        return (
+            pairs.corners, pairs.weights.astype(np.float32), block.astype(np.float32), pairs.at.starts,
+            pairs.at.columns, product,
+        )  # fmt: skip
 
     def _coarsen(self) -> None:
         """The coarse level of the preconditioner: that of a step's first Hessian serves the whole step."""
@@ -144,6 +205,7 @@ class Step:
             )  # fmt: skip
             corners = stepper.hinge_corners
             hinges_at_vertices(corners.starts, corners.columns, memory.hinge_gradient, memory.bent)
+        pair_energy = self._press()
         gradient(
             self.x, self.inertial, sheet.mass, self.over_h2, sheet.corners.starts, sheet.corners.columns,
             memory.corner, sheet.ring.starts, sheet.ring.columns, stepper.bending[0], sheet.far.starts,
@@ -152,7 +214,7 @@ class Step:
             self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed, memory.gradient,
             memory.energy, memory.residual,
         )  # fmt: skip
-        self.energy = float(memory.energy.sum() + memory.face_energy.sum() + memory.hinge_energy.sum())
+        self.energy = float(memory.energy.sum() + memory.face_energy.sum() + memory.hinge_energy.sum()) + pair_energy
         free = max(1, sheet.vertex_count - len(stepper.pinned))
         self.residual_share = float(memory.residual.sum()) / free / stepper.mean_weight
 

@@ -10,6 +10,7 @@ from jaxtyping import Int
 from hemline.errors import BadInput, SimulationFailed
 
 from .clusters import make_clusters
+from .self_contact import SelfContact
 from .settings import SimSettings
 from .sheet import Sheet, incidence
 from .state import ClothState, Positions, Scene, StepRejected, StepReport, Wind
@@ -74,6 +75,10 @@ class Stepper:
         self.clusters = make_clusters(sheet, self.fixed)
         self.memory = Memory(sheet, self.clusters)
         self.last_anchors: Anchors | None = None
+        self.self_contact = None if not self.settings.self_contact else SelfContact(
+            sheet, thickness=self.settings.self_thickness, stiffness=self.settings.self_stiffness,
+            friction=sheet.elastic.friction,
+        )  # fmt: skip
 
     def start(self, positions: Positions) -> ClothState:
         """At rest at the given positions.

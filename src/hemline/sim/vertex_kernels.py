@@ -108,10 +108,14 @@ def gradient(
 
 @kernel(parallel=True, fastmath=FAST)
 def diagonal_blocks(
-    x, mass, over_h2, ring_starts, blocks, far_starts, far_bending, air_matrix, normal, point, carried, stiffness,
-    limit, thickness, depth, creep, fixed, diagonal_out, inverse_out,
+    x, mass, over_h2, ring_starts, blocks, far_starts, far_bending, air_matrix, pair_diagonal, normal, point, carried,
+    stiffness, limit, thickness, depth, creep, fixed, diagonal_out, inverse_out,
 ):  # fmt: skip
-    """Diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine a vertex."""
+    """Diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine a vertex.
+
+    # in:  pair_diagonal: what pairs of the cloth with itself bring; the solver applies them apart from the blocks, so
+    #      it is in the inverse only
+    """
     for i in prange(x.shape[0]):
         m = air_matrix[i]
         a = mass[i] * over_h2
@@ -146,6 +150,8 @@ def diagonal_blocks(
             zz += t + (k - t) * n2 * n2
         d = diagonal_out[9 * i : 9 * i + 9]
         d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8] = xx, xy, xz, xy, yy, yz, xz, yz, zz
+        m = pair_diagonal[i]
+        xx, xy, xz, yy, yz, zz = xx + m[0], xy + m[1], xz + m[2], yy + m[3], yz + m[4], zz + m[5]
         c0, c1, c2 = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
         over = 0.0 if fixed[i] else 1.0 / (xx * c0 + xy * c1 + xz * c2)
         a0, a1, a2 = c0 * over, c1 * over, c2 * over

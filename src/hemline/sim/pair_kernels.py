@@ -1,0 +1,159 @@
+"""Cloth that meets itself: pairs of a vertex and a triangle, or of two edges, held apart along a fixed normal.
+
+A pair has four corners with weights w that add up to 0, so that sum w x is the vector between its two nearest points.
+Energy: k/3 |g|^3 / thickness where the gap g = n . sum(w x) - thickness is negative, so that the stiffness grows from
+nothing and Newton's steps do not jump between touching and not; and Coulomb's smoothed potential of the slip
+u = (I - n n^T) sum(w (x - x_start)) under a lagged load. Normals and weights are laid anew in each Newton step.
+"""
+
+from hemline.compiled import kernel, prange
+
+from .pair_search_kernels import closest_on_edges
+from .touch_kernels import closest_on_triangle
+from .vertex_kernels import slip_terms
+
+CHUNK = 64
+
+
+@kernel(parallel=True)
+def lay_pairs(x, corners, before, weights_out, normal_out, distance_out):
+    """Nearest points of each pair, and the unit normal from the second of them to the first.
+
+    # in:  corners (pairs, 5): four vertices, 1 for edges; before (pairs, 3): the normal until now, 0 for none
+    # out: weights (pairs, 4), normal (pairs, 3), distance (pairs,): along the normal, negative on the wrong side.
+    #      A normal that turned by more than 90 degrees means that the pair went through itself: within both elements
+    #      the old side is kept, at their rims the old normal.
+    """
+    for p in prange(corners.shape[0]):
+        a, b, c, d = corners[p, 0], corners[p, 1], corners[p, 2], corners[p, 3]
+        weight = weights_out[p]
+        if corners[p, 4] == 0:
+            v, w, _ = closest_on_triangle(x[a, 0], x[a, 1], x[a, 2], x[b], x[c], x[d])
+            weight[0], weight[1], weight[2], weight[3] = 1.0, v + w - 1.0, -v, -w
+            inner = v > 0.0 and w > 0.0 and v + w < 1.0
+        else:
+            s, t, _ = closest_on_edges(x[a], x[b], x[c], x[d])
+            weight[0], weight[1], weight[2], weight[3] = 1.0 - s, s, t - 1.0, -t
+            inner = 0.0 < s < 1.0 and 0.0 < t < 1.0
+        r0 = weight[0] * x[a, 0] + weight[1] * x[b, 0] + weight[2] * x[c, 0] + weight[3] * x[d, 0]
+        r1 = weight[0] * x[a, 1] + weight[1] * x[b, 1] + weight[2] * x[c, 1] + weight[3] * x[d, 1]
+        r2 = weight[0] * x[a, 2] + weight[1] * x[b, 2] + weight[2] * x[c, 2] + weight[3] * x[d, 2]
+        length = (r0 * r0 + r1 * r1 + r2 * r2) ** 0.5
+        n0, n1, n2 = before[p, 0], before[p, 1], before[p, 2]
+        along = n0 * r0 + n1 * r1 + n2 * r2
+        if length > 1e-9:
+            over = 1.0 / length
+            if along >= 0.0:
+                n0, n1, n2 = over * r0, over * r1, over * r2
+            elif inner:
+                n0, n1, n2 = -over * r0, -over * r1, -over * r2
+        normal_out[p, 0], normal_out[p, 1], normal_out[p, 2] = n0, n1, n2
+        distance_out[p] = n0 * r0 + n1 * r1 + n2 * r2
+
+
+@kernel(parallel=True)
+def pair_forces(x, start, corners, weights, normal, thickness, stiffness, limit, creep, force_out, energy_out):
+    """Gradient over the vector between the nearest points, by pair, and the energy by chunk."""
+    count = corners.shape[0]
+    for chunk in prange(energy_out.shape[0]):
+        energy = 0.0
+        for p in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
+            n0, n1, n2 = normal[p, 0], normal[p, 1], normal[p, 2]
+            gap = _along(x, corners[p], weights[p], 0) * n0 + _along(x, corners[p], weights[p], 1) * n1
+            gap += _along(x, corners[p], weights[p], 2) * n2 - thickness[p]
+            f0 = f1 = f2 = 0.0
+            if gap < 0.0:
+                load = stiffness[p] * gap * gap / thickness[p]
+                energy -= load * gap / 3.0
+                f0, f1, f2 = -load * n0, -load * n1, -load * n2
+            if limit[p] > 0.0:
+                u0, u1, u2 = _slip(x, start, corners[p], weights[p], n0, n1, n2)
+                value, over = slip_terms((u0 * u0 + u1 * u1 + u2 * u2) ** 0.5, creep)
+                energy += limit[p] * value
+                f0 += limit[p] * over * u0
+                f1 += limit[p] * over * u1
+                f2 += limit[p] * over * u2
+            force_out[p, 0], force_out[p, 1], force_out[p, 2] = f0, f1, f2
+        energy_out[chunk] = energy
+
+
+@kernel(inline="always")
+def _along(x, corner, weight, axis):
+    return (
+        weight[0] * x[corner[0], axis] + weight[1] * x[corner[1], axis]
+        + weight[2] * x[corner[2], axis] + weight[3] * x[corner[3], axis]
+    )  # fmt: skip
+
+
+@kernel(inline="always")
+def _slip(x, start, corner, weight, n0, n1, n2):
+    u0 = _along(x, corner, weight, 0) - _along(start, corner, weight, 0)
+    u1 = _along(x, corner, weight, 1) - _along(start, corner, weight, 1)
+    u2 = _along(x, corner, weight, 2) - _along(start, corner, weight, 2)
+    along = u0 * n0 + u1 * n1 + u2 * n2
+    return u0 - along * n0, u1 - along * n1, u2 - along * n2
+
+
+@kernel(parallel=True)
+def pair_blocks(x, start, corners, weights, normal, thickness, stiffness, limit, creep, block_out):
+    """Symmetric 3 x 3 block of each pair over the vector between its nearest points: xx, xy, xz, yy, yz, zz."""
+    for p in prange(corners.shape[0]):
+        n0, n1, n2 = normal[p, 0], normal[p, 1], normal[p, 2]
+        gap = _along(x, corners[p], weights[p], 0) * n0 + _along(x, corners[p], weights[p], 1) * n1
+        gap += _along(x, corners[p], weights[p], 2) * n2 - thickness[p]
+        k, t = 2.0 * stiffness[p] * max(-gap, 0.0) / thickness[p], 0.0
+        if limit[p] > 0.0:
+            u0, u1, u2 = _slip(x, start, corners[p], weights[p], n0, n1, n2)
+            _, over = slip_terms((u0 * u0 + u1 * u1 + u2 * u2) ** 0.5, creep)
+            t = limit[p] * over
+        # k n n^T + t (I - n n^T)
+        b = block_out[6 * p : 6 * p + 6]
+        b[0], b[1], b[2] = t + (k - t) * n0 * n0, (k - t) * n0 * n1, (k - t) * n0 * n2
+        b[3], b[4], b[5] = t + (k - t) * n1 * n1, (k - t) * n1 * n2, t + (k - t) * n2 * n2
+
+
+@kernel(parallel=True)
+def pairs_at_vertices(starts, entries, weights, force, gradient_out):
+    """Gradient of pairs, added at vertices.
+
+    # in:  starts, entries: for each vertex its pairs, 4 pair + corner
+    """
+    for i in prange(gradient_out.shape[0]):
+        for entry in range(starts[i], starts[i + 1]):
+            p, w = entries[entry] // 4, weights[entries[entry] // 4, entries[entry] % 4]
+            for c in range(3):
+                gradient_out[i, c] += w * force[p, c]
+
+
+@kernel(parallel=True)
+def pair_diagonal(starts, entries, weights, block, diagonal_out):
+    """What pairs bring to the diagonal block of each vertex: xx, xy, xz, yy, yz, zz."""
+    for i in prange(diagonal_out.shape[0]):
+        for c in range(6):
+            diagonal_out[i, c] = 0.0
+        for entry in range(starts[i], starts[i + 1]):
+            p, w = entries[entry] // 4, weights[entries[entry] // 4, entries[entry] % 4]
+            for c in range(6):
+                diagonal_out[i, c] += w * w * block[6 * p + c]
+
+
+@kernel
+def incidence_of_pairs(corners, starts_out, entries_out):
+    """Pairs by vertex: vertex i has entries[starts[i]:starts[i + 1]], each 4 pair + corner."""
+    count = starts_out.shape[0] - 2
+    starts_out[:] = 0
+    for p in range(corners.shape[0]):
+        for c in range(4):
+            starts_out[corners[p, c] + 2] += 1
+    for i in range(2, count + 2):
+        starts_out[i] += starts_out[i - 1]
+    for p in range(corners.shape[0]):
+        for c in range(4):
+            i = corners[p, c]
+            entries_out[starts_out[i + 1]] = 4 * p + c
+            starts_out[i + 1] += 1
+
+
+__all__ = [
+    "CHUNK", "incidence_of_pairs", "lay_pairs", "pair_blocks", "pair_diagonal", "pair_forces", "pairs_at_vertices",
+]  # fmt: skip

@@ -1,0 +1,78 @@
+"""Patches of the mesh, small and fixed: where the cloth could meet itself is first looked for among them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from .clusters import cut
+from .sheet import Rows, Sheet, incidence
+
+SIZE = 14
+"""Vertices in a patch, about."""
+
+
+@dataclass(frozen=True)
+class Patches:
+    """A partition of vertices, edges and triangles.
+
+    Attributes:
+        vertices: Vertices of each patch.
+        edges: Edges of each patch: those whose first vertex is in it.
+        faces: Triangles of each patch: those whose first corner is in it.
+        joined: 1 where two patches are joined by an edge, or are the same.
+        opposite: The third vertex of the one or two triangles at each edge; the edge's own first vertex for none.
+        radius: Half of the thickness that each vertex may have, at most [m].
+    """
+
+    vertices: Rows
+    edges: Rows
+    faces: Rows
+    joined: Int[np.ndarray, "patches patches"]
+    opposite: Int[np.ndarray, "edges 2"]
+    radius: Float[np.ndarray, " verts"]
+
+    @property
+    def count(self) -> int:
+        """Number of patches."""
+        return len(self.joined)
+
+
+def make_patches(sheet: Sheet, thickness: float) -> Patches:
+    """Cut a sheet into patches.
+
+    Args:
+        sheet: The cloth.
+        thickness: Distance that the cloth keeps from itself [m]; less where its edges are shorter than twice that.
+    """
+    parts = cut(sheet, np.arange(sheet.vertex_count), max(1, sheet.vertex_count // SIZE))
+    label = np.empty(sheet.vertex_count, np.int64)
+    for number, part in enumerate(parts):
+        label[part] = number
+    count = len(parts)
+    joined = np.eye(count, dtype=np.uint8)
+    first, second = label[sheet.edges].T
+    joined[first, second] = joined[second, first] = 1
+    shortest = np.full(sheet.vertex_count, np.inf)
+    for end in (0, 1):
+        np.minimum.at(shortest, sheet.edges[:, end], sheet.edge_length)
+    return Patches(
+        vertices=incidence(label, np.arange(len(label)), count),
+        edges=incidence(first, np.arange(len(first)), count),
+        faces=incidence(label[sheet.faces[:, 0]], np.arange(len(sheet.faces)), count),
+        joined=joined,
+        opposite=_opposite(sheet),
+        radius=np.minimum(thickness, 0.5 * shortest) / 2,
+    )
+
+
+def _opposite(sheet: Sheet) -> np.ndarray:
+    starts, codes = sheet.edge_corners.starts, sheet.edge_corners.columns.astype(np.int64)
+    corner = 3 - codes % 9 // 3 - codes % 3
+    third = sheet.faces[codes // 9, corner]
+    result = np.repeat(sheet.edges[:, :1], 2, axis=1).astype(np.uint32)
+    row = np.repeat(np.arange(len(sheet.edges)), np.diff(starts))
+    place = np.arange(len(codes)) - starts[:-1][row]
+    kept = place < 2
+    result[row[kept], place[kept]] = third[kept]
+    return result

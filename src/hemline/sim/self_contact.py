@@ -1,0 +1,190 @@
+"""Contact of the cloth with itself during one step.
+
+A pair of elements that come near is found at the step's start, and its side is where it is then. From Newton step to
+Newton step its normal follows the elements, but the side stays. Cloth that crosses itself at the start has no side: what
+is around such a place is pulled in the direction in which the curve of the crossing becomes shorter.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from .contour_kernels import contour_directions
+from .pair_kernels import incidence_of_pairs, lay_pairs
+from .pair_search_kernels import element_frames, near_pairs, patch_bounds, patch_pairs, piercing_edges
+from .patches import make_patches
+from .sheet import Rows, Sheet
+
+MARGIN = 0.001
+"""Distance beyond thickness and motion up to which pairs are looked for [m]."""
+
+PULL = 0.001
+"""How far a crossing is pulled apart in a step, about [m]."""
+
+CHUNK = 16
+"""Patch pairs worked on at a time: fixed, so that the order of what is found does not depend on the threads."""
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Pairs of elements that touch or nearly do.
+
+    Attributes:
+        corners: Four vertices of each, uint32.
+        weights: Of the corners, adding up to 0: sum w x is the vector between the nearest points.
+        normal: Unit normals, along that vector.
+        thickness: Distance to keep along the normal [m].
+        stiffness: [N/m]
+        limit: Friction that each can bear, by its load at the step's start [N].
+        at: For each vertex its pairs, each 4 pair + corner.
+    """
+
+    corners: Int[np.ndarray, "pairs 4"]
+    weights: Float[np.ndarray, "pairs 4"]
+    normal: Float[np.ndarray, "pairs 3"]
+    thickness: Float[np.ndarray, " pairs"]
+    stiffness: Float[np.ndarray, " pairs"]
+    limit: Float[np.ndarray, " pairs"]
+    at: Rows
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+
+class SelfContact:
+    """The pairs of a sheet, step by step.
+
+    Args:
+        sheet: The cloth.
+        thickness: Distance that it keeps from itself [m].
+        stiffness: Of contact, over area [N/m^3].
+        friction: Coulomb's coefficient of cloth on cloth.
+    """
+
+    def __init__(self, sheet: Sheet, *, thickness: float, stiffness: float, friction: float):
+        self.sheet, self.patches = sheet, make_patches(sheet, thickness)
+        self.push, self.friction = stiffness * sheet.vertex_area, friction
+        rows = self.patches.vertices, self.patches.edges, self.patches.faces
+        self.most = int(max(np.diff(each.starts.astype(np.int64)).max() for each in rows))
+        self.thickest = 2 * float(self.patches.radius.max())
+        count = self.patches.count
+        self._frames = np.empty((len(sheet.faces), 7)), np.empty((len(sheet.edges), 7)), np.empty((len(sheet.mass), 3))
+        self._bounds = np.empty((count, 6)), np.empty((count, 4)), np.empty((count, 4))
+        self._edges = sheet.edges.astype(np.uint32)
+        self._room: dict[str, int] = {"patches": 32, "near": 256, "piercing": 64}
+        self._corners = np.empty((0, 5), np.uint32)
+        self._normal = np.empty((0, 3))
+        self._pulls: tuple[np.ndarray, ...] = ()
+        self.crossing = 0
+
+    def begin(self, start: Float[np.ndarray, "verts 3"], guess: Float[np.ndarray, "verts 3"]) -> None:
+        """Find what may meet on the way from the start to the guess, and what crosses at the start."""
+        sheet, patches, (faces, edges, normal) = self.sheet, self.patches, self._frames
+        moved = guess - start
+        box, motion, cone = self._bounds
+        element_frames(start, sheet.faces, self._edges, sheet.corners.starts, sheet.corners.columns, *self._frames)
+        rows = patches.edges.starts, patches.edges.columns, patches.faces.starts, patches.faces.columns
+        patch_bounds(
+            start, moved, sheet.faces, self._edges, faces, patches.vertices.starts, patches.vertices.columns, *rows,
+            box, motion, cone,
+        )  # fmt: skip
+        pairs = self._patch_pairs(box, motion, cone)
+        crossed = self._filled(
+            "piercing", 2, len(pairs),
+            lambda room, count, out: piercing_edges(
+                start, sheet.faces, self._edges, faces, edges, box, patches.joined, *rows, pairs, self.most, CHUNK,
+                room, count, out,
+            ),
+        )  # fmt: skip
+        corners = self._filled(
+            "near", 5, len(pairs),
+            lambda room, count, out: near_pairs(
+                start, moved, sheet.faces, self._edges, faces, edges, normal, patches.radius, box, motion,
+                patches.joined, patches.vertices.starts, patches.vertices.columns, *rows, pairs, self.thickest, MARGIN,
+                self.most, CHUNK, room, count, out,
+            ),
+        )  # fmt: skip
+        self.crossing = len(crossed)
+        if len(crossed):
+            corners = self._apart(crossed, corners)
+        self._corners, self._pulls = corners, self._pull(start, crossed)
+        weights, self._normal, distance = self._empty(len(corners))
+        lay_pairs(start, corners, np.zeros((len(corners), 3)), weights, self._normal, distance)
+        self._thickness = self._thick(corners)
+        self._stiffness = self.push[corners[:, :4]].mean(axis=1)
+        pressed = np.maximum(self._thickness - distance, 0.0)
+        self._limit = self.friction * self._stiffness * pressed**2 / self._thickness
+
+    def lay(self, positions: Float[np.ndarray, "verts 3"]) -> Pairs:
+        """The pairs where the cloth is now, on the sides that they had at the start."""
+        weights, normal, distance = self._empty(len(self._corners))
+        lay_pairs(positions, self._corners, self._normal, weights, normal, distance)
+        self._normal = normal
+        close = distance < self._thickness + MARGIN
+        kept = (self._corners[:, :4], weights, normal, self._thickness, self._stiffness, self._limit)
+        corners, weights, normal, thickness, stiffness, limit = (
+            np.concatenate([one[close], other]) for one, other in zip(kept, self._pulls, strict=True)
+        )
+        starts, entries = np.empty(self.sheet.vertex_count + 2, np.uint32), np.empty(4 * len(corners), np.uint32)
+        incidence_of_pairs(corners, starts, entries)
+        return Pairs(corners, weights, normal, thickness, stiffness, limit, Rows(starts[:-1], entries))
+
+    def _thick(self, corners: np.ndarray) -> np.ndarray:
+        """Distance that the elements of each pair keep."""
+        one, two, three, four = self.patches.radius[corners[:, :4]].T
+        edge, last = corners[:, 4] == 1, np.minimum(three, four)
+        return np.where(edge, np.minimum(one, two) + last, one + np.minimum(two, last))
+
+    @staticmethod
+    def _empty(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return np.empty((count, 4)), np.empty((count, 3)), np.empty(count)
+
+    def _patch_pairs(self, box: np.ndarray, motion: np.ndarray, cone: np.ndarray) -> np.ndarray:
+        count = np.empty(self.patches.count, np.int64)
+        while True:
+            room = self._room["patches"]
+            out = np.empty((self.patches.count, room), np.int32)
+            patch_pairs(box, motion, cone, self.patches.joined, self.thickest + MARGIN, room, count, out)
+            if count.max() <= room:
+                kept = np.arange(room) < count[:, None]
+                return np.stack([np.nonzero(kept)[0].astype(np.int32), out[kept]], axis=1)
+            self._room["patches"] = int(1.5 * count.max())
+
+    def _filled(self, name: str, columns: int, pairs: int, search: Callable[..., None]) -> np.ndarray:
+        """What a search finds, chunk after chunk; done again with more room where it does not fit."""
+        count = np.empty((pairs + CHUNK - 1) // CHUNK, np.int64)
+        while True:
+            room = self._room[name]
+            out = np.empty((len(count) * room, columns), np.uint32)
+            search(room, count, out)
+            if count.max(initial=0) <= room:
+                return out.reshape(len(count), room, columns)[np.arange(room) < count[:, None]]
+            self._room[name] = int(1.5 * count.max())
+
+    def _apart(self, crossed: np.ndarray, corners: np.ndarray) -> np.ndarray:
+        """The pairs without those whose two elements both touch a crossing: their sides mean nothing."""
+        flagged = np.zeros(self.sheet.vertex_count, bool)
+        flagged[self._edges[crossed[:, 0]]] = True
+        flagged[self.sheet.faces[crossed[:, 1]]] = True
+        touched = flagged[corners[:, :4]]
+        edge = corners[:, 4] == 1
+        first = touched[:, 0] | (edge & touched[:, 1])
+        second = touched[:, 2] | touched[:, 3] | (~edge & touched[:, 1])
+        return corners[~(first & second)]
+
+    def _pull(self, start: np.ndarray, crossed: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Pairs that shorten the curves of crossings: each end of the edge against the triangle."""
+        count = len(crossed)
+        direction, share, inner = np.empty((count, 3)), np.empty(count), np.empty((count, 2))
+        contour_directions(
+            start, self._edges, self.sheet.faces, self.patches.opposite, crossed, direction, share, inner
+        )
+        ends, face = self._edges[crossed[:, 0]], self.sheet.faces[crossed[:, 1]]
+        corners = np.concatenate([np.column_stack([ends[:, end], face]) for end in (0, 1)]).astype(np.uint32)
+        weights = np.tile(np.column_stack([np.ones(count), inner.sum(axis=1) - 1, -inner]), (2, 1))
+        normal = np.tile(direction, (2, 1))
+        apart = np.einsum("pc,pcx,px->p", weights, start[corners], normal)
+        stiffness = self.push[corners].mean(axis=1) * np.concatenate([1 - share, share])
+        return corners, weights, normal, apart + PULL, stiffness, np.zeros(2 * count)
