@@ -173,7 +173,7 @@ def test_a_patch_on_a_slope_slides_only_beyond_the_angle_of_friction(tangent):
     settings = replace(TIGHT, gravity=down, creep=1e-3)
     stepper = Stepper(sheet, surface=Surface(floor.faces[:, ::-1], reach=0.08), settings=settings)
     # let the load build up first
-    sink = settings.thickness - GRAVITY * np.cos(angle) * sheet.elastic.density / settings.contact_stiffness
+    sink = settings.thickness - GRAVITY * np.cos(angle) * sheet.density[0] / settings.contact_stiffness
     start = replace(stepper.start(x + [0, sink, 0]), load=sheet.mass * GRAVITY * np.cos(angle))
     steps, h = 60, 1 / 240
     state, _ = last(stepper, start, h, steps, still(skin=skin))

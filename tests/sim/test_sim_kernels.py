@@ -24,9 +24,7 @@ def twin_energy(sheet, x):
     edges = np.stack([x[sheet.faces[:, 1]] - x[sheet.faces[:, 0]], x[sheet.faces[:, 2]] - x[sheet.faces[:, 0]]], 2)
     frame = edges @ sheet.shape[:, 1:]
     strain = 0.5 * (frame.transpose(0, 2, 1) @ frame - np.eye(2))
-    young, poisson = sheet.elastic.young, sheet.elastic.poisson
-    lame, shear = young * poisson / (1 - poisson**2), young / (2 * (1 + poisson))
-    density = 0.5 * lame * np.trace(strain, axis1=1, axis2=2) ** 2 + shear * (strain**2).sum(axis=(1, 2))
+    density = 0.5 * sheet.lame * np.trace(strain, axis1=1, axis2=2) ** 2 + sheet.shear * (strain**2).sum(axis=(1, 2))
     angle_free = 0.0
     for rows, values in ((sheet.ring, sheet.ring_bending), (sheet.far, sheet.far_bending)):
         i = np.repeat(np.arange(len(x)), np.diff(rows.starts))
@@ -229,7 +227,9 @@ def test_air_on_one_triangle_is_the_textbooks():
     wind = np.tile(speed * np.array([np.sin(angle), 0, np.cos(angle)]), (3, 1))
     velocity = np.zeros((3, 3))
     force, matrix = np.empty((1, 3)), np.empty((1, 6))
-    air_by_triangle(x, velocity, wind, np.array([[0, 1, 2]], np.int32), drag, lift, 0.6, force, matrix)
+    air_by_triangle(
+        x, velocity, wind, np.array([[0, 1, 2]], np.int32), np.array([drag]), np.array([lift]), 0.6, force, matrix
+    )
     size = 0.6 * 0.5 * speed**2 * np.cos(angle)
     along, across = np.array([np.sin(angle), 0, np.cos(angle)]), np.array([-np.cos(angle), 0, np.sin(angle)])
     assert 3 * force[0] == pytest.approx(size * (drag * along + lift * np.sin(angle) * across), abs=1e-12)

@@ -18,6 +18,55 @@ def test_pins_are_where_they_are_put_and_the_rest_follows(square):
     assert state.time == pytest.approx(0.25)
 
 
+def test_a_soft_pin_gives_way_by_weight_over_stiffness(square):
+    # a sheet that hangs on two springs: weight / (2 stiffness) below their ends
+    sheet, x = square(9, 0.4, density=0.15, young=400.0, bending=1e-3, damping=0.01)
+    x = np.stack([x[:, 0], -x[:, 2], 0 * x[:, 1]], axis=1)
+    pins, stiffness = np.array([0, 72]), np.array([3.0, 3.0])
+    settings = SimSettings(residual_share=1e-4, solver_share=1e-3, newton_steps=30)
+    stepper = Stepper(sheet, pinned=pins, pin_stiffness=stiffness, settings=settings)
+    state = stepper.start(x)
+    for _ in range(120):
+        state, _ = stepper.advance(state, 0.1, lambda share: Scene(x[pins]))
+    sag = x[pins, 1] - state.positions[pins, 1]
+    assert sag == pytest.approx(9.81 * sheet.mass.sum() / stiffness.sum(), rel=1e-3)
+    assert not stepper.fixed.any()
+
+
+def test_soft_and_hard_pins_of_one_sheet(square):
+    sheet, x = square(9, 0.4, density=0.15, young=400.0)
+    pins, targets = np.array([80, 0]), np.array([[0.4, 0.1, 0.4], [0.0, 0.2, 0.0]])
+    settings = SimSettings(gravity=(0.0, 0.0, 0.0))
+    stepper = Stepper(sheet, pinned=pins, pin_stiffness=np.array([50.0, np.inf]), settings=settings)
+    state = stepper.start(x)
+    for _ in range(10):
+        state, _ = stepper.advance(state, 0.02, lambda share: Scene(targets))
+    assert np.array_equal(state.positions[0], targets[1])
+    assert 0.02 < state.positions[80, 1] < 0.18
+
+
+def test_a_very_stiff_spring_is_a_hard_pin(square):
+    sheet, x = square(9, 0.4, young=100.0)
+    pins, found = np.array([0, 8]), []
+    for stiffness in (np.full(2, 1e6), None):
+        stepper = Stepper(
+            sheet, pinned=pins, pin_stiffness=stiffness, settings=SimSettings(residual_share=1e-4, newton_steps=30)
+        )
+        state = stepper.start(x)
+        for step in range(8):
+            target = x[pins] + [0.0, 0.01 * step, 0.0]
+            state, _ = stepper.advance(state, 1 / 120, lambda share, at=target: Scene(at))
+        found.append(state.positions)
+    assert np.abs(found[0] - found[1]).max() < 1e-5
+
+
+@pytest.mark.parametrize(("stiffness", "got"), [([1.0], r"shape \(1,\)"), ([1.0, 0.0], "0.0"), ([1.0, np.nan], "nan")])
+def test_stiffnesses_of_pins_that_make_no_sense_are_refused(square, stiffness, got):
+    sheet, _ = square(4)
+    with pytest.raises(BadInput, match=f"2 pins must have positive stiffnesses; got {got}; use infinity"):
+        Stepper(sheet, pinned=np.array([0, 1]), pin_stiffness=np.array(stiffness))
+
+
 def test_wind_may_depend_on_time_and_place(square, free):
     sheet, x = square(6, 0.4, drag=1.2)
     settings = SimSettings(gravity=(0.0, 0.0, 0.0))

@@ -1,5 +1,6 @@
 """The offline simulator: the truth that everything else is fitted to and measured against."""
 
+from .joined import joined as joined
 from .produce import Clip as Clip
 from .produce import produce as produce
 from .rest import rest_drape as rest_drape
@@ -24,6 +25,7 @@ __all__ = [
     "Skin",
     "Stepper",
     "Surface",
+    "joined",
     "make_sheet",
     "produce",
     "rest_drape",

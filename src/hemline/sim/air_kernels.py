@@ -8,7 +8,7 @@ def air_by_triangle(x, velocity, wind, faces, drag, lift, half_density, force_ou
     """A third of the force on each triangle, and a third of D = -dF/dv (symmetric: xx, xy, xz, yy, yz, zz).
 
     # model: F = D (wind - v), D = rho/2 A (|u.n| (drag - lift |cos|) I + lift |u| n n^T), u = wind - v
-    # in:  wind, velocity a vertex [m/s]; half_density = rho / 2 [kg/m^3]
+    # in:  wind, velocity a vertex [m/s]; drag, lift a face; half_density = rho / 2 [kg/m^3]
     """
     for f in prange(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -29,8 +29,8 @@ def air_by_triangle(x, velocity, wind, faces, drag, lift, half_density, force_ou
         n0, n1, n2 = n0 / double, n1 / double, n2 / double
         across = abs(u0 * n0 + u1 * n1 + u2 * n2)
         scale = half_density * 0.5 * double / 3.0
-        plain = scale * across * max(drag - lift * across / speed, 0.0)
-        steep = scale * lift * speed
+        plain = scale * across * max(drag[f] - lift[f] * across / speed, 0.0)
+        steep = scale * lift[f] * speed
         xx, xy, xz = plain + steep * n0 * n0, steep * n0 * n1, steep * n0 * n2
         yy, yz, zz = plain + steep * n1 * n1, steep * n1 * n2, plain + steep * n2 * n2
         matrix_out[f, 0], matrix_out[f, 1], matrix_out[f, 2] = xx, xy, xz

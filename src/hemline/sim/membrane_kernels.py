@@ -30,16 +30,15 @@ def green_strain(vertices, faces, shape, strain_out):
 
 @kernel(parallel=True, fastmath=FAST)
 def membrane(
-    vertices, faces, shape, area, strain_start, lame, shear, viscous, cap,
+    vertices, faces, shape, area, strain_start, lame, shear, damping, over_h, cap,
     corner_out, frame_out, tension_out, energy_out,
 ):  # fmt: skip
     """Forces at corners (as gradient), columns of F, the tensile part of the stress, and the energy.
 
-    # model: S = C : (E + viscous (E - E_start)), energy = area / 2 (E : C : E + viscous dE : C : dE)
-    # in:  lame, shear: plane-stress constants [N/m]; viscous: damping time over step
+    # model: S = C : (E + v (E - E_start)), energy = area / 2 (E : C : E + v dE : C : dE), v = damping / h
+    # in:  by face: lame, shear: plane-stress constants [N/m]; damping [s]; cap [N m]
     # out: corner (faces, 9), frame (faces, 6), tension = area S+ as (uu, vv, uv) (faces, 3), energy (faces)
     """
-    c11 = lame + 2.0 * shear
     for f in prange(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         g1u, g1v, g2u, g2v = shape[f, 1, 0], shape[f, 1, 1], shape[f, 2, 0], shape[f, 2, 1]
@@ -56,13 +55,14 @@ def membrane(
             uv += u * v
         euu, evv, euv = 0.5 * (uu - 1.0), 0.5 * (vv - 1.0), uv
         duu, dvv, duv = euu - strain_start[f, 0], evv - strain_start[f, 1], euv - strain_start[f, 2]
-        a = area[f]
-        energy_out[f] = 0.5 * a * (
-            c11 * (euu * euu + evv * evv) + 2.0 * lame * euu * evv + shear * euv * euv
-            + viscous * (c11 * (duu * duu + dvv * dvv) + 2.0 * lame * duu * dvv + shear * duv * duv)
+        viscous, c12, c33 = damping[f] * over_h, area[f] * lame[f], area[f] * shear[f]
+        c11 = c12 + 2.0 * c33
+        energy_out[f] = 0.5 * (
+            c11 * (euu * euu + evv * evv) + 2.0 * c12 * euu * evv + c33 * euv * euv
+            + viscous * (c11 * (duu * duu + dvv * dvv) + 2.0 * c12 * duu * dvv + c33 * duv * duv)
         )  # fmt: skip
         suu, svv, suv = euu + viscous * duu, evv + viscous * dvv, euv + viscous * duv
-        suu, svv, suv = a * (c11 * suu + lame * svv), a * (c11 * svv + lame * suu), a * shear * suv
+        suu, svv, suv = c11 * suu + c12 * svv, c11 * svv + c12 * suu, c33 * suv
         w1u, w1v = suu * g1u + suv * g1v, suv * g1u + svv * g1v
         w2u, w2v = suu * g2u + suv * g2v, suv * g2u + svv * g2v
         for c in range(3):
@@ -84,15 +84,15 @@ def membrane(
 
 @kernel(parallel=True, fastmath=FAST)
 def membrane_blocks(
-    edge_starts, edge_corners, edge_slots, shape, area, frame, tension, lame, shear, ring_bending, blocks_out
-):
+    edge_starts, edge_corners, edge_slots, shape, area, frame, tension, lame, shear, damping, over_h, ring_bending,
+    blocks_out,
+):  # fmt: skip
     """Off-diagonal blocks of the Hessian, both (i, j) and its transpose (j, i); bending entries included.
 
     # model: K_ij = sum over shared triangles of sum_pq k_pq f_p f_q^T + (g_i . S+ g_j) I
-    # in:  lame, shear: constants with viscosity [N/m]; frame, tension: from `membrane`
+    # in:  by face: lame, shear [N/m], damping [s]; frame, tension: from `membrane`
     # out: blocks, one an entry of the ring, by columns, flat float32
     """
-    c11 = lame + 2.0 * shear
     for e in prange(edge_slots.shape[0]):
         ij, ji = edge_slots[e, 0], edge_slots[e, 1]
         xx = yy = zz = ring_bending[ij]
@@ -102,11 +102,13 @@ def membrane_blocks(
             f = code // 9
             i, j = code % 9 // 3, code % 3
             iu, iv, ju, jv = shape[f, i, 0], shape[f, i, 1], shape[f, j, 0], shape[f, j, 1]
-            a = area[f]
-            kuu = a * (c11 * iu * ju + shear * iv * jv)
-            kvv = a * (c11 * iv * jv + shear * iu * ju)
-            kuv = a * (lame * iu * jv + shear * iv * ju)
-            kvu = a * (lame * iv * ju + shear * iu * jv)
+            a = area[f] * (1.0 + damping[f] * over_h)
+            c12, c33 = a * lame[f], a * shear[f]
+            c11 = c12 + 2.0 * c33
+            kuu = c11 * iu * ju + c33 * iv * jv
+            kvv = c11 * iv * jv + c33 * iu * ju
+            kuv = c12 * iu * jv + c33 * iv * ju
+            kvu = c12 * iv * ju + c33 * iu * jv
             s = iu * (tension[f, 0] * ju + tension[f, 2] * jv) + iv * (tension[f, 2] * ju + tension[f, 1] * jv)
             u0, u1, u2 = frame[f, 0], frame[f, 1], frame[f, 2]
             v0, v1, v2 = frame[f, 3], frame[f, 4], frame[f, 5]

@@ -60,10 +60,12 @@ class SelfContact:
         sheet: The cloth.
         thickness: Distance that it keeps from itself [m].
         stiffness: Of contact, over area [N/m^3].
-        friction: Coulomb's coefficient of cloth on cloth.
+        friction: Coulomb's coefficient of cloth on cloth, a vertex.
     """
 
-    def __init__(self, sheet: Sheet, *, thickness: float, stiffness: float, friction: float):
+    def __init__(
+        self, sheet: Sheet, *, thickness: float, stiffness: float, friction: Float[np.ndarray, " verts"]
+    ):
         self.sheet, self.patches = sheet, make_patches(sheet, thickness)
         self.push, self.friction = stiffness * sheet.vertex_area, friction
         rows = self.patches.vertices, self.patches.edges, self.patches.faces
@@ -115,7 +117,7 @@ class SelfContact:
         self._thickness = self._thick(corners)
         self._stiffness = self.push[corners[:, :4]].mean(axis=1)
         pressed = np.maximum(self._thickness - distance, 0.0)
-        self._limit = self.friction * self._stiffness * pressed**2 / self._thickness
+        self._limit = self.friction[corners[:, :4]].mean(axis=1) * self._stiffness * pressed**2 / self._thickness
 
     def lay(self, positions: Float[np.ndarray, "verts 3"]) -> Pairs:
         """The pairs where the cloth is now, on the sides that they had at the start."""

@@ -47,7 +47,9 @@ class Rows:
 
 @dataclass(frozen=True)
 class Sheet:
-    """Topology, rest metric and material of one cloth mesh, laid out for gathers.
+    """Topology, rest metric and materials of a cloth mesh, laid out for gathers.
+
+    It may hold several pieces of cloth that share no vertex, see `joined.joined`.
 
     Attributes:
         faces: Triangles, uint32.
@@ -67,7 +69,14 @@ class Sheet:
         hinges: Interior edges with the two vertices opposite: i, j, k, l.
         hinge_weight: bending length^2 / (area + area) of each hinge [N m].
         hinge_rest: Rest angle of each hinge [rad]; empty where the rest shape is flat.
-        elastic: The material.
+        density: Area density of each face [kg/m^2].
+        lame: Lame's first constant of each face, plane stress [N/m].
+        shear: Shear modulus of each face [N/m].
+        damping: Time constant of stiffness-proportional damping of each face [s].
+        drag: Drag coefficient of each face.
+        lift: Lift coefficient of each face.
+        friction: Coulomb's coefficient of each vertex against the body.
+        piece: Which piece of cloth each vertex belongs to, uint32, counted from the skin outwards.
     """
 
     faces: Faces
@@ -87,7 +96,14 @@ class Sheet:
     hinges: Int[np.ndarray, "hinges 4"]
     hinge_weight: Float[np.ndarray, " hinges"]
     hinge_rest: Float[np.ndarray, " hinges_or_none"]
-    elastic: Elastic
+    density: Float[np.ndarray, " faces"]
+    lame: Float[np.ndarray, " faces"]
+    shear: Float[np.ndarray, " faces"]
+    damping: Float[np.ndarray, " faces"]
+    drag: Float[np.ndarray, " faces"]
+    lift: Float[np.ndarray, " faces"]
+    friction: Float[np.ndarray, " verts"]
+    piece: Int[np.ndarray, " verts"]
 
     @property
     def vertex_count(self) -> int:
@@ -149,7 +165,14 @@ def make_sheet(
         hinges=hinges,
         hinge_weight=weights * length**2,
         hinge_rest=np.zeros(0) if rest_vertices is None else hinge_angles(np.asarray(rest_vertices, float), hinges),
-        elastic=elastic,
+        density=np.full(len(faces), elastic.density),
+        lame=np.full(len(faces), elastic.young * elastic.poisson / (1 - elastic.poisson**2)),
+        shear=np.full(len(faces), elastic.young / (2 * (1 + elastic.poisson))),
+        damping=np.full(len(faces), elastic.damping),
+        drag=np.full(len(faces), elastic.drag),
+        lift=np.full(len(faces), elastic.lift),
+        friction=np.full(count, elastic.friction),
+        piece=np.zeros(count, np.uint32),
     )
 
 

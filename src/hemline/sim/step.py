@@ -69,14 +69,15 @@ class Step:
         self.sheet, self.settings, self.memory = stepper.sheet, stepper.settings, stepper.memory
         sheet, x0 = self.sheet, state.positions
         moving = math.isfinite(h)
-        self.over_h2, self.viscous = (1 / h**2, sheet.elastic.damping / h) if moving else (0.0, 0.0)
+        self.over_h = 1 / h if moving else 0.0
+        self.pull = sheet.mass * self.over_h**2
         self.creep = self.settings.creep * h if moving else 1.0
-        self.cap = stepper.cap * self.over_h2
-        self.limit = sheet.elastic.friction * state.load
+        self.cap = stepper.cap * self.over_h**2
+        self.limit = sheet.friction * state.load
         self.inertial = x0 + h * state.velocities + h**2 * np.array(self.settings.gravity) if moving else x0
         self.x = x0 + h * (state.velocities + state.change) if moving else x0.copy()
-        if moving and len(stepper.pinned):
-            self.x[stepper.pinned] = self.inertial[stepper.pinned] = now.pinned
+        if moving:
+            self._pin(now)
         green_strain(x0, sheet.faces, sheet.shape, self.memory.strain)
         self._blow()
         self.contact: Contact | None = None
@@ -99,14 +100,14 @@ class Step:
         sheet, memory, planes, stepper, clusters = (
             self.sheet, self.memory, self.planes, self.stepper, self.stepper.clusters
         )  # fmt: skip
-        grow = 1 + self.viscous
         pairs = self._pair_blocks()
         membrane_blocks(
             sheet.edge_corners.starts, sheet.edge_corners.columns, sheet.edge_slots, sheet.shape, sheet.area,
-            memory.frame, memory.tension, grow * stepper.lame, grow * stepper.shear, sheet.ring_bending, memory.blocks,
+            memory.frame, memory.tension, sheet.lame, sheet.shear, sheet.damping, self.over_h, sheet.ring_bending,
+            memory.blocks,
         )  # fmt: skip
         diagonal_blocks(
-            self.x, sheet.mass, self.over_h2, sheet.ring.starts, memory.blocks, sheet.far.starts, sheet.far_bending,
+            self.x, self.pull, sheet.ring.starts, memory.blocks, sheet.far.starts, sheet.far_bending,
             memory.air_diagonal, memory.pair_diagonal, planes.normal, planes.point, planes.carried, planes.stiffness,
             self.limit, self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed,
             memory.diagonal, memory.inverse,
@@ -195,8 +196,8 @@ class Step:
         """Energy, gradient and residual at the iterate."""
         sheet, memory, planes, stepper = self.sheet, self.memory, self.planes, self.stepper
         membrane(
-            self.x, sheet.faces, sheet.shape, sheet.area, memory.strain, stepper.lame, stepper.shear, self.viscous,
-            self.cap, memory.corner, memory.frame, memory.tension, memory.face_energy,
+            self.x, sheet.faces, sheet.shape, sheet.area, memory.strain, sheet.lame, sheet.shear, sheet.damping,
+            self.over_h, self.cap, memory.corner, memory.frame, memory.tension, memory.face_energy,
         )  # fmt: skip
         if len(sheet.hinge_rest):
             hinge_forces(
@@ -207,7 +208,7 @@ class Step:
             hinges_at_vertices(corners.starts, corners.columns, memory.hinge_gradient, memory.bent)
         pair_energy = self._press()
         gradient(
-            self.x, self.inertial, sheet.mass, self.over_h2, sheet.corners.starts, sheet.corners.columns,
+            self.x, self.inertial, self.pull, sheet.corners.starts, sheet.corners.columns,
             memory.corner, sheet.ring.starts, sheet.ring.columns, stepper.bending[0], sheet.far.starts,
             sheet.far.columns, stepper.bending[1], memory.bent, self.state.positions, memory.air,
             memory.air_diagonal, planes.normal, planes.point, planes.carried, planes.stiffness, self.limit,
@@ -255,18 +256,27 @@ class Step:
             time=self.state.time + self.h,
         )
 
+    def _pin(self, now: Scene) -> None:
+        """Put hard pins where the scene wants them; a soft pin's spring and its inertia pull at the mean of both."""
+        stepper = self.stepper
+        self.x[stepper.pinned] = self.inertial[stepper.pinned] = now.pinned[stepper.hard]
+        soft, spring = stepper.held, stepper.spring[:, None]
+        inertia = self.pull[soft, None]
+        self.inertial[soft] = (inertia * self.inertial[soft] + spring * now.pinned[~stepper.hard]) / (inertia + spring)
+        self.pull[soft] += stepper.spring
+
     def _blow(self) -> None:
-        elastic, memory, state = self.sheet.elastic, self.memory, self.state
+        sheet, memory, state = self.sheet, self.memory, self.state
         memory.air[:], memory.air_diagonal[:] = 0, 0
-        if math.isinf(self.h) or (elastic.drag == 0 and elastic.lift == 0):
+        if math.isinf(self.h) or not (sheet.drag.any() or sheet.lift.any()):
             return
         wind = np.empty_like(state.positions)
         wind[:] = self.settings.wind if self.stepper.wind is None else self.stepper.wind(state.time, state.positions)
         air_by_triangle(
-            state.positions, state.velocities, wind, self.sheet.faces, elastic.drag, elastic.lift,
+            state.positions, state.velocities, wind, sheet.faces, sheet.drag, sheet.lift,
             0.5 * self.settings.air_density, memory.air_force, memory.air_matrix,
         )  # fmt: skip
         air_at_vertices(
-            self.sheet.corners.starts, self.sheet.corners.columns, memory.air_force, memory.air_matrix,
+            sheet.corners.starts, sheet.corners.columns, memory.air_force, memory.air_matrix,
             state.velocities, 1 / self.h, memory.air, memory.air_diagonal,
         )  # fmt: skip

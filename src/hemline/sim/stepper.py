@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 
 from hemline.errors import BadInput, SimulationFailed
 
@@ -27,12 +27,14 @@ class Stepper:
     Args:
         sheet: The cloth.
         pinned: Vertices whose positions are given.
+        pin_stiffness: For each of them the stiffness of the spring that holds it there [N/m], infinite for a vertex
+            that is put there; None: all are.
         surface: The body's mesh, or None.
         settings: Gravity, contact, tolerances; `fps` and `substeps` are not used here.
         wind: Wind over time and place; None: the constant of the settings.
 
     Raises:
-        BadInput: A pin is not a vertex of the sheet.
+        BadInput: A pin is not a vertex of the sheet, or its stiffness is not positive.
 
     Example:
         >>> from hemline.sim.sheet import Elastic, make_sheet
@@ -48,23 +50,28 @@ class Stepper:
         sheet: Sheet,
         *,
         pinned: Int[np.ndarray, " pins"] = (),  # type: ignore[assignment]
+        pin_stiffness: Float[np.ndarray, " pins"] | None = None,
         surface: Surface | None = None,
         settings: SimSettings | None = None,
         wind: Wind | None = None,
     ):
         self.sheet, self.surface, self.settings, self.wind = sheet, surface, settings or SimSettings(), wind
-        self.pinned = np.asarray(pinned, np.int32)
-        if self.pinned.size and not (self.pinned.min() >= 0 and self.pinned.max() < sheet.vertex_count):
-            got = f"{self.pinned.min()} to {self.pinned.max()} for {sheet.vertex_count} vertices"
+        pins = np.asarray(pinned, np.int32)
+        if pins.size and not (pins.min() >= 0 and pins.max() < sheet.vertex_count):
+            got = f"{pins.min()} to {pins.max()} for {sheet.vertex_count} vertices"
             raise BadInput("pins must be vertices of the sheet", got, "count from 0")
+        stiffness = np.full(len(pins), np.inf) if pin_stiffness is None else np.asarray(pin_stiffness, np.float64)
+        if stiffness.shape != pins.shape or not (stiffness > 0).all():
+            got = f"shape {stiffness.shape}" if stiffness.shape != pins.shape else stiffness.min()
+            raise BadInput(f"{len(pins)} pins must have positive stiffnesses", got, "use infinity for a hard pin")
+        self.hard = np.isinf(stiffness)
+        self.pinned, self.held, self.spring = pins[self.hard], pins[~self.hard], stiffness[~self.hard]
         self.fixed = np.zeros(sheet.vertex_count, bool)
         self.fixed[self.pinned] = True
-        young, poisson = sheet.elastic.young, sheet.elastic.poisson
-        self.lame, self.shear = young * poisson / (1 - poisson**2), young / (2 * (1 + poisson))
         self.push = self.settings.contact_stiffness * sheet.vertex_area
         self.mean_weight = 9.81 * float(sheet.mass.mean())
         gram = np.einsum("fac,fad->fcd", sheet.shape, sheet.shape)
-        self.cap = KEPT_COMPRESSION * sheet.elastic.density * sheet.area / 3 / np.linalg.eigvalsh(gram)[:, 1]
+        self.cap = KEPT_COMPRESSION * sheet.density * sheet.area / 3 / np.linalg.eigvalsh(gram)[:, 1]
         flat = not len(sheet.hinge_rest)
         # where the rest shape is not flat, hinges bring the forces; their Hessian stays that of a flat sheet
         self.bending = (sheet.ring_bending, sheet.far_bending) if flat else tuple(
@@ -77,7 +84,7 @@ class Stepper:
         self.last_anchors: Anchors | None = None
         self.self_contact = None if not self.settings.self_contact else SelfContact(
             sheet, thickness=self.settings.self_thickness, stiffness=self.settings.self_stiffness,
-            friction=sheet.elastic.friction,
+            friction=sheet.friction,
         )  # fmt: skip
 
     def start(self, positions: Positions) -> ClothState:

@@ -2,8 +2,9 @@
 
 The potential of one step of length h (backward Euler), whose minimum is the new position:
 
-    m / (2 h^2) |x - y|^2 + membrane + bending + air + contact + friction
+    pull / 2 |x - y|^2 + membrane + bending + air + contact + friction
 
+- pull: m / h^2 and the spring of a soft pin together; y is then the mean of both goals, each with its share;
 - bending: -1/4 sum q_ij |x_i - x_j|^2 with q the off-diagonal entries, or what `bent` brings in its place;
 - air: -f . x + 1/2 (x - x_0) . D (x - x_0), D a symmetric 3 x 3 matrix a vertex;
 - contact: gap g = n . (x - p) - thickness; where g < 0: k/2 g^2, beyond `depth` linear;
@@ -40,7 +41,7 @@ def slip_terms(slip, creep):
 
 @kernel(parallel=True, fastmath=FAST)
 def gradient(
-    x, inertial, mass, over_h2, corner_starts, corners, corner, ring_starts, ring, ring_bending, far_starts, far,
+    x, inertial, pull, corner_starts, corners, corner, ring_starts, ring, ring_bending, far_starts, far,
     far_bending, bent, start, air, air_matrix, normal, point, carried, stiffness, limit, thickness, depth, creep, fixed,
     gradient_out, energy_out, residual_out,
 ):  # fmt: skip
@@ -51,7 +52,7 @@ def gradient(
         for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
             x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
             d0, d1, d2 = x0 - inertial[i, 0], x1 - inertial[i, 1], x2 - inertial[i, 2]
-            k = mass[i] * over_h2
+            k = pull[i]
             energy += 0.5 * k * (d0 * d0 + d1 * d1 + d2 * d2)
             g0, g1, g2 = k * d0 + bent[i, 0], k * d1 + bent[i, 1], k * d2 + bent[i, 2]
             for entry in range(corner_starts[i], corner_starts[i + 1]):
@@ -108,7 +109,7 @@ def gradient(
 
 @kernel(parallel=True, fastmath=FAST)
 def diagonal_blocks(
-    x, mass, over_h2, ring_starts, blocks, far_starts, far_bending, air_matrix, pair_diagonal, normal, point, carried,
+    x, pull, ring_starts, blocks, far_starts, far_bending, air_matrix, pair_diagonal, normal, point, carried,
     stiffness, limit, thickness, depth, creep, fixed, diagonal_out, inverse_out,
 ):  # fmt: skip
     """Diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine a vertex.
@@ -118,7 +119,7 @@ def diagonal_blocks(
     """
     for i in prange(x.shape[0]):
         m = air_matrix[i]
-        a = mass[i] * over_h2
+        a = pull[i]
         for entry in range(far_starts[i], far_starts[i + 1]):
             a -= far_bending[entry]
         xx, xy, xz, yy, yz, zz = a + m[0], m[1], m[2], a + m[3], m[4], a + m[5]

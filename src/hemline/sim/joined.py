@@ -1,0 +1,58 @@
+"""Several pieces of cloth, each of its own material, as one sheet."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hemline.errors import BadMesh
+
+from .sheet import Rows, Sheet
+
+
+def joined(sheets: Sequence[Sheet]) -> Sheet:
+    """Several pieces of cloth as one sheet: vertices, faces and edges of each follow those of the one before.
+
+    Args:
+        sheets: The pieces from the skin outwards, at least one. Where one of them is curved at rest, those that are
+            flat get hinges with a rest angle of 0, which bend as before as long as the cloth does not stretch.
+
+    Raises:
+        BadMesh: No piece.
+    """
+    if not sheets:
+        raise BadMesh("a sheet must have a piece", "none", "give at least one")
+    verts, faces, ring, far, pieces = (
+        np.cumsum([0, *map(size, sheets[:-1])])
+        for size in (
+            lambda s: s.vertex_count, lambda s: len(s.faces), lambda s: len(s.ring.columns),
+            lambda s: len(s.far.columns), lambda s: int(s.piece.max()) + 1,
+        )
+    )  # fmt: skip
+    curved = any(len(sheet.hinge_rest) for sheet in sheets)
+    rests = [s.hinge_rest if len(s.hinge_rest) else np.zeros(curved * len(s.hinges)) for s in sheets]
+
+    def shifted(name: str, by: np.ndarray) -> np.ndarray:
+        arrays = [getattr(sheet, name) for sheet in sheets]
+        return np.concatenate([array + array.dtype.type(shift) for array, shift in zip(arrays, by, strict=True)])
+
+    def rows(name: str, entries: np.ndarray, columns: np.ndarray) -> Rows:
+        parts = [getattr(sheet, name) for sheet in sheets]
+        ends = [part.starts[1:] + np.uint32(entry) for part, entry in zip(parts, entries, strict=True)]
+        values = [part.columns + np.uint32(column) for part, column in zip(parts, columns, strict=True)]
+        return Rows(np.concatenate([np.zeros(1, np.uint32), *ends]), np.concatenate(values))
+
+    same = ("shape", "area", "vertex_area", "mass", "edge_length", "ring_bending", "far_bending", "hinge_weight",
+            "density", "lame", "shear", "damping", "drag", "lift", "friction")  # fmt: skip
+    return Sheet(
+        faces=shifted("faces", verts),
+        corners=rows("corners", 3 * faces, 3 * faces),
+        edges=shifted("edges", verts),
+        edge_corners=rows("edge_corners", 3 * faces, 9 * faces),
+        edge_slots=shifted("edge_slots", ring),
+        ring=rows("ring", ring, verts),
+        far=rows("far", far, verts),
+        hinges=shifted("hinges", verts),
+        hinge_rest=np.concatenate(rests),
+        piece=shifted("piece", pieces),
+        **{name: np.concatenate([getattr(sheet, name) for sheet in sheets]) for name in same},
+    )
