@@ -1,8 +1,8 @@
 """Cloth that meets itself: pairs of a vertex and a triangle, or of two edges, held apart along a fixed normal.
 
 A pair has four corners with weights w that add up to 0, so that sum w x is the vector between its two nearest points.
-Energy: k/3 |g|^3 / thickness where the gap g = n . sum(w x) - thickness is negative, so that the stiffness grows from
-nothing and Newton's steps do not jump between touching and not; and Coulomb's smoothed potential of the slip
+The load grows with the square of how far they are nearer than the thickness, so that Newton's steps do not jump between
+touching and not; from where they would pass through each other it stays constant. And Coulomb's smoothed potential of the slip
 u = (I - n n^T) sum(w (x - x_start)) under a lagged load. Normals and weights are laid anew in each Newton step.
 """
 
@@ -51,6 +51,18 @@ def lay_pairs(x, corners, before, weights_out, normal_out, distance_out):
         distance_out[p] = n0 * r0 + n1 * r1 + n2 * r2
 
 
+@kernel(inline="always")
+def press_terms(depth, stiffness, thickness):
+    """Energy, load and stiffness of a pair that is nearer than its thickness by a depth."""
+    if depth <= 0.0:
+        return 0.0, 0.0, 0.0
+    if depth < thickness:
+        load = stiffness * depth * depth / thickness
+        return load * depth / 3.0, load, 2.0 * stiffness * depth / thickness
+    load = stiffness * thickness
+    return load * (depth - 2.0 / 3.0 * thickness), load, load / depth
+
+
 @kernel(parallel=True)
 def pair_forces(x, start, corners, weights, normal, thickness, stiffness, limit, creep, force_out, energy_out):
     """Gradient over the vector between the nearest points, by pair, and the energy by chunk."""
@@ -59,13 +71,11 @@ def pair_forces(x, start, corners, weights, normal, thickness, stiffness, limit,
         energy = 0.0
         for p in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
             n0, n1, n2 = normal[p, 0], normal[p, 1], normal[p, 2]
-            gap = _along(x, corners[p], weights[p], 0) * n0 + _along(x, corners[p], weights[p], 1) * n1
-            gap += _along(x, corners[p], weights[p], 2) * n2 - thickness[p]
-            f0 = f1 = f2 = 0.0
-            if gap < 0.0:
-                load = stiffness[p] * gap * gap / thickness[p]
-                energy -= load * gap / 3.0
-                f0, f1, f2 = -load * n0, -load * n1, -load * n2
+            depth = thickness[p] - _along(x, corners[p], weights[p], 0) * n0
+            depth -= _along(x, corners[p], weights[p], 1) * n1 + _along(x, corners[p], weights[p], 2) * n2
+            value, load, _ = press_terms(depth, stiffness[p], thickness[p])
+            energy += value
+            f0, f1, f2 = -load * n0, -load * n1, -load * n2
             if limit[p] > 0.0:
                 u0, u1, u2 = _slip(x, start, corners[p], weights[p], n0, n1, n2)
                 value, over = slip_terms((u0 * u0 + u1 * u1 + u2 * u2) ** 0.5, creep)
@@ -99,9 +109,10 @@ def pair_blocks(x, start, corners, weights, normal, thickness, stiffness, limit,
     """Symmetric 3 x 3 block of each pair over the vector between its nearest points: xx, xy, xz, yy, yz, zz."""
     for p in prange(corners.shape[0]):
         n0, n1, n2 = normal[p, 0], normal[p, 1], normal[p, 2]
-        gap = _along(x, corners[p], weights[p], 0) * n0 + _along(x, corners[p], weights[p], 1) * n1
-        gap += _along(x, corners[p], weights[p], 2) * n2 - thickness[p]
-        k, t = 2.0 * stiffness[p] * max(-gap, 0.0) / thickness[p], 0.0
+        depth = thickness[p] - _along(x, corners[p], weights[p], 0) * n0
+        depth -= _along(x, corners[p], weights[p], 1) * n1 + _along(x, corners[p], weights[p], 2) * n2
+        _, _, k = press_terms(depth, stiffness[p], thickness[p])
+        t = 0.0
         if limit[p] > 0.0:
             u0, u1, u2 = _slip(x, start, corners[p], weights[p], n0, n1, n2)
             _, over = slip_terms((u0 * u0 + u1 * u1 + u2 * u2) ** 0.5, creep)
@@ -156,4 +167,5 @@ def incidence_of_pairs(corners, starts_out, entries_out):
 
 __all__ = [
     "CHUNK", "incidence_of_pairs", "lay_pairs", "pair_blocks", "pair_diagonal", "pair_forces", "pairs_at_vertices",
+    "press_terms",
 ]  # fmt: skip

@@ -14,6 +14,7 @@ from .dressed_body import DressedBody
 from .figures import mean_or_zero, strain_figures
 from .frame_end import FrameEnd
 from .settings import SimSettings
+from .sheet import Sheet
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -23,6 +24,9 @@ STILL = 0.002
 
 KEPT_SPEED = 0.9
 """Share of the velocity that is kept from step to step while settling."""
+
+CLOSED = 1.5
+"""Greatest stretch of an edge from which the garment is taken to be sewn up."""
 
 
 def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Take:
@@ -45,16 +49,21 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
     state, end = dressed.stepper.start(garment.vertices), FrameEnd(garment, shaped)
     residuals: list[float] = []
     step = 1 / settings.fps
+    meeting = dressed.stepper.self_contact
     for frame in range(round(settings.settle * settings.fps)):
+        # seams that are still open pull cloth through cloth: it meets itself once they are closed, without any speed
+        closed = _stretch(dressed.sheet, state.positions) < CLOSED
+        dressed.stepper.self_contact = meeting if closed else None
         try:
             state, reports, posed = dressed.frame(state, pose, pose, substeps=2, seconds=step)
         except SimulationFailed as reason:
             raise SimulationFailed(f"settling '{garment.name}' in the rest pose, frame {frame}: {reason}") from reason
         cleaned = end.clean(posed, state.positions, step)
         state = dressed.fed_back(state, cleaned.positions, cleaned.pinched)
-        state = replace(state, velocities=KEPT_SPEED * state.velocities)
+        kept = KEPT_SPEED if closed else 0.0
+        state = replace(state, velocities=kept * state.velocities, change=kept * state.change)
         residuals = [report.residual_share for report in reports]
-        if frame > 5 and float(np.linalg.norm(state.velocities, axis=1).mean()) < STILL:
+        if frame > 5 and closed and float(np.linalg.norm(state.velocities, axis=1).mean()) < STILL:
             break
     motion = Motion(
         pose.rotations[None], pose.translation[None], fps=settings.fps, leg_length=shaped.leg_length, name="rest"
@@ -72,3 +81,8 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
         kind="rest", vertices=vertices, motion=motion, betas=shaped.betas, lead_in=np.zeros(1, bool),
         pinched=np.array([len(cleaned.pinched)], np.int32), figures=figures, inputs=inputs,
     )  # fmt: skip
+
+
+def _stretch(sheet: Sheet, positions: np.ndarray) -> float:
+    ends = positions[sheet.edges]
+    return float((np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / sheet.edge_length).max())
