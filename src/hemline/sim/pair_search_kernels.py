@@ -17,22 +17,26 @@ PARALLEL = 0.97
 
 
 @kernel(parallel=True, fastmath=FAST)
-def element_frames(x, faces, edges, corner_starts, corners, face_out, edge_out, vertex_out):
-    """Centre, radius and normal of each triangle and edge, (elements, 7), and normals of vertices.
+def element_frames(x, moved, faces, edges, corner_starts, corners, face_out, edge_out, vertex_out):
+    """Centre, radius, normal and motion of each triangle, edge and vertex, (elements, 11).
 
-    # out: face_out, edge_out: centre (3), radius, normal (3, not unit); vertex_out: unit normal (3)
+    # in:  moved: where each vertex goes in the step, relative to x
+    # out: centre (3), radius, normal (3; unit at vertices only), mean motion (3), the most that the motion of a corner
+    #      differs from it
     """
     for f in prange(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
-        radius = 0.0
+        radius = spread = 0.0
         for c in range(3):
             face_out[f, c] = (x[i, c] + x[j, c] + x[k, c]) / 3.0
+            face_out[f, 7 + c] = (moved[i, c] + moved[j, c] + moved[k, c]) / 3.0
         for corner in range(3):
-            v, d = faces[f, corner], 0.0
+            v, d, m = faces[f, corner], 0.0, 0.0
             for c in range(3):
                 d += (x[v, c] - face_out[f, c]) ** 2
-            radius = max(radius, d)
-        face_out[f, 3] = radius**0.5
+                m += (moved[v, c] - face_out[f, 7 + c]) ** 2
+            radius, spread = max(radius, d), max(spread, m)
+        face_out[f, 3], face_out[f, 10] = radius**0.5, spread**0.5
         a0, a1, a2 = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
         b0, b1, b2 = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
         face_out[f, 4], face_out[f, 5], face_out[f, 6] = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
@@ -44,14 +48,19 @@ def element_frames(x, faces, edges, corner_starts, corners, face_out, edge_out, 
             n1 += face_out[f, 5]
             n2 += face_out[f, 6]
         over = 1.0 / max((n0 * n0 + n1 * n1 + n2 * n2) ** 0.5, 1e-30)
-        vertex_out[i, 0], vertex_out[i, 1], vertex_out[i, 2] = over * n0, over * n1, over * n2
+        vertex_out[i, 3] = vertex_out[i, 10] = 0.0
+        vertex_out[i, 4], vertex_out[i, 5], vertex_out[i, 6] = over * n0, over * n1, over * n2
+        for c in range(3):
+            vertex_out[i, c], vertex_out[i, 7 + c] = x[i, c], moved[i, c]
     for e in prange(edges.shape[0]):
-        i, j, d = edges[e, 0], edges[e, 1], 0.0
+        i, j, d, m = edges[e, 0], edges[e, 1], 0.0, 0.0
         for c in range(3):
             edge_out[e, c] = 0.5 * (x[i, c] + x[j, c])
+            edge_out[e, 7 + c] = 0.5 * (moved[i, c] + moved[j, c])
             d += (x[i, c] - x[j, c]) ** 2
-            edge_out[e, 4 + c] = vertex_out[i, c] + vertex_out[j, c]
-        edge_out[e, 3] = 0.5 * d**0.5
+            m += (moved[i, c] - moved[j, c]) ** 2
+            edge_out[e, 4 + c] = vertex_out[i, 4 + c] + vertex_out[j, 4 + c]
+        edge_out[e, 3], edge_out[e, 10] = 0.5 * d**0.5, 0.5 * m**0.5
 
 
 @kernel(parallel=True, fastmath=FAST)
@@ -113,40 +122,58 @@ def _differs(moved, i, motion):
     return (moved[i, 0] - motion[0]) ** 2 + (moved[i, 1] - motion[1]) ** 2 + (moved[i, 2] - motion[2]) ** 2
 
 
-@kernel(parallel=True)
-def patch_pairs(box, motion, cone, joined, margin, capacity, count_out, pairs_out):
-    """For each patch the patches, itself or later ones, that something of it could meet in the step.
-
-    # in:  capacity: room for each patch in pairs_out (patches, capacity)
-    # out: count_out: how many there are, perhaps more than there is room for
-    """
-    for p in prange(box.shape[0]):
-        found = 0
-        for q in range(p, box.shape[0]):
-            slack = margin + _relative(motion, p, q)
-            if (
-                box[p, 0] - box[q, 3] > slack or box[q, 0] - box[p, 3] > slack
-                or box[p, 1] - box[q, 4] > slack or box[q, 1] - box[p, 4] > slack
-                or box[p, 2] - box[q, 5] > slack or box[q, 2] - box[p, 5] > slack
-            ):  # fmt: skip
-                continue
-            if joined[p, q]:
-                along = cone[p, 0] * cone[q, 0] + cone[p, 1] * cone[q, 1] + cone[p, 2] * cone[q, 2]
-                if np.arccos(min(max(along, -1.0), 1.0)) + cone[p, 3] + cone[q, 3] < 0.5 * np.pi:
-                    continue
-            if found < capacity:
-                pairs_out[p, found] = q
-            found += 1
-        count_out[p] = found
+@kernel
+def group_bounds(box, motion, size, box_out, motion_out):
+    """Box and motion of groups of so many patches that follow each other."""
+    for group in range(box_out.shape[0]):
+        first, end = group * size, min(box.shape[0], (group + 1) * size)
+        box_out[group, 0:3], box_out[group, 3:6], motion_out[group] = 1e30, -1e30, 0.0
+        for p in range(first, end):
+            for c in range(3):
+                box_out[group, c] = min(box_out[group, c], box[p, c])
+                box_out[group, 3 + c] = max(box_out[group, 3 + c], box[p, 3 + c])
+                motion_out[group, c] += motion[p, c] / (end - first)
+        for p in range(first, end):
+            spread = motion[p, 3] + _differs(motion, p, motion_out[group]) ** 0.5
+            motion_out[group, 3] = max(motion_out[group, 3], spread)
 
 
 @kernel(inline="always")
-def _relative(motion, p, q):
-    """The most that something of one patch moves relative to something of the other."""
-    total = 0.0
+def _pass(box, motion, p, q, margin):
+    """Whether two boxes stay apart by more than a margin while they move."""
+    slack = margin + motion[p, 3] + motion[q, 3]
     for c in range(3):
-        total += (motion[p, c] - motion[q, c]) ** 2
-    return total**0.5 + (motion[p, 3] + motion[q, 3] if p != q else 2.0 * motion[p, 3])
+        relative = motion[p, c] - motion[q, c]
+        if box[p, c] + min(relative, 0.0) - box[q, 3 + c] > slack:
+            return True
+        if box[q, c] - box[p, 3 + c] - max(relative, 0.0) > slack:
+            return True
+    return False
+
+
+@kernel(parallel=True)
+def patch_pairs(box, motion, cone, group_box, group_motion, size, joined, margin, capacity, count_out, pairs_out):
+    """For each patch the patches, itself or later ones, that something of it could meet in the step.
+
+    # in:  groups of patches and their size; capacity: room for each patch in pairs_out (patches, capacity)
+    # out: count_out: how many there are, perhaps more than there is room for
+    """
+    for group in prange(group_box.shape[0]):
+        count_out[group * size : (group + 1) * size] = 0
+        for other in range(group, group_box.shape[0]):
+            if _pass(group_box, group_motion, group, other, margin):
+                continue
+            for p in range(group * size, min(box.shape[0], (group + 1) * size)):
+                for q in range(max(p, other * size), min(box.shape[0], (other + 1) * size)):
+                    if _pass(box, motion, p, q, margin):
+                        continue
+                    if joined[p, q]:
+                        along = cone[p, 0] * cone[q, 0] + cone[p, 1] * cone[q, 1] + cone[p, 2] * cone[q, 2]
+                        if np.arccos(min(max(along, -1.0), 1.0)) + cone[p, 3] + cone[q, 3] < 0.5 * np.pi:
+                            continue
+                    if count_out[p] < capacity:
+                        pairs_out[p, count_out[p]] = q
+                    count_out[p] += 1
 
 
 @kernel
@@ -169,36 +196,37 @@ def closest_on_edges(a, b, c, d):
 
 
 @kernel(inline="always")
-def _far(one, two, slack):
-    """Whether two elements, each centre and radius, are farther apart than the slack."""
-    reach = one[3] + two[3] + slack
-    d0, d1, d2 = one[0] - two[0], one[1] - two[1], one[2] - two[2]
+def _far(one, e, two, g, slack):
+    """Whether two elements stay farther apart than the slack."""
+    m0, m1, m2 = one[e, 7] - two[g, 7], one[e, 8] - two[g, 8], one[e, 9] - two[g, 9]
+    reach = one[e, 3] + two[g, 3] + one[e, 10] + two[g, 10] + slack + (m0 * m0 + m1 * m1 + m2 * m2) ** 0.5
+    d0, d1, d2 = one[e, 0] - two[g, 0], one[e, 1] - two[g, 1], one[e, 2] - two[g, 2]
     return d0 * d0 + d1 * d1 + d2 * d2 > reach * reach
 
 
 @kernel(inline="always")
-def _outside(frame, box, slack):
-    """Whether an element is farther than the slack from a box."""
-    reach = frame[3] + slack
+def _agree(one, e, two, g):
+    """Whether the normals of two elements are within 90 degrees."""
+    return one[e, 4] * two[g, 4] + one[e, 5] * two[g, 5] + one[e, 6] * two[g, 6] > 0.0
+
+
+@kernel(inline="always")
+def _outside(frame, e, box, motion, p, slack):
+    """Whether element e stays farther than the slack from the box of patch p."""
+    m0, m1, m2 = frame[e, 7] - motion[p, 0], frame[e, 8] - motion[p, 1], frame[e, 9] - motion[p, 2]
+    reach = slack + frame[e, 3] + frame[e, 10] + motion[p, 3] + (m0 * m0 + m1 * m1 + m2 * m2) ** 0.5
     return (
-        frame[0] + reach < box[0] or frame[0] - reach > box[3]
-        or frame[1] + reach < box[1] or frame[1] - reach > box[4]
-        or frame[2] + reach < box[2] or frame[2] - reach > box[5]
+        frame[e, 0] + reach < box[p, 0] or frame[e, 0] - reach > box[p, 3]
+        or frame[e, 1] + reach < box[p, 1] or frame[e, 1] - reach > box[p, 4]
+        or frame[e, 2] + reach < box[p, 2] or frame[e, 2] - reach > box[p, 5]
     )  # fmt: skip
 
 
 @kernel
-def _vertex_face(x, moved, i, f, faces, faces_frames, normal, radius, near, slack, margin, room, found, out):
+def _vertex_face(x, moved, i, f, faces, radius, margin, room, found, out):
     """Note vertex i and triangle f where they may meet; returns how many were found so far."""
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
     if i == a or i == b or i == c:
-        return found
-    frame = faces_frames[f]
-    reach = frame[3] + slack
-    d0, d1, d2 = x[i, 0] - frame[0], x[i, 1] - frame[1], x[i, 2] - frame[2]
-    if d0 * d0 + d1 * d1 + d2 * d2 > reach * reach:
-        return found
-    if near and normal[i, 0] * frame[4] + normal[i, 1] * frame[5] + normal[i, 2] * frame[6] > 0.0:
         return found
     v, w, squared = closest_on_triangle(x[i, 0], x[i, 1], x[i, 2], x[a], x[b], x[c])
     u, motion = 1.0 - v - w, 0.0
@@ -214,13 +242,10 @@ def _vertex_face(x, moved, i, f, faces, faces_frames, normal, radius, near, slac
 
 
 @kernel
-def _edge_edge(x, moved, e, g, edges, edge_frames, radius, near, slack, margin, room, found, out):
+def _edge_edge(x, moved, e, g, edges, radius, margin, room, found, out):
     """Note edges e and g where they may meet; returns how many were found so far."""
     a, b, c, d = edges[e, 0], edges[e, 1], edges[g, 0], edges[g, 1]
     if a == c or a == d or b == c or b == d:
-        return found
-    one, two = edge_frames[e], edge_frames[g]
-    if _far(one, two, slack) or (near and one[4] * two[4] + one[5] * two[5] + one[6] * two[6] > 0.0):
         return found
     u0, u1, u2 = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
     v0, v1, v2 = x[d, 0] - x[c, 0], x[d, 1] - x[c, 1], x[d, 2] - x[c, 2]
@@ -247,58 +272,60 @@ def _edge_edge(x, moved, e, g, edges, edge_frames, radius, near, slack, margin, 
 
 @kernel(parallel=True)
 def near_pairs(
-    x, moved, faces, edges, face_frames, edge_frames, normal, radius, box, motion, joined, vertex_starts, vertices,
-    edge_starts, patch_edges, face_starts, patch_faces, pairs, thickest, margin, most, chunk, room, count_out, out,
+    x, moved, faces, edges, face_frames, edge_frames, vertex_frames, radius, box, motion, joined, vertex_starts,
+    vertices, edge_starts, patch_edges, face_starts, patch_faces, pairs, thickest, margin, most, chunk, room,
+    met_out, count_out, out,
 ):  # fmt: skip
     """Vertex-triangle and edge-edge pairs of patch pairs that come nearer than thickness and margin in the step.
 
     # in:  thickest: the largest thickness; most: elements of one kind in a patch, at most;
     #      pairs (patch pairs, 2), worked on in chunks of so many, each with room for so many in out (chunks room, 5)
-    # out: count_out: how many each chunk has, perhaps more than there is room for; out: four vertices (first the
-    #      vertex, then the triangle; or one edge, then the other), and 1 for edges
+    # out: met_out: whether a patch pair has any; count_out: how many each chunk has, perhaps more than there is room
+    #      for; out: four vertices (first the vertex, then the triangle; or one edge, then the other), and 1 for edges
     """
+    slack = thickest + margin
     for number in prange(count_out.shape[0]):
         here, found = out[number * room : (number + 1) * room], 0
         some = np.empty(most, np.int32)
         for entry in range(number * chunk, min(pairs.shape[0], (number + 1) * chunk)):
             p, q = pairs[entry, 0], pairs[entry, 1]
-            near = joined[p, q] == 1
-            slack = thickest + margin + _relative(motion, p, q)
+            near, before = joined[p, q] == 1, found
+            met_out[entry] = False
             for turn in range(1 if p == q else 2):
                 one, two = (p, q) if turn == 0 else (q, p)
                 kept = 0
                 for place in range(face_starts[two], face_starts[two + 1]):
-                    f = patch_faces[place]
-                    if not _outside(face_frames[f], box[one], slack):
-                        some[kept] = f
+                    if p == q or not _outside(face_frames, patch_faces[place], box, motion, one, slack):
+                        some[kept] = patch_faces[place]
                         kept += 1
+                if kept == 0:
+                    continue
                 for place in range(vertex_starts[one], vertex_starts[one + 1]):
-                    i, outside = vertices[place], False
-                    for c in range(3):
-                        outside |= x[i, c] + slack < box[two, c] or x[i, c] - slack > box[two, 3 + c]
-                    if outside:
+                    i = vertices[place]
+                    if p != q and _outside(vertex_frames, i, box, motion, two, slack):
                         continue
                     for k in range(kept):
-                        found = _vertex_face(
-                            x, moved, i, some[k], faces, face_frames, normal, radius, near, slack, margin, room,
-                            found, here,
-                        )  # fmt: skip
+                        f = some[k]
+                        if _far(vertex_frames, i, face_frames, f, slack):
+                            continue
+                        if not (near and _agree(vertex_frames, i, face_frames, f)):
+                            found = _vertex_face(x, moved, i, f, faces, radius, margin, room, found, here)
             kept = 0
             for place in range(edge_starts[q], edge_starts[q + 1]):
-                g = patch_edges[place]
-                if p == q or not _outside(edge_frames[g], box[p], slack):
-                    some[kept] = g
+                if p == q or not _outside(edge_frames, patch_edges[place], box, motion, p, slack):
+                    some[kept] = patch_edges[place]
                     kept += 1
             for place in range(edge_starts[p], edge_starts[p + 1]):
                 e = patch_edges[place]
-                if p != q and _outside(edge_frames[e], box[q], slack):
+                if kept == 0 or p != q and _outside(edge_frames, e, box, motion, q, slack):
                     continue
                 for k in range(kept):
-                    if p == q and some[k] <= e:
+                    g = some[k]
+                    if (p == q and g <= e) or _far(edge_frames, e, edge_frames, g, slack):
                         continue
-                    found = _edge_edge(
-                        x, moved, e, some[k], edges, edge_frames, radius, near, slack, margin, room, found, here
-                    )
+                    if not (near and _agree(edge_frames, e, edge_frames, g)):
+                        found = _edge_edge(x, moved, e, g, edges, radius, margin, room, found, here)
+            met_out[entry] = found > before
         count_out[number] = found
 
 
@@ -322,8 +349,8 @@ def pierces(p, q, a, b, c):
 
 @kernel(parallel=True)
 def piercing_edges(
-    x, faces, edges, face_frames, edge_frames, box, joined, edge_starts, patch_edges, face_starts, patch_faces, pairs,
-    most, chunk, room, count_out, out,
+    x, faces, edges, face_frames, edge_frames, box, joined, edge_starts, patch_edges, face_starts,
+    patch_faces, pairs, most, chunk, room, count_out, out,
 ):  # fmt: skip
     """Edges that go through triangles: out (chunks room, 2) holds edge and triangle."""
     for number in prange(count_out.shape[0]):
@@ -336,24 +363,26 @@ def piercing_edges(
                 one, two = (p, q) if turn == 0 else (q, p)
                 kept = 0
                 for place in range(face_starts[two], face_starts[two + 1]):
-                    if not _outside(face_frames[patch_faces[place]], box[one], 0.0):
+                    if p == q or _touches(face_frames, patch_faces[place], box, one):
                         some[kept] = patch_faces[place]
                         kept += 1
+                if kept == 0:
+                    continue
                 for place in range(edge_starts[one], edge_starts[one + 1]):
                     e = patch_edges[place]
-                    frame = edge_frames[e]
-                    if p != q and _outside(frame, box[two], 0.0):
+                    if p != q and not _touches(edge_frames, e, box, two):
                         continue
                     i, j = edges[e, 0], edges[e, 1]
                     for k in range(kept):
                         f = some[k]
+                        d0, d1 = edge_frames[e, 0] - face_frames[f, 0], edge_frames[e, 1] - face_frames[f, 1]
+                        d2, reach = edge_frames[e, 2] - face_frames[f, 2], edge_frames[e, 3] + face_frames[f, 3]
+                        if d0 * d0 + d1 * d1 + d2 * d2 > reach * reach:
+                            continue
                         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
                         if i == a or i == b or i == c or j == a or j == b or j == c:
                             continue
-                        face = face_frames[f]
-                        if _far(frame, face, 0.0):
-                            continue
-                        if near and frame[4] * face[4] + frame[5] * face[5] + frame[6] * face[6] > 0.0:
+                        if near and _agree(edge_frames, e, face_frames, f):
                             continue
                         if pierces(x[i], x[j], x[a], x[b], x[c]):
                             if found < room:
@@ -362,6 +391,17 @@ def piercing_edges(
         count_out[number] = found
 
 
+@kernel(inline="always")
+def _touches(frame, e, box, p):
+    """Whether the sphere about an element touches the box of a patch."""
+    reach = frame[e, 3]
+    return (
+        frame[e, 0] + reach >= box[p, 0] and frame[e, 0] - reach <= box[p, 3]
+        and frame[e, 1] + reach >= box[p, 1] and frame[e, 1] - reach <= box[p, 4]
+        and frame[e, 2] + reach >= box[p, 2] and frame[e, 2] - reach <= box[p, 5]
+    )  # fmt: skip
+
+
 __all__ = [
-    "closest_on_edges", "element_frames", "near_pairs", "patch_bounds", "patch_pairs", "piercing_edges", "pierces",
+    "closest_on_edges", "element_frames", "group_bounds", "near_pairs", "patch_bounds", "patch_pairs", "piercing_edges", "pierces",
 ]  # fmt: skip

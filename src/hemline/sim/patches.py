@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 from .clusters import cut
 from .sheet import Rows, Sheet, incidence
 
-SIZE = 14
+SIZE = 6
 """Vertices in a patch, about."""
 
 
@@ -20,7 +20,7 @@ class Patches:
         vertices: Vertices of each patch.
         edges: Edges of each patch: those whose first vertex is in it.
         faces: Triangles of each patch: those whose first corner is in it.
-        joined: 1 where two patches are joined by an edge, or are the same.
+        joined: 1 where two patches are the same, joined by an edge, or both joined to a third.
         opposite: The third vertex of the one or two triangles at each edge; the edge's own first vertex for none.
         radius: Half of the thickness that each vertex may have, at most [m].
     """
@@ -45,6 +45,8 @@ def make_patches(sheet: Sheet, thickness: float) -> Patches:
         sheet: The cloth.
         thickness: Distance that the cloth keeps from itself [m]; less where its edges are shorter than twice that.
     """
+    from scipy.sparse import csr_array
+
     parts = cut(sheet, np.arange(sheet.vertex_count), max(1, sheet.vertex_count // SIZE))
     label = np.empty(sheet.vertex_count, np.int64)
     for number, part in enumerate(parts):
@@ -53,6 +55,7 @@ def make_patches(sheet: Sheet, thickness: float) -> Patches:
     joined = np.eye(count, dtype=np.uint8)
     first, second = label[sheet.edges].T
     joined[first, second] = joined[second, first] = 1
+    joined = (csr_array(joined.astype(np.int32)) @ csr_array(joined.astype(np.int32))).toarray() > 0
     shortest = np.full(sheet.vertex_count, np.inf)
     for end in (0, 1):
         np.minimum.at(shortest, sheet.edges[:, end], sheet.edge_length)
@@ -60,7 +63,7 @@ def make_patches(sheet: Sheet, thickness: float) -> Patches:
         vertices=incidence(label, np.arange(len(label)), count),
         edges=incidence(first, np.arange(len(first)), count),
         faces=incidence(label[sheet.faces[:, 0]], np.arange(len(sheet.faces)), count),
-        joined=joined,
+        joined=joined.astype(np.uint8),
         opposite=_opposite(sheet),
         radius=np.minimum(thickness, 0.5 * shortest) / 2,
     )

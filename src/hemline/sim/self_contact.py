@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 
 from .contour_kernels import contour_directions
 from .pair_kernels import incidence_of_pairs, lay_pairs
-from .pair_search_kernels import element_frames, near_pairs, patch_bounds, patch_pairs, piercing_edges
+from .pair_search_kernels import element_frames, group_bounds, near_pairs, patch_bounds, patch_pairs, piercing_edges
 from .patches import make_patches
 from .sheet import Rows, Sheet
 
@@ -23,7 +23,10 @@ MARGIN = 0.001
 PULL = 0.001
 """How far a crossing is pulled apart in a step, about [m]."""
 
-CHUNK = 16
+GROUP = 8
+"""Patches in a group: groups are compared first."""
+
+CHUNK = 64
 """Patch pairs worked on at a time: fixed, so that the order of what is found does not depend on the threads."""
 
 
@@ -72,8 +75,10 @@ class SelfContact:
         self.most = int(max(np.diff(each.starts.astype(np.int64)).max() for each in rows))
         self.thickest = 2 * float(self.patches.radius.max())
         count = self.patches.count
-        self._frames = np.empty((len(sheet.faces), 7)), np.empty((len(sheet.edges), 7)), np.empty((len(sheet.mass), 3))
+        self._frames = np.empty((len(sheet.faces), 11)), np.empty((len(sheet.edges), 11)), np.empty((len(sheet.mass), 11))
         self._bounds = np.empty((count, 6)), np.empty((count, 4)), np.empty((count, 4))
+        groups = (count + GROUP - 1) // GROUP
+        self._groups = np.empty((groups, 6)), np.empty((groups, 4))
         self._edges = sheet.edges.astype(np.uint32)
         self._room: dict[str, int] = {"patches": 32, "near": 256, "piercing": 64}
         self._corners = np.empty((0, 5), np.uint32)
@@ -86,26 +91,31 @@ class SelfContact:
         sheet, patches, (faces, edges, normal) = self.sheet, self.patches, self._frames
         moved = guess - start
         box, motion, cone = self._bounds
-        element_frames(start, sheet.faces, self._edges, sheet.corners.starts, sheet.corners.columns, *self._frames)
+        element_frames(
+            start, moved, sheet.faces, self._edges, sheet.corners.starts, sheet.corners.columns, *self._frames
+        )
         rows = patches.edges.starts, patches.edges.columns, patches.faces.starts, patches.faces.columns
         patch_bounds(
             start, moved, sheet.faces, self._edges, faces, patches.vertices.starts, patches.vertices.columns, *rows,
             box, motion, cone,
         )  # fmt: skip
         pairs = self._patch_pairs(box, motion, cone)
-        crossed = self._filled(
-            "piercing", 2, len(pairs),
-            lambda room, count, out: piercing_edges(
-                start, sheet.faces, self._edges, faces, edges, box, patches.joined, *rows, pairs, self.most, CHUNK,
-                room, count, out,
-            ),
-        )  # fmt: skip
+        met = np.empty(len(pairs), bool)
         corners = self._filled(
             "near", 5, len(pairs),
             lambda room, count, out: near_pairs(
                 start, moved, sheet.faces, self._edges, faces, edges, normal, patches.radius, box, motion,
                 patches.joined, patches.vertices.starts, patches.vertices.columns, *rows, pairs, self.thickest, MARGIN,
-                self.most, CHUNK, room, count, out,
+                self.most, CHUNK, room, met, count, out,
+            ),
+        )  # fmt: skip
+        # where cloth goes through cloth, there is a near pair too
+        pairs = pairs[met]
+        crossed = self._filled(
+            "piercing", 2, len(pairs),
+            lambda room, count, out: piercing_edges(
+                start, sheet.faces, self._edges, faces, edges, box, patches.joined, *rows, pairs, self.most, CHUNK,
+                room, count, out,
             ),
         )  # fmt: skip
         self.crossing = len(crossed)
@@ -145,10 +155,13 @@ class SelfContact:
 
     def _patch_pairs(self, box: np.ndarray, motion: np.ndarray, cone: np.ndarray) -> np.ndarray:
         count = np.empty(self.patches.count, np.int64)
+        group_bounds(box, motion, GROUP, *self._groups)
         while True:
             room = self._room["patches"]
             out = np.empty((self.patches.count, room), np.int32)
-            patch_pairs(box, motion, cone, self.patches.joined, self.thickest + MARGIN, room, count, out)
+            patch_pairs(
+                box, motion, cone, *self._groups, GROUP, self.patches.joined, self.thickest + MARGIN, room, count, out
+            )
             if count.max() <= room:
                 kept = np.arange(room) < count[:, None]
                 return np.stack([np.nonzero(kept)[0].astype(np.int32), out[kept]], axis=1)
