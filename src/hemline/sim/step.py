@@ -49,6 +49,7 @@ class Memory:
         self.corner, self.frame, self.tension = np.empty((faces, 9)), np.empty((faces, 6)), np.empty((faces, 3))
         self.face_energy, self.hinge_energy = np.empty(faces), np.empty(hinges)
         self.hinge_gradient, self.bent = np.empty((hinges, 12)), np.zeros((verts, 3))
+        self.pressed = np.zeros((verts, 3))
         self.gradient, self.energy, self.residual = np.empty((verts, 3)), np.empty(chunks), np.empty(chunks)
         self.blocks, self.diagonal, self.inverse = (blocks_of(n) for n in (len(sheet.ring.columns), verts, verts))
         self.right, self.solution, *self.vectors = (vector_of(verts) for _ in range(5))
@@ -122,9 +123,6 @@ class Step:
             self.settings.solver_steps, memory.solution, *memory.vectors, *memory.sums,
         )  # fmt: skip
         self._search()
-        if self.pairs is not None:
-            self._meet()
-            self.evaluate()
         return steps
 
     def _meet(self) -> None:
@@ -136,19 +134,16 @@ class Step:
         memory.pair_energy = np.empty((len(pairs) + PAIR_CHUNK - 1) // PAIR_CHUNK)
 
     def _press(self) -> float:
-        """Forces of the pairs, into `bent`; their energy."""
+        """Forces of hinges and pairs at the vertices, into `pressed`; the energy of the pairs."""
         memory, pairs = self.memory, self.pairs
+        np.copyto(memory.pressed, memory.bent)
         if pairs is None or not len(pairs):
-            if not len(self.sheet.hinge_rest):
-                memory.bent[:] = 0
             return 0.0
         pair_forces(
             self.x, self.state.positions, pairs.corners, pairs.weights, pairs.normal, pairs.thickness, pairs.stiffness,
             pairs.limit, self.creep, memory.pair_force, memory.pair_energy,
         )  # fmt: skip
-        if not len(self.sheet.hinge_rest):
-            memory.bent[:] = 0
-        pairs_at_vertices(pairs.at.starts, pairs.at.columns, pairs.weights, memory.pair_force, memory.bent)
+        pairs_at_vertices(pairs.at.starts, pairs.at.columns, pairs.weights, memory.pair_force, memory.pressed)
         return float(memory.pair_energy.sum())
 
     def _pair_blocks(self) -> tuple[np.ndarray, ...]:
@@ -192,9 +187,27 @@ class Step:
         self.x = before
         self.evaluate()
 
-    def evaluate(self) -> None:
-        """Energy, gradient and residual at the iterate."""
+    def evaluate(self, *, stretched: bool = True) -> None:
+        """Energy, gradient and residual at the iterate; not `stretched`: it has not moved, contact has."""
         sheet, memory, planes, stepper = self.sheet, self.memory, self.planes, self.stepper
+        if stretched:
+            self._stretch()
+        pair_energy = self._press()
+        gradient(
+            self.x, self.inertial, self.pull, sheet.corners.starts, sheet.corners.columns,
+            memory.corner, sheet.ring.starts, sheet.ring.columns, stepper.bending[0], sheet.far.starts,
+            sheet.far.columns, stepper.bending[1], memory.pressed, self.state.positions, memory.air,
+            memory.air_diagonal, planes.normal, planes.point, planes.carried, planes.stiffness, self.limit,
+            self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed, memory.gradient,
+            memory.energy, memory.residual,
+        )  # fmt: skip
+        self.energy = float(memory.energy.sum() + memory.face_energy.sum() + memory.hinge_energy.sum()) + pair_energy
+        free = max(1, sheet.vertex_count - len(stepper.pinned))
+        self.residual_share = float(memory.residual.sum()) / free / stepper.mean_weight
+
+    def _stretch(self) -> None:
+        """Forces of the membrane and of hinges."""
+        sheet, memory, stepper = self.sheet, self.memory, self.stepper
         membrane(
             self.x, sheet.faces, sheet.shape, sheet.area, memory.strain, sheet.lame, sheet.shear, sheet.damping,
             self.over_h, self.cap, memory.corner, memory.frame, memory.tension, memory.face_energy,
@@ -206,26 +219,17 @@ class Step:
             )  # fmt: skip
             corners = stepper.hinge_corners
             hinges_at_vertices(corners.starts, corners.columns, memory.hinge_gradient, memory.bent)
-        pair_energy = self._press()
-        gradient(
-            self.x, self.inertial, self.pull, sheet.corners.starts, sheet.corners.columns,
-            memory.corner, sheet.ring.starts, sheet.ring.columns, stepper.bending[0], sheet.far.starts,
-            sheet.far.columns, stepper.bending[1], memory.bent, self.state.positions, memory.air,
-            memory.air_diagonal, planes.normal, planes.point, planes.carried, planes.stiffness, self.limit,
-            self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed, memory.gradient,
-            memory.energy, memory.residual,
-        )  # fmt: skip
-        self.energy = float(memory.energy.sum() + memory.face_energy.sum() + memory.hinge_energy.sum()) + pair_energy
-        free = max(1, sheet.vertex_count - len(stepper.pinned))
-        self.residual_share = float(memory.residual.sum()) / free / stepper.mean_weight
 
     def touch(self) -> None:
-        """Look for contact again where the cloth is now, unless it hardly moved since."""
-        if self.contact is None or not farther_than(self.x, self.touched, NEAR):
-            return
-        self.contact.move(self.x)
-        self.planes, self.touched = self.contact.planes, self.x
-        self.evaluate()
+        """Look for contact again where the cloth is now; with the body, unless it hardly moved since."""
+        pressed = self.contact is not None and farther_than(self.x, self.touched, NEAR)
+        if self.contact is not None and pressed:
+            self.contact.move(self.x)
+            self.planes, self.touched = self.contact.planes, self.x
+        if self.pairs is not None:
+            self._meet()
+        if pressed or self.pairs is not None:
+            self.evaluate(stretched=False)
 
     def check(self) -> None:
         """Refuse a result that cannot be used.
