@@ -8,8 +8,9 @@ import pytest
 
 from hemline import bodies, motions
 from hemline.datasets import read_take, write_take
-from hemline.errors import BadInput, SimulationFailed
-from hemline.garments import make_cape
+from hemline.errors import BadGarment, BadInput, SimulationFailed
+from hemline.garments import Pins, make_cape
+from hemline.motions.motion import JOINT_NAMES
 from hemline.sim import SimSettings, rest_drape, simulate
 from hemline.sim.lead_in import Placement, between, lead_in
 
@@ -118,6 +119,30 @@ def test_a_part_that_fails_at_once_keeps_the_frame_it_came_from():
     assert take.failed is not None
     assert take.failed.startswith("frame 0: ")
     assert take.lead_in.tolist() == [True]
+
+
+def test_pins_on_a_joint_go_with_it_and_soft_ones_hang_near():
+    cape, shaped, run, _ = stage()
+    ids = cape.pins.vertices
+    neck = JOINT_NAMES.index("neck")
+    pins = Pins.on_joint(ids, cape.vertices[ids], neck, shaped.joints)
+    stiffness = np.where(np.arange(len(ids)) % 2, np.inf, 500.0).astype(np.float32)
+    hung = replace(cape, pins=replace(pins, stiffness=stiffness))
+    take = simulate(hung, shaped, run[:4], SETTINGS, start=stage()[3])
+    posed = shaped.posed(run[3])
+    wanted = cape.vertices[ids] @ posed.transforms[neck, :, :3].T + posed.transforms[neck, :, 3]
+    away = np.linalg.norm(take.end_state["positions"][ids] - wanted, axis=1)
+    hard = np.isinf(stiffness)
+    assert away[hard].max() < 2e-6
+    # each spring carries some tens of grams, up to a few times their weight while running
+    assert 1e-4 < np.median(away[~hard]) < 0.02
+
+
+def test_pins_of_another_bodys_mesh_are_refused():
+    cape, shaped, run, _ = stage()
+    faces = np.full(len(cape.pins), len(shaped.body.faces), np.int32)
+    with pytest.raises(BadGarment, match="pins name a body face that does not exist; got .* anny24 has"):
+        simulate(replace(cape, pins=replace(cape.pins, body_faces=faces)), shaped, run, SETTINGS)
 
 
 def test_a_garment_that_cannot_be_settled_is_refused_with_the_frame():

@@ -20,6 +20,9 @@ from .pins import Pins
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
+_SOFT, _HUNG = ("pin_stiffness",), ("pin_joints", "pin_offsets")
+"""Arrays of files with soft pins, and of those with pins on joints."""
+
 _ARRAYS = ("vertices", "faces", "rest_edges", "pin_vertices", "pin_body_faces", "pin_barycentric", "pin_heights")
 
 
@@ -42,7 +45,7 @@ class Garment:
     material: Material
     """What it is made of."""
     pins: Pins
-    """Vertices that follow the body's surface."""
+    """Vertices that follow the body."""
     key_joint: str
     """The joint whose frame carries the garment as a whole: neck for a cape, pelvis for a skirt."""
     chains: tuple[tuple[int, ...], ...] = ()
@@ -74,13 +77,19 @@ class Garment:
     def hash(self) -> str:
         """Short hash of the content; name and notes do not count."""
         metadata = {key: value for key, value in self.metadata().items() if key not in ("name", "notes")}
-        return content_hash(*(self.arrays()[name] for name in _ARRAYS), metadata)
+        return content_hash(*self.arrays().values(), metadata)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All arrays by name, as files hold them."""
+        """All arrays by name, as files hold them; a hard pin has the stiffness 0 there."""
         pins = self.pins
         parts = (pins.vertices, pins.body_faces, pins.barycentric, pins.heights)
-        return dict(zip(_ARRAYS, (self.vertices, self.faces, self.rest_edges, *parts), strict=True))
+        arrays = dict(zip(_ARRAYS, (self.vertices, self.faces, self.rest_edges, *parts), strict=True))
+        hard = np.isinf(pins.stiffness)
+        if not hard.all():
+            arrays |= zip(_SOFT, (np.where(hard, np.float32(0), pins.stiffness),), strict=True)
+        if (pins.joints >= 0).any():
+            arrays |= zip(_HUNG, (pins.joints, pins.offsets), strict=True)
+        return arrays
 
     def metadata(self) -> dict[str, Any]:
         """All that is no array, as JSON-like values."""
@@ -103,7 +112,8 @@ class Garment:
             BadGarment: An array or a key is missing, of the wrong type, or contradicts the others.
         """
         cure = "make the file again"
-        missing = [name for name in _ARRAYS if name not in arrays] + [
+        hung = _HUNG if any(name in arrays for name in _HUNG) else ()
+        missing = [name for name in (*_ARRAYS, *hung) if name not in arrays] + [
             key
             for key in ("name", "material", "key_joint", "body_name", "body_betas", "flat_rest")
             if key not in metadata
@@ -117,7 +127,7 @@ class Garment:
                 faces=arrays["faces"],
                 rest_edges=arrays["rest_edges"],
                 material=Material.of(metadata["material"]),
-                pins=Pins(*(arrays[name] for name in _ARRAYS[3:])),
+                pins=_pins(arrays),
                 key_joint=str(metadata["key_joint"]),
                 chains=metadata.get("chains", ()),
                 body_name=str(metadata["body_name"]),
@@ -166,3 +176,12 @@ class Garment:
             raise BadGarment(what, f"a body called {shaped.body.name}", "read its mesh again with that body")
         vertices = dressed_vertices(self, shaped)
         return replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))
+
+
+def _pins(arrays: Mapping[str, np.ndarray]) -> Pins:
+    stiffness = arrays.get(_SOFT[0])
+    return Pins(
+        *(arrays[name] for name in _ARRAYS[3:]),
+        *(arrays.get(name) for name in _HUNG),
+        stiffness=None if stiffness is None else np.where(stiffness == 0, np.inf, stiffness),  # type: ignore[arg-type]
+    )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Int
 
+from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Pose
 
@@ -37,17 +38,21 @@ class DressedBody:
 
     def __init__(self, garment: Garment, shaped: "ShapedBody", settings: SimSettings, wind: Wind | None = None):
         self.garment, self.shaped, self.settings = garment, shaped, settings
+        faces = garment.pins.body_faces
+        if len(faces) and faces.max() >= len(shaped.body.faces):
+            what = f"garment '{garment.name}': pins name a body face that does not exist"
+            got = f"{faces.max()}; {shaped.body.name} has {len(shaped.body.faces)}"
+            raise BadGarment(what, got, "read its mesh again with this body")
         self.surface = Surface(shaped.body.faces, reach=settings.contact_reach)
         self.sheet = sheet_of(garment)
         self.stepper = Stepper(
-            self.sheet, pinned=garment.pins.vertices, surface=self.surface, settings=settings, wind=wind
-        )
+            self.sheet, pinned=garment.pins.vertices, pin_stiffness=garment.pins.stiffness, surface=self.surface,
+            settings=settings, wind=wind,
+        )  # fmt: skip
 
     def scene(self, posed: "PosedBody") -> Scene:
         """What drives the cloth at a pose."""
-        vertices, normals = posed.vertices, posed.normals
-        pinned = self.garment.pins.positions(vertices, normals, self.shaped.body.faces)
-        return Scene(np.asarray(pinned, np.float64), Skin(vertices, normals))
+        return Scene(np.asarray(self.garment.pins.on(posed), np.float64), Skin(posed.vertices, posed.normals))
 
     def frame(
         self, state: ClothState, first: Pose, second: Pose, *, substeps: int | None = None, seconds: float | None = None
