@@ -54,6 +54,8 @@ def test_a_take_has_its_lead_in_its_poses_and_its_figures():
         "edge_strain_p50",
         "edge_strain_p99",
         "edge_strain_max",
+        "edge_tension_p99",
+        "edge_compression_p99",
         "inside",
         "deepest_mm",
         "pinched",

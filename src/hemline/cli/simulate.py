@@ -43,7 +43,11 @@ class Arguments:
     json: bool = False
     """Print a JSON list of takes and nothing else on stdout."""
     wind: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
-    """Constant wind [m/s]."""
+    """Wind, or its mean where there are gusts [m/s]."""
+    gusts: float = 0.0
+    """Standard deviation of the wind in each direction; 0: it is constant [m/s]."""
+    gust_seed: int = 0
+    """Which of all such gusts."""
 
 
 def run(arguments: Arguments) -> int:
@@ -62,7 +66,7 @@ def run(arguments: Arguments) -> int:
     if arguments.explain:
         note(garments.explain(garment))
     clips = [Clip(*_clip(path, arguments)) for path in arguments.motion]
-    settings = SimSettings(fps=arguments.fps, wind=arguments.wind)
+    settings = SimSettings(fps=arguments.fps, wind=arguments.wind, gusts=arguments.gusts, gust_seed=arguments.gust_seed)
     with bars() as display:
         tasks: dict[str, int] = {}
 

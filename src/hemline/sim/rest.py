@@ -43,7 +43,7 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
     Raises:
         SimulationFailed: The garment cannot be settled from where it starts.
     """
-    settings = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0))
+    settings = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
     dressed = DressedBody(garment, shaped, settings)
     pose = shaped.rest_pose
     state, end = dressed.stepper.start(garment.vertices), FrameEnd(garment, shaped)

@@ -49,7 +49,8 @@ def simulate(
         settings: Settings of the simulator.
         start: The settled rest drape of this garment on this body; None: settled here.
         resume: The end state of the part of the clip before this one; the result is as if it had never been cut.
-        wind: Wind over time and place; None: the constant one of the settings.
+        wind: Wind over time and place, such as `Gusts` or a function of one's own: (seconds, positions) to velocities;
+            None: that of the settings. Only theirs is part of the take's inputs.
         progress: Called after each frame with frames done and frames in all.
 
     Returns:
@@ -57,7 +58,7 @@ def simulate(
         are there.
 
     Raises:
-        BadInput: `start` or `resume` belongs to another garment.
+        BadInput: `start` or `resume` belongs to another garment, or a wind is not one finite velocity a vertex.
         SimulationFailed: The garment could not be settled in the rest pose.
     """
     settings = settings or SimSettings()
