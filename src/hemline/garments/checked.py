@@ -52,7 +52,25 @@ def checked_arrays(garment: "Garment") -> dict[str, Any]:
         worst = int(pinned.joints.min() if pinned.joints.min() < -1 else pinned.joints.max())
         raise BadGarment(f"{name}: pins name a joint that does not exist", worst, "use 0 to 23, or -1 for the surface")
     checked_chains(garment.chains, len(vertices), name)
+    _checked_pieces(garment, faces, len(vertices), name)
     return {"vertices": vertices, "faces": faces, "rest_edges": rest_edges, "pins": pinned}
+
+
+def _checked_pieces(garment: "Garment", faces: np.ndarray, vertex_count: int, name: str) -> None:
+    """Refuse pieces that do not make up the mesh, or that share a triangle."""
+    if not garment.pieces:
+        return
+    counts = [piece.vertex_count for piece in garment.pieces]
+    if min(counts) < 1 or sum(counts) != vertex_count:
+        raise BadGarment(f"{name}: pieces must make up its {vertex_count} vertices", counts, "wear its parts together")
+    owner = np.searchsorted(np.cumsum(counts), faces, side="right")
+    if (owner != owner[:, :1]).any() or (np.diff(owner[:, 0]) < 0).any():
+        raise BadGarment(f"{name}: faces must follow each other piece by piece", "mixed", "wear its parts together")
+    if garment.material != garment.pieces[0].material:
+        got = f"{garment.material.name}, the innermost is {garment.pieces[0].material.name}"
+        raise BadGarment(
+            f"{name}: material must be that of the innermost piece", got, "change the piece's own material"
+        )
 
 
 def checked_chains(chains: Sequence[Sequence[int]], vertex_count: int, name: str) -> None:

@@ -15,6 +15,7 @@ from hemline.motions.motion import JOINT_NAMES
 
 from .checked import checked_arrays
 from .material import Material
+from .pieces import Piece, face_pieces, layered
 from .pins import Pins
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ class Garment:
     rest_edges: Float[np.ndarray, "faces 2 2"]
     """The flat rest triangles, float64: columns are the edges from the first corner to the second and third [m]."""
     material: Material
-    """What it is made of."""
+    """What it is made of; with several pieces, what the innermost is."""
     pins: Pins
     """Vertices that follow the body."""
     key_joint: str
@@ -58,6 +59,8 @@ class Garment:
     """Whether the cloth is flat when nothing bends it; otherwise the rest angles are those of `vertices`."""
     notes: tuple[str, ...] = ()
     """What was guessed or changed when it was made, and why."""
+    pieces: tuple[Piece, ...] = ()
+    """Its pieces of cloth from the skin outwards, where there are several, see `worn_together`."""
 
     def __post_init__(self) -> None:
         betas = () if self.body_betas is None else self.body_betas
@@ -72,6 +75,16 @@ class Garment:
                 f"'{self.key_joint}'",
                 f"use one of {', '.join(JOINT_NAMES)}",
             )
+
+    @property
+    def worn(self) -> tuple[Piece, ...]:
+        """Its pieces from the skin outwards, at least one."""
+        return self.pieces or (Piece(self.name, len(self.vertices), self.material, self.flat_rest),)
+
+    @property
+    def densities(self) -> Float[np.ndarray, " faces"]:
+        """Area density of each face [kg/m^2]."""
+        return np.array([piece.material.density for piece in self.worn])[face_pieces(self)]
 
     @cached_property
     def hash(self) -> str:
@@ -102,7 +115,7 @@ class Garment:
             "body_betas": [float(beta) for beta in self.body_betas],
             "flat_rest": self.flat_rest,
             "notes": list(self.notes),
-        }
+        } | ({"pieces": [piece.as_dict() for piece in self.pieces]} if self.pieces else {})
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> "Garment":
@@ -134,10 +147,11 @@ class Garment:
                 body_betas=np.array(metadata["body_betas"], np.float32),
                 flat_rest=bool(metadata["flat_rest"]),
                 notes=tuple(metadata.get("notes", ())),
+                pieces=tuple(Piece.of(each) for each in metadata.get("pieces", ())),
             )
         except BadInput:
             raise
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, KeyError) as error:
             raise BadGarment("a garment must have readable metadata", error, cure) from error
 
     def save(self, path: str | Path) -> None:
@@ -175,7 +189,8 @@ class Garment:
             what = f"garment '{self.name}' was made on {self.body_name}"
             raise BadGarment(what, f"a body called {shaped.body.name}", "read its mesh again with that body")
         vertices = dressed_vertices(self, shaped)
-        return replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))
+        worn = replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))
+        return layered(worn) if self.pieces else worn
 
 
 def _pins(arrays: Mapping[str, np.ndarray]) -> Pins:

@@ -65,9 +65,10 @@ def open_garment(name_or_path: str | Path, body: "ShapedBody | None" = None) -> 
 def explain(garment: Garment) -> str:
     """What a garment is, and what was guessed or changed when it was made, one line each."""
     size = " x ".join(f"{each:.2f}" for each in garment.vertices.max(axis=0) - garment.vertices.min(axis=0))
+    materials = ", ".join(piece.material.name for piece in garment.worn)
     lines = [
         f"{garment.name}: {len(garment.vertices)} vertices, {len(garment.faces)} triangles, {size} m",
-        f"material {garment.material.name}, {_pinned(garment.pins)}, carried by the {garment.key_joint}, "
+        f"material {materials}, {_pinned(garment.pins)}, carried by the {garment.key_joint}, "
         f"on {garment.body_name}",
     ]
     return "\n".join(lines + [f"- {note}" for note in garment.notes])

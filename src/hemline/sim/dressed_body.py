@@ -8,8 +8,10 @@ from jaxtyping import Int
 
 from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
+from hemline.garments.pieces import face_pieces
 from hemline.motions.motion import Pose
 
+from .joined import joined
 from .lead_in import between
 from .settings import SimSettings
 from .sheet import Elastic, Sheet, make_sheet
@@ -22,15 +24,18 @@ if TYPE_CHECKING:
 
 
 def sheet_of(garment: Garment) -> Sheet:
-    """The garment's cloth, laid out for the solver."""
-    material = garment.material
-    elastic = Elastic(
-        density=material.density, young=material.young, poisson=material.poisson, bending=material.bending,
-        damping=material.damping, drag=material.drag, lift=material.lift, friction=material.friction,
-    )  # fmt: skip
-    return make_sheet(
-        garment.faces, garment.rest_edges, elastic, rest_vertices=None if garment.flat_rest else garment.vertices
-    )
+    """The garment's cloth, laid out for the solver, piece by piece."""
+    sheets, first, owner = [], 0, face_pieces(garment)
+    for number, piece in enumerate(garment.worn):
+        faces, material = garment.faces[owner == number] - np.int32(first), piece.material
+        elastic = Elastic(
+            density=material.density, young=material.young, poisson=material.poisson, bending=material.bending,
+            damping=material.damping, drag=material.drag, lift=material.lift, friction=material.friction,
+        )  # fmt: skip
+        shape = None if piece.flat_rest else garment.vertices[first : first + piece.vertex_count]
+        sheets.append(make_sheet(faces, garment.rest_edges[owner == number], elastic, rest_vertices=shape))
+        first += piece.vertex_count
+    return joined(sheets)
 
 
 class DressedBody:
