@@ -42,6 +42,11 @@ def test_a_table_starts_from_its_base():
         ({"base": "silk", "density": 0}, "density must be positive"),
         ({"base": "silk", "bending": -1}, "bending must not be negative"),
         ({"base": "silk", "poisson": 1.0}, "poisson must lie between"),
+        ({"base": "silk", "density": 70}, r"density must be at most 20 kg/m\^2; got 70.0; give it in SI units"),
+        ({"base": "silk", "young": 5e9}, "young must be at most 1e\\+06 N/m; got 5000000000.0"),
+        ({"base": "silk", "bending": 20}, "bending must be at most 1 N m; got 20.0"),
+        ({"base": "silk", "damping": 3}, "damping must be at most 1 s; got 3.0"),
+        ({"base": "silk", "friction": 40}, "friction must be at most 10; got 40.0"),
     ],
 )
 def test_refuses(content, message):

@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from hemline import bodies, datasets, garments, motions, sim
 from hemline.errors import BadGarment
 from hemline.garments import Garment, Piece, Pins, worn_together
 from hemline.meshes import ClosestTree
+from hemline.motions.motion import JOINT_NAMES
 from hemline.sim.dressed_body import sheet_of
 
 
@@ -147,3 +149,20 @@ def test_simulated_apart_and_together_they_move_alike_and_the_dataset_keeps_them
     off = np.linalg.norm(take.vertices - wanted, axis=2)
     assert off.mean() < 2e-4
     assert np.percentile(off, 99) < 3e-3
+
+
+def test_cloth_between_thighs_and_belly_is_marked_pinched_and_the_take_goes_on(shaped):
+    settings = sim.SimSettings(lead_in=0.2, settle=0.5, self_contact=False)
+    walk = shaped.placed(motions.load("walk").resampled(30))[:13]
+    rotations = walk.rotations.copy()
+    for joint, degrees in (("left_hip", -150), ("right_hip", -150), ("spine1", 60), ("left_knee", 150),
+                           ("right_knee", 150)):  # fmt: skip
+        bent = Rotation.from_euler("x", degrees * np.linspace(0, 1, len(walk))[:, None], degrees=True).as_quat()
+        rotations[:, JOINT_NAMES.index(joint)] = bent[:, [3, 0, 1, 2]]
+    skirt = tube(shaped, radius=0.24, rows=14, columns=56, top=0.06, length=0.40)
+    take = sim.simulate(skirt, shaped, replace(walk, rotations=rotations), settings)
+    assert take.failed is None
+    assert take.pinched[:6].max() == 0
+    assert take.pinched.max() > 10
+    assert take.figures["inside"] == 0
+    assert np.isfinite(take.vertices).all()

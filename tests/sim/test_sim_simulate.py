@@ -11,8 +11,9 @@ from hemline.datasets import read_take, write_take
 from hemline.errors import BadGarment, BadInput, SimulationFailed
 from hemline.garments import Pins, make_cape
 from hemline.motions.motion import JOINT_NAMES
-from hemline.sim import SimSettings, rest_drape, simulate
+from hemline.sim import SimSettings, Stepper, rest_drape, simulate
 from hemline.sim.lead_in import Placement, between, lead_in
+from hemline.sim.state import StepRejected
 
 SETTINGS = SimSettings(lead_in=0.2, settle=1.0)
 
@@ -98,28 +99,64 @@ def test_the_same_input_gives_the_same_bits():
     assert np.array_equal(simulate(cape, shaped, run[:2], SETTINGS, start=rest).vertices, unbroken().vertices[:8])
 
 
-def test_a_take_that_fails_keeps_its_frames_and_says_when_and_why():
+def test_a_clip_that_jumps_is_marked_with_the_frame_and_keeps_those_before():
     cape, shaped, run, rest = stage()
     jump = run.translations.copy()
-    jump[3:] += [300.0, 0, 0]
+    jump[3:] += [1.0, 0, 0]
     seen = []
     take = simulate(
-        cape, shaped, replace(run, translations=jump), replace(SETTINGS, halvings=1), start=rest,
+        cape, shaped, replace(run, translations=jump), SETTINGS, start=rest,
         progress=lambda done, total: seen.append((done, total)),
     )  # fmt: skip
     assert take.failed is not None
-    assert take.failed.startswith("frame 9: ")
+    assert take.failed.startswith("frame 9: the clip jumps, the pelvis moves at 3")
+    assert take.failed.endswith("m/s; cut it there, see motions.longest_clean")
     assert len(take.vertices) == len(take.motion) == 9
     assert np.isfinite(take.vertices).all()
     assert seen[-1] == (9, 16)
 
 
+def test_a_take_that_fails_keeps_its_frames_and_says_when_and_why(monkeypatch):
+    cape, shaped, run, rest = stage()
+    good = Stepper.step
+
+    def step(self, state, h, then, now):
+        if state.time > 0.27:
+            raise StepRejected("a vertex moves at 99 m/s")
+        return good(self, state, h, then, now)
+
+    monkeypatch.setattr(Stepper, "step", step)
+    take = simulate(cape, shaped, run, replace(SETTINGS, halvings=1), start=rest)
+    assert take.failed == "frame 9: a vertex moves at 99 m/s in a step of 4.17 ms"
+    assert len(take.vertices) == len(take.motion) == 9
+    assert np.isfinite(take.vertices).all()
+
+
+def test_a_users_wind_with_nan_stops_with_its_time_and_count():
+    cape, shaped, run, rest = stage()
+    wind = lambda seconds, positions: np.full_like(positions, np.nan if seconds > 0.1 else 1.0)  # noqa: E731
+    with pytest.raises(BadInput, match=r"wind must be finite; got NaN or infinity at 0.1\d* s for \d+ of \d+ vertices"):
+        simulate(cape, shaped, run, SETTINGS, start=rest, wind=wind)
+
+
+def test_gusts_of_the_settings_blow_and_are_part_of_the_inputs():
+    cape, shaped, run, rest = stage()
+    calm = unbroken()
+    blown = replace(SETTINGS, wind=(2.0, 0.0, 0.0), gusts=1.0, gust_seed=3)
+    take = simulate(cape, shaped, run, blown, start=rest)
+    assert np.abs(take.vertices[-1] - calm.vertices[-1]).max() > 0.02
+    assert (take.inputs["settings"]["gusts"], take.inputs["settings"]["gust_seed"]) == (1.0, 3)
+    first = simulate(cape, shaped, run[:4], blown, start=rest)
+    second = simulate(cape, shaped, run[4:], blown, resume=first.end_state)
+    assert np.array_equal(take.vertices, np.concatenate([first.vertices, second.vertices]))
+
+
 def test_a_part_that_fails_at_once_keeps_the_frame_it_came_from():
     cape, shaped, run, _ = stage()
     jump = replace(run, translations=run.translations + np.float32([300, 0, 0]))
-    take = simulate(cape, shaped, jump[:2], replace(SETTINGS, halvings=0), resume=unbroken().end_state)
+    take = simulate(cape, shaped, jump[:2], SETTINGS, resume=unbroken().end_state)
     assert take.failed is not None
-    assert take.failed.startswith("frame 0: ")
+    assert take.failed.startswith("frame 0: the clip jumps")
     assert take.lead_in.tolist() == [True]
 
 

@@ -7,6 +7,12 @@ from typing import Any
 
 from hemline.errors import BadGarment
 
+_MOST = {
+    "density": (20.0, "kg/m^2"), "young": (1e6, "N/m"), "bending": (1.0, "N m"), "damping": (1.0, "s"),
+    "friction": (10.0, ""), "drag": (10.0, ""), "lift": (10.0, ""),
+}  # fmt: skip
+"""What no cloth reaches: more is a mistaken unit, such as grams, or a modulus per cross-section [Pa]."""
+
 
 @dataclass(frozen=True)
 class Material:
@@ -43,6 +49,10 @@ class Material:
                     f"material '{self.name}': {field.name} must be a finite number", repr(value), "give one in SI units"
                 )
             object.__setattr__(self, field.name, float(value))
+        for key, (most, unit) in _MOST.items():
+            if getattr(self, key) > most:
+                what = f"material '{self.name}': {key} must be at most {most:g} {unit}".rstrip()
+                raise BadGarment(what, getattr(self, key), "give it in SI units, per area of cloth")
         for key in ("density", "young"):
             if getattr(self, key) <= 0:
                 raise BadGarment(

@@ -50,6 +50,8 @@ class DressedBody:
             raise BadGarment(what, got, "read its mesh again with this body")
         self.surface = Surface(shaped.body.faces, reach=settings.contact_reach)
         self.sheet = sheet_of(garment)
+        self.pinned = np.zeros(self.sheet.vertex_count, bool)
+        self.pinned[garment.pins.vertices] = True
         self.stepper = Stepper(
             self.sheet, pinned=garment.pins.vertices, pin_stiffness=garment.pins.stiffness, surface=self.surface,
             settings=settings, wind=wind,

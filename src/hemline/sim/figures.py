@@ -21,13 +21,13 @@ def edge_strain(sheet: Sheet, vertices: FramesOfVertices) -> np.ndarray:
     return length / sheet.edge_length.astype(np.float32) - 1
 
 
-def strain_figures(sheet: Sheet, vertices: FramesOfVertices, fixed: Mask) -> dict[str, float]:
+def strain_figures(sheet: Sheet, vertices: FramesOfVertices, pinned: Mask) -> dict[str, float]:
     """Strain over all frames, of edges that are not pinned at both ends, as shares.
 
     `edge_strain_p50`, `_p99`, `_max` count stretched and shortened edges alike; `edge_tension_p99` counts shortened
     ones as 0, `edge_compression_p99` stretched ones. Cloth shortens where it buckles within a triangle.
     """
-    strain = edge_strain(sheet, vertices)[:, ~fixed[sheet.edges].all(axis=1)].ravel()
+    strain = edge_strain(sheet, vertices)[:, ~pinned[sheet.edges].all(axis=1)].ravel()
     middle, high, highest = np.percentile(np.abs(strain), [50, 99, 100])
     low, tension = np.percentile(strain, [1, 99])
     return {

@@ -69,7 +69,7 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
         pose.rotations[None], pose.translation[None], fps=settings.fps, leg_length=shaped.leg_length, name="rest"
     )
     vertices = cleaned.positions.astype(np.float32)[None]
-    figures = strain_figures(dressed.sheet, vertices, dressed.stepper.fixed) | {
+    figures = strain_figures(dressed.sheet, vertices, dressed.pinned) | {
         "inside": float(cleaned.inside), "deepest_mm": cleaned.deepest_mm, "pinched": float(len(cleaned.pinched)),
         "residual_share": mean_or_zero(residuals),
     }  # fmt: skip
