@@ -1,6 +1,8 @@
 """Materials: what ships is physical, what is wrong is refused."""
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +13,18 @@ from hemline.garments import MATERIALS, Material
 def test_paper_is_that_of_agentdress():
     paper = MATERIALS["paper"]
     assert (paper.density, paper.young, paper.bending, paper.friction) == (0.1, 30.0, 1e-5, 0.3)
+
+
+def test_the_page_says_what_the_code_has():
+    page = (Path(__file__).parents[2] / "docs" / "materials.md").read_text()
+    header, *rows = re.findall(r"^\| (?:name|" + "|".join(MATERIALS) + r") \|.*$", page, re.MULTILINE)
+    names = [cell.split()[0] for cell in header.strip("| ").split(" | ")]
+    said = {}
+    for row in rows:
+        name, *cells = row.strip("| ").split(" | ")
+        said[name] = {key: float(cell.split()[0]) for key, cell in zip(names[1:], cells, strict=True)}
+        assert all(cell.split()[1] in "mcp" for cell in cells)
+    assert said == {name: {k: v for k, v in m.as_dict().items() if k != "name"} for name, m in MATERIALS.items()}
 
 
 @pytest.mark.parametrize("name", sorted(MATERIALS))
