@@ -72,9 +72,16 @@ class Gusts:
         """
         wave, turn, phase, amplitude = self._waves
         mean = np.array(self.mean, np.float64)
-        now = np.remainder(phase + seconds * (turn - wave @ mean), 2 * np.pi)
-        velocity = np.empty_like(positions)
-        plane_waves(positions, wave, now, amplitude, mean, velocity)
+        now = (phase + seconds * (turn - wave @ mean)) / (2 * np.pi)
+        velocity = np.empty(positions.shape)
+        plane_waves(
+            positions,
+            np.ascontiguousarray(wave.T) / (2 * np.pi),
+            now,
+            np.ascontiguousarray(amplitude.T),
+            mean,
+            velocity,
+        )
         return velocity
 
 
