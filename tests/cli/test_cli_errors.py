@@ -55,6 +55,13 @@ CASES = {
     "face past the last vertex": (["simulate", "past.obj", "-m", "run", "-o", "d"], "past.obj"),
     "no faces": (["simulate", "points.obj", "-m", "run", "-o", "d"], "points.obj"),
     "too many betas": (["simulate", "cape-light", "-m", "run", "-o", "d", "--betas", *["0"] * 17], "betas"),
+    "gusts": (["simulate", "cape-light", "-m", "run", "-o", "d", "--gusts", "-1"], "'gusts' must not be negative"),
+    "gust seed": (["simulate", "cape-light", "-m", "run", "-o", "d", "--gust-seed", "-1"], "a whole number"),
+    "wind": (["simulate", "cape-light", "-m", "run", "-o", "d", "--wind", "1", "nan", "0"], "'wind' must be a vector"),
+    "no such garment over": (
+        ["simulate", "cape-light", "--over", "cap", "-m", "run", "-o", "d"],
+        "did you mean 'cape'",
+    ),
     "jobs": (["simulate", "cape-light", "-m", "run", "-o", "d", "--jobs", "0"], "--jobs must be at least 1"),
     "seconds": (["simulate", "cape-light", "-m", "run", "-o", "d", "--seconds", "-1"], "--seconds must be positive"),
     "no such body": (["simulate", "cape-light", "-m", "run", "-o", "d", "--body", "anny25"], "anny24"),

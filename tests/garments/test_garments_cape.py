@@ -50,7 +50,7 @@ def test_pins_are_the_first_two_rows_on_the_skin(shaped):
     cape = garments.load("cape")
     assert cape.pins.vertices.tolist() == list(range(282))
     assert cape.pins.heights.min() > 0.003 and cape.pins.heights.max() < 0.0065
-    found = cape.pins.positions(shaped.vertices, shaped.normals, shaped.body.faces)
+    found = cape.pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
     np.testing.assert_allclose(found, cape.vertices[cape.pins.vertices], atol=2e-6)
 
 

@@ -18,7 +18,7 @@ def test_on_another_shape(seed):
     cape = garments.load("cape-light")
     worn = cape.dressed(shaped)
     assert body_tree(shaped).signed_distances(worn.vertices).min() > 0.0029
-    on_skin = worn.pins.positions(shaped.vertices, shaped.normals, shaped.body.faces)
+    on_skin = worn.pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
     np.testing.assert_allclose(worn.vertices[worn.pins.vertices], on_skin, atol=1e-6)
     np.testing.assert_array_equal(worn.rest_edges, cape.rest_edges)
     np.testing.assert_array_equal(worn.body_betas, shaped.betas)

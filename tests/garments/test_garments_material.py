@@ -1,6 +1,8 @@
 """Materials: what ships is physical, what is wrong is refused."""
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +13,18 @@ from hemline.garments import MATERIALS, Material
 def test_paper_is_that_of_agentdress():
     paper = MATERIALS["paper"]
     assert (paper.density, paper.young, paper.bending, paper.friction) == (0.1, 30.0, 1e-5, 0.3)
+
+
+def test_the_page_says_what_the_code_has():
+    page = (Path(__file__).parents[2] / "docs" / "materials.md").read_text()
+    header, *rows = re.findall(r"^\| (?:name|" + "|".join(MATERIALS) + r") \|.*$", page, re.MULTILINE)
+    names = [cell.split()[0] for cell in header.strip("| ").split(" | ")]
+    said = {}
+    for row in rows:
+        name, *cells = row.strip("| ").split(" | ")
+        said[name] = {key: float(cell.split()[0]) for key, cell in zip(names[1:], cells, strict=True)}
+        assert all(cell.split()[1] in "mcp" for cell in cells)
+    assert said == {name: {k: v for k, v in m.as_dict().items() if k != "name"} for name, m in MATERIALS.items()}
 
 
 @pytest.mark.parametrize("name", sorted(MATERIALS))
@@ -42,6 +56,11 @@ def test_a_table_starts_from_its_base():
         ({"base": "silk", "density": 0}, "density must be positive"),
         ({"base": "silk", "bending": -1}, "bending must not be negative"),
         ({"base": "silk", "poisson": 1.0}, "poisson must lie between"),
+        ({"base": "silk", "density": 70}, r"density must be at most 20 kg/m\^2; got 70.0; give it in SI units"),
+        ({"base": "silk", "young": 5e9}, "young must be at most 1e\\+06 N/m; got 5000000000.0"),
+        ({"base": "silk", "bending": 20}, "bending must be at most 1 N m; got 20.0"),
+        ({"base": "silk", "damping": 3}, "damping must be at most 1 s; got 3.0"),
+        ({"base": "silk", "friction": 40}, "friction must be at most 10; got 40.0"),
     ],
 )
 def test_refuses(content, message):

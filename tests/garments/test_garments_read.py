@@ -128,6 +128,25 @@ def test_refuses_pins_that_are_not_there(shaped, mesh, tmp_path, pins, message):
         garments.read(tmp_path / "skirt.toml", shaped)
 
 
+def test_groups_of_pins_hang_on_joints_and_on_springs(shaped, mesh, tmp_path):
+    obj(tmp_path / "skirt.obj", *mesh)
+    groups = "[[pins]]\nvertices = 'top_rim'\nto = 'pelvis'\n[[pins]]\nvertices = [400, 401]\nstiffness = 25"
+    (tmp_path / "skirt.toml").write_text(f"mesh = 'skirt.obj'\n{groups}")
+    pins = garments.read(tmp_path / "skirt.toml", shaped).pins
+    rim = pins.joints >= 0
+    assert sorted(pins.vertices[rim].tolist()) == list(range(36))
+    assert pins.vertices[~rim].tolist() == [400, 401]
+    assert np.isinf(pins.stiffness[rim]).all() and (pins.stiffness[~rim] == 25).all()
+
+
+def test_a_vertex_in_two_groups_of_pins_is_refused(shaped, mesh, tmp_path):
+    obj(tmp_path / "skirt.obj", *mesh)
+    groups = "[[pins]]\nvertices = [3, 5]\n[[pins]]\nvertices = [7, 5]\nto = 'spine1'"
+    (tmp_path / "skirt.toml").write_text(f"mesh = 'skirt.obj'\n{groups}")
+    with pytest.raises(BadGarment, match="skirt: each vertex must be pinned once; got vertex 5 in two groups"):
+        garments.read(tmp_path / "skirt.toml", shaped)
+
+
 def test_refuses_to_guess_pins_of_a_closed_mesh_and_far_pins(shaped, mesh, tmp_path):
     ball = trimesh.creation.icosphere(2, 0.2)
     path = obj(tmp_path / "ball.obj", np.array(ball.vertices) + (0, 0, 0.35), ball.faces)
@@ -217,7 +236,7 @@ def test_a_garment_made_on_another_shape_is_dressed(shaped, tmp_path):
     worn = garments.read(tmp_path / "skirt.toml", shaped)
     assert own.body_betas[0] == -1 and worn.body_betas[0] == 0
     np.testing.assert_array_equal(own.rest_edges, worn.rest_edges)
-    on_skin = worn.pins.positions(shaped.vertices, shaped.normals, shaped.body.faces)
+    on_skin = worn.pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
     np.testing.assert_allclose(worn.vertices[worn.pins.vertices], on_skin, atol=1e-6)
 
 

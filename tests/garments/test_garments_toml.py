@@ -4,6 +4,7 @@ import pytest
 
 from hemline.errors import BadGarment
 from hemline.garments.garment_toml import GarmentFile, read_garment_toml
+from hemline.garments.pin_rules import PinGroup
 
 FULL = """
 mesh = "skirt.obj"
@@ -37,6 +38,22 @@ def test_reads_all_that_may_be_said(tmp_path):
     )  # fmt: skip
 
 
+GROUPS = """
+mesh = "skirt.obj"
+[[pins]]
+vertices = "top_rim"
+to = "pelvis"
+[[pins]]
+vertices = [4, 5]
+stiffness = 200
+"""
+
+
+def test_pins_may_be_tables(tmp_path):
+    said = read_garment_toml(written(tmp_path, GROUPS))
+    assert said.pins == (PinGroup("top_rim", to="pelvis"), PinGroup((4, 5), stiffness=200))
+
+
 def test_all_but_the_mesh_may_be_left_out(tmp_path):
     assert read_garment_toml(written(tmp_path, "mesh = 'a.obj'")) == GarmentFile(mesh="a.obj")
 
@@ -49,6 +66,15 @@ def test_all_but_the_mesh_may_be_left_out(tmp_path):
         ("mesh = a.obj", "is no TOML"),
         ("mesh = 3", "'mesh' must be text; got 3"),
         ("mesh = 'a.obj'\npins = [1.5]", "'pins' must be a list of vertex ids or a rule"),
+        (
+            "mesh = 'a.obj'\npins = [{ to = 'pelvic' }]",
+            "a joint that does not exist; got 'pelvic'; did you mean 'pelvis'",
+        ),
+        ("mesh = 'a.obj'\npins = [{ too = 'pelvis' }]", "pins: unknown key 'too'; got 'pelvis'; did you mean 'to'"),
+        ("mesh = 'a.obj'\npins = [{ stiffness = 0 }]", "stiffness must be positive; got 0; leave it out"),
+        ("mesh = 'a.obj'\npins = [{ stiffness = nan }]", "stiffness must be positive; got nan"),
+        ("mesh = 'a.obj'\npins = [{ stiffness = '5' }]", "'stiffness' must be a number"),
+        ("mesh = 'a.obj'\npins = [{ vertices = [1.5] }]", "'vertices' must be a list of vertex ids or a rule"),
         ("mesh = 'a.obj'\npins = [true]", "'pins' must be a list of vertex ids or a rule"),
         ("mesh = 'a.obj'\nchains = [1, 2]", "'chains' must be a list of lists of vertex ids"),
         ("mesh = 'a.obj'\nbetas = ['tall']", "'betas' must be a list of numbers"),

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from hemline import motions
 from hemline.motions import JOINT_NAMES, Motion
+from hemline.motions.clean import jump
 
 
 def still(frames=100, fps=120.0):
@@ -30,6 +31,22 @@ def test_a_clip_without_jumps_is_clean_from_end_to_end():
 @pytest.mark.parametrize(("degrees", "clean"), [(24, (0, 100)), (26, (30, 100))])
 def test_a_jump_is_3000_degrees_a_second(degrees, clean):
     assert motions.longest_clean(turned(still(), "left_knee", 30, degrees)) == clean
+
+
+@pytest.mark.parametrize(("speed", "clean"), [(19.0, (0, 100)), (21.0, (30, 100))])
+def test_a_pelvis_does_not_move_faster_than_20_metres_a_second(speed, clean):
+    motion = still()
+    translations = motion.translations.copy()
+    translations[30:, 0] = speed / motion.fps
+    assert motions.longest_clean(replace(motion, translations=translations)) == clean
+
+
+def test_what_jumps_from_pose_to_pose_is_said():
+    knee = turned(still(), "left_knee", 30, 26)
+    assert jump(knee[29], knee[30], 1 / 120) == "the left_knee turns at 3120 deg/s"
+    assert jump(knee[29], knee[30], 1 / 60) == ""
+    away = replace(knee[30], translation=np.float32([0.0, 0.3, 0.4]))
+    assert jump(knee[29], away, 0.01) == "the pelvis moves at 50 m/s"
 
 
 def test_the_longest_of_several_stretches_is_found():

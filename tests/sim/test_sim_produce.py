@@ -1,8 +1,10 @@
 """Datasets are made once: killed at any moment, on any number of processes, they come out the same."""
 
 import hashlib
+import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -112,8 +114,6 @@ def _alive(group: int) -> bool:
 
 
 def test_a_damaged_take_is_made_again(unbroken, tmp_path):
-    import shutil
-
     folder = tmp_path / "data"
     shutil.copytree(unbroken[0], folder)
     victim = open_dataset(folder).path(unbroken[1][1].name)
@@ -127,3 +127,95 @@ def test_another_garment_is_refused(unbroken):
     clip = sim.Clip(motions.load("walk")[:3], "06")
     with pytest.raises(BadDataset, match="was made for another garment"):
         sim.produce(unbroken[0], other, [clip])
+
+
+FULL = """
+import resource, sys
+from pathlib import Path
+sys.path.insert(0, {here!r})
+from test_sim_produce import make
+from hemline.errors import BadOutput
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    limit = int(sys.argv[2])
+    # files cannot grow beyond the limit, as on a disk that is full
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+    try:
+        make(folder, int(sys.argv[3]))
+    except BadOutput as error:
+        print(error)
+        sys.exit(2)
+"""
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_full_disk_stops_with_an_error_and_the_run_goes_on_later(unbroken, tmp_path, jobs):
+    folder, script = tmp_path / "data", tmp_path / "run.py"
+    script.write_text(FULL.format(here=str(Path(__file__).parent)))
+    by_part = {row.part: open_dataset(unbroken[0]).path(row.name).stat().st_size for row in unbroken[1]}
+    # the rest state and later parts have room, first parts with their lead-in have not
+    shutil.copytree(unbroken[0], folder)
+    takes = [open_dataset(folder).path(row.name) for row in unbroken[1]]
+    for path in takes[3:]:
+        path.unlink()
+    kept = digests(folder)
+    limit = (max(by_part[1], by_part[2]) + by_part[0]) // 2
+    command = [sys.executable, str(script), str(folder), str(limit), str(jobs)]
+    environment = os.environ | {"HEMLINE_CACHE_DIR": os.environ.get("HEMLINE_CACHE_DIR", str(tmp_path / "cache"))}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 2, done.stderr
+    assert "cannot write" in done.stdout
+    assert "File too large" in done.stdout
+    assert digests(folder) == kept
+    make(folder, 1)
+    assert digests(folder) == digests(unbroken[0])
+
+
+def test_two_processes_on_one_dataset_lose_nothing_and_make_nothing_twice(unbroken, tmp_path):
+    folder, script = tmp_path / "data", tmp_path / "run.py"
+    script.write_text(SCRIPT.format(here=str(Path(__file__).parent)))
+    commands = [[sys.executable, str(script), str(folder), "1"]] * 2
+    running = [subprocess.Popen(command, stderr=subprocess.PIPE) for command in commands]
+    errors = [process.communicate(timeout=300)[1].decode() for process in running]
+    assert [process.returncode for process in running] == [0, 0], errors
+    assert digests(folder) == digests(unbroken[0])
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "garment.safetensors", "manifest.json", "takes", "timings.jsonl",
+    ]  # fmt: skip
+    dataset = open_dataset(folder)
+    dataset.verify()
+    assert [row.name for row in dataset.rows()] == [row.name for row in open_dataset(unbroken[0]).rows()]
+    for line in (folder / "timings.jsonl").read_text().splitlines():
+        assert json.loads(line)["seconds"] > 0
+
+
+RACE = """
+import sys, time
+sys.path.insert(0, {here!r})
+from pathlib import Path
+from test_sim_produce import small_garment
+from hemline.datasets import create
+from hemline.errors import BadDataset
+from dataclasses import replace
+
+garment = replace(small_garment(), key_joint=sys.argv[2])
+while time.time() < float(sys.argv[3]):
+    pass
+try:
+    create(Path(sys.argv[1]), garment)
+    print("made", garment.hash)
+except BadDataset as error:
+    print("refused", error)
+"""
+
+
+def test_of_two_garments_at_once_one_gets_the_folder(tmp_path):
+    script = tmp_path / "run.py"
+    script.write_text(RACE.format(here=str(Path(__file__).parent)))
+    start = str(time.time() + 12)
+    commands = [[sys.executable, str(script), str(tmp_path / "data"), joint, start] for joint in ("neck", "spine3")]
+    running = [subprocess.Popen(command, stdout=subprocess.PIPE) for command in commands]
+    said = sorted(process.communicate(timeout=120)[0].decode().split()[0] for process in running)
+    assert said == ["made", "refused"]
+    assert [path.name for path in (tmp_path / "data").iterdir() if path.is_file()] == ["garment.safetensors"]

@@ -8,10 +8,12 @@ import pytest
 
 from hemline import bodies, motions
 from hemline.datasets import read_take, write_take
-from hemline.errors import BadInput, SimulationFailed
-from hemline.garments import make_cape
-from hemline.sim import SimSettings, rest_drape, simulate
+from hemline.errors import BadGarment, BadInput, SimulationFailed
+from hemline.garments import Pins, make_cape
+from hemline.motions.motion import JOINT_NAMES
+from hemline.sim import SimSettings, Stepper, rest_drape, simulate
 from hemline.sim.lead_in import Placement, between, lead_in
+from hemline.sim.state import StepRejected
 
 SETTINGS = SimSettings(lead_in=0.2, settle=1.0)
 
@@ -53,6 +55,8 @@ def test_a_take_has_its_lead_in_its_poses_and_its_figures():
         "edge_strain_p50",
         "edge_strain_p99",
         "edge_strain_max",
+        "edge_tension_p99",
+        "edge_compression_p99",
         "inside",
         "deepest_mm",
         "pinched",
@@ -95,29 +99,89 @@ def test_the_same_input_gives_the_same_bits():
     assert np.array_equal(simulate(cape, shaped, run[:2], SETTINGS, start=rest).vertices, unbroken().vertices[:8])
 
 
-def test_a_take_that_fails_keeps_its_frames_and_says_when_and_why():
+def test_a_clip_that_jumps_is_marked_with_the_frame_and_keeps_those_before():
     cape, shaped, run, rest = stage()
     jump = run.translations.copy()
-    jump[3:] += [300.0, 0, 0]
+    jump[3:] += [1.0, 0, 0]
     seen = []
     take = simulate(
-        cape, shaped, replace(run, translations=jump), replace(SETTINGS, halvings=1), start=rest,
+        cape, shaped, replace(run, translations=jump), SETTINGS, start=rest,
         progress=lambda done, total: seen.append((done, total)),
     )  # fmt: skip
     assert take.failed is not None
-    assert take.failed.startswith("frame 9: ")
+    assert take.failed.startswith("frame 9: the clip jumps, the pelvis moves at 3")
+    assert take.failed.endswith("m/s; cut it there, see motions.longest_clean")
     assert len(take.vertices) == len(take.motion) == 9
     assert np.isfinite(take.vertices).all()
     assert seen[-1] == (9, 16)
 
 
+def test_a_take_that_fails_keeps_its_frames_and_says_when_and_why(monkeypatch):
+    cape, shaped, run, rest = stage()
+    good = Stepper.step
+
+    def step(self, state, h, then, now):
+        if state.time > 0.27:
+            raise StepRejected("a vertex moves at 99 m/s")
+        return good(self, state, h, then, now)
+
+    monkeypatch.setattr(Stepper, "step", step)
+    take = simulate(cape, shaped, run, replace(SETTINGS, halvings=1), start=rest)
+    assert take.failed == "frame 9: a vertex moves at 99 m/s in a step of 4.17 ms"
+    assert len(take.vertices) == len(take.motion) == 9
+    assert np.isfinite(take.vertices).all()
+
+
+def test_a_users_wind_with_nan_stops_with_its_time_and_count():
+    cape, shaped, run, rest = stage()
+    wind = lambda seconds, positions: np.full_like(positions, np.nan if seconds > 0.1 else 1.0)  # noqa: E731
+    with pytest.raises(BadInput, match=r"wind must be finite; got NaN or infinity at 0.1\d* s for \d+ of \d+ vertices"):
+        simulate(cape, shaped, run, SETTINGS, start=rest, wind=wind)
+
+
+def test_gusts_of_the_settings_blow_and_are_part_of_the_inputs():
+    cape, shaped, run, rest = stage()
+    calm = unbroken()
+    blown = replace(SETTINGS, wind=(2.0, 0.0, 0.0), gusts=1.0, gust_seed=3)
+    take = simulate(cape, shaped, run, blown, start=rest)
+    assert np.abs(take.vertices[-1] - calm.vertices[-1]).max() > 0.02
+    assert (take.inputs["settings"]["gusts"], take.inputs["settings"]["gust_seed"]) == (1.0, 3)
+    first = simulate(cape, shaped, run[:4], blown, start=rest)
+    second = simulate(cape, shaped, run[4:], blown, resume=first.end_state)
+    assert np.array_equal(take.vertices, np.concatenate([first.vertices, second.vertices]))
+
+
 def test_a_part_that_fails_at_once_keeps_the_frame_it_came_from():
     cape, shaped, run, _ = stage()
     jump = replace(run, translations=run.translations + np.float32([300, 0, 0]))
-    take = simulate(cape, shaped, jump[:2], replace(SETTINGS, halvings=0), resume=unbroken().end_state)
+    take = simulate(cape, shaped, jump[:2], SETTINGS, resume=unbroken().end_state)
     assert take.failed is not None
-    assert take.failed.startswith("frame 0: ")
+    assert take.failed.startswith("frame 0: the clip jumps")
     assert take.lead_in.tolist() == [True]
+
+
+def test_pins_on_a_joint_go_with_it_and_soft_ones_hang_near():
+    cape, shaped, run, _ = stage()
+    ids = cape.pins.vertices
+    neck = JOINT_NAMES.index("neck")
+    pins = Pins.on_joint(ids, cape.vertices[ids], neck, shaped.joints)
+    stiffness = np.where(np.arange(len(ids)) % 2, np.inf, 500.0).astype(np.float32)
+    hung = replace(cape, pins=replace(pins, stiffness=stiffness))
+    take = simulate(hung, shaped, run[:4], SETTINGS, start=stage()[3])
+    posed = shaped.posed(run[3])
+    wanted = cape.vertices[ids] @ posed.transforms[neck, :, :3].T + posed.transforms[neck, :, 3]
+    away = np.linalg.norm(take.end_state["positions"][ids] - wanted, axis=1)
+    hard = np.isinf(stiffness)
+    assert away[hard].max() < 2e-6
+    # each spring carries some tens of grams, up to a few times their weight while running
+    assert 1e-4 < np.median(away[~hard]) < 0.02
+
+
+def test_pins_of_another_bodys_mesh_are_refused():
+    cape, shaped, run, _ = stage()
+    faces = np.full(len(cape.pins), len(shaped.body.faces), np.int32)
+    with pytest.raises(BadGarment, match="pins name a body face that does not exist; got .* anny24 has"):
+        simulate(replace(cape, pins=replace(cape.pins, body_faces=faces)), shaped, run, SETTINGS)
 
 
 def test_a_garment_that_cannot_be_settled_is_refused_with_the_frame():

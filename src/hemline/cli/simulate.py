@@ -22,6 +22,8 @@ class Arguments:
     """Clips: BVH or AMASS files, or names of shipped excerpts."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The dataset, a folder; made when missing, continued when there."""
+    over: tuple[str, ...] = ()
+    """Garments worn over it, from the skin outwards."""
     betas: tuple[float, ...] = ()
     """Shape of the body; what is left out is 0."""
     jobs: int = 1
@@ -43,7 +45,11 @@ class Arguments:
     json: bool = False
     """Print a JSON list of takes and nothing else on stdout."""
     wind: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
-    """Constant wind [m/s]."""
+    """Wind, or its mean where there are gusts [m/s]."""
+    gusts: float = 0.0
+    """Standard deviation of the wind in each direction; 0: it is constant [m/s]."""
+    gust_seed: int = 0
+    """Which of all such gusts."""
 
 
 def run(arguments: Arguments) -> int:
@@ -58,11 +64,16 @@ def run(arguments: Arguments) -> int:
     if not arguments.motion:
         raise BadInput("no clips", "--motion without a file", "name BVH or npz files after --motion")
     shaped = bodies.load(arguments.body).shaped(arguments.betas)
-    garment = garments.open_garment(arguments.garment, body=bodies.load(arguments.body).shaped())
+    mean = bodies.load(arguments.body).shaped()
+    garment = garments.open_garment(arguments.garment, body=mean)
+    if arguments.over:
+        garment = garments.worn_together(
+            [garment, *(garments.open_garment(each, body=mean) for each in arguments.over)]
+        )
     if arguments.explain:
         note(garments.explain(garment))
     clips = [Clip(*_clip(path, arguments)) for path in arguments.motion]
-    settings = SimSettings(fps=arguments.fps, wind=arguments.wind)
+    settings = SimSettings(fps=arguments.fps, wind=arguments.wind, gusts=arguments.gusts, gust_seed=arguments.gust_seed)
     with bars() as display:
         tasks: dict[str, int] = {}
 

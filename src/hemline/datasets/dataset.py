@@ -7,12 +7,15 @@ folder/
   manifest.json              an index of the takes with checksums: rebuilt whenever it is missing or stale
   timings.jsonl              how long each take took: a log, no part of the data
 ```
-A plain copy of the takes of one dataset into another of the same garment merges them.
+A plain copy of the takes of one dataset into another of the same garment merges them. Several processes may add to one
+dataset: a take's name is the hash of its inputs and its bytes follow from them, so that one made twice is there once.
 """
 
 import hashlib
 import json
+import os
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -134,9 +137,10 @@ class Dataset:
                 )
 
     def log_timing(self, entry: dict[str, Any]) -> None:
-        """Add a line to `timings.jsonl`."""
-        with (self.folder / "timings.jsonl").open("a") as stream:
-            stream.write(json.dumps(entry, sort_keys=True) + "\n")
+        """Add a line to `timings.jsonl`, whole even if several processes do; where there is no room it is left out."""
+        line = json.dumps(entry, sort_keys=True) + "\n"
+        with suppress(OSError), (self.folder / "timings.jsonl").open("ab", buffering=0) as stream:
+            stream.write(line.encode())
 
     def _row(self, file: Path, known: dict[str, Row]) -> Row:
         stat = file.stat()
@@ -175,22 +179,35 @@ def create(folder: str | Path, garment: Garment) -> Dataset:
         BadOutput: The folder cannot be written.
     """
     folder = Path(folder)
-    if (folder / "garment.safetensors").exists():
-        found = open_dataset(folder)
-        if found.garment.hash != garment.hash:
-            raise BadDataset(
-                f"{folder} was made for another garment", f"{found.garment.name} ({found.garment.hash})",
-                f"choose another folder for {garment.name} ({garment.hash})",
-            )  # fmt: skip
-        return found
+    if not (folder / "garment.safetensors").exists():
+        try:
+            (folder / "takes").mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BadOutput(
+                f"cannot make {folder}", error.strerror or error, "name a folder that can be written"
+            ) from error
+        _save_first(folder, garment)
+    found = open_dataset(folder)
+    if found.garment.hash != garment.hash:
+        raise BadDataset(
+            f"{folder} was made for another garment", f"{found.garment.name} ({found.garment.hash})",
+            f"choose another folder for {garment.name} ({garment.hash})",
+        )  # fmt: skip
+    return found
+
+
+def _save_first(folder: Path, garment: Garment) -> None:
+    """Save the garment unless another process was faster: of two that make a dataset at once, one wins."""
+    own = folder / f".garment-{garment.hash}-{os.getpid()}.safetensors"
+    garment.save(own)
     try:
-        (folder / "takes").mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadOutput(
-            f"cannot make {folder}", error.strerror or error, "name a folder that can be written"
-        ) from error
-    garment.save(folder / "garment.safetensors")
-    return Dataset(folder, garment)
+        os.link(own, folder / "garment.safetensors")
+    except FileExistsError:
+        pass
+    except OSError:
+        own.replace(folder / "garment.safetensors")  # a disk without links
+    finally:
+        own.unlink(missing_ok=True)
 
 
 def open_dataset(folder: str | Path) -> Dataset:

@@ -1,4 +1,4 @@
-"""Garments: cloth, pins and material, made or read."""
+"""Garments: cloth, pins and material, made or read, worn alone or together."""
 
 from pathlib import Path
 
@@ -8,6 +8,8 @@ from .garment import Garment as Garment
 from .garment_toml import GarmentFile as GarmentFile
 from .material import MATERIALS as MATERIALS
 from .material import Material as Material
+from .pieces import Piece as Piece
+from .pieces import worn_together as worn_together
 from .pins import Pins as Pins
 from .read import read as read
 from .shipped import explain as explain
@@ -26,6 +28,6 @@ def write(path: str | Path, garment: Garment) -> None:
 
 
 __all__ = [
-    "MATERIALS", "CapeCut", "Garment", "GarmentFile", "Material", "Pins", "explain", "load", "make_cape", "names",
-    "open_garment", "read", "write",
+    "MATERIALS", "CapeCut", "Garment", "GarmentFile", "Material", "Piece", "Pins", "explain", "load", "make_cape",
+    "names", "open_garment", "read", "worn_together", "write",
 ]  # fmt: skip

@@ -109,7 +109,7 @@ def make_cape(
     flat = sector_pattern(rows, columns, rim=width, length=length, opening=cut.opening).round(8)
     ids = np.arange(_PINNED_ROWS * columns)
     pins = Pins.bound(ids, vertices[ids], tree, shaped.normals)
-    vertices[ids] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces)
+    vertices[ids] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
     asked = f"size: {vertex_count} vertices were asked for, {rows} rows of {columns} are {rows * columns}"
     return Garment(
         name=name,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hemline.errors import BadGarment
+from hemline.motions.motion import JOINT_NAMES
 
 from .pins import Pins
 
@@ -38,14 +39,38 @@ def checked_arrays(garment: "Garment") -> dict[str, Any]:
         _array(pins.body_faces, np.int32, (count,), f"{name}: pin body_faces"),
         _array(pins.barycentric, np.float32, (count, 3), f"{name}: pin barycentric"),
         _array(pins.heights, np.float32, (count,), f"{name}: pin heights"),
+        _array(pins.joints, np.int32, (count,), f"{name}: pin joints"),
+        _array(pins.offsets, np.float32, (count, 3), f"{name}: pin offsets"),
+        _stiffness(pins.stiffness, count, f"{name}: pin stiffness"),
     )
     _within(pinned.vertices, len(vertices), f"{name}: pins name a vertex", "vertices")
     if len(np.unique(pinned.vertices)) != count:
         raise BadGarment(f"{name}: each vertex must be pinned once", "a vertex pinned twice", "name it once")
     if count and pinned.body_faces.min() < 0:
         raise BadGarment(f"{name}: pins name a body face", int(pinned.body_faces.min()), "count from 0")
+    if count and not (pinned.joints.min() >= -1 and pinned.joints.max() < len(JOINT_NAMES)):
+        worst = int(pinned.joints.min() if pinned.joints.min() < -1 else pinned.joints.max())
+        raise BadGarment(f"{name}: pins name a joint that does not exist", worst, "use 0 to 23, or -1 for the surface")
     checked_chains(garment.chains, len(vertices), name)
+    _checked_pieces(garment, faces, len(vertices), name)
     return {"vertices": vertices, "faces": faces, "rest_edges": rest_edges, "pins": pinned}
+
+
+def _checked_pieces(garment: "Garment", faces: np.ndarray, vertex_count: int, name: str) -> None:
+    """Refuse pieces that do not make up the mesh, or that share a triangle."""
+    if not garment.pieces:
+        return
+    counts = [piece.vertex_count for piece in garment.pieces]
+    if min(counts) < 1 or sum(counts) != vertex_count:
+        raise BadGarment(f"{name}: pieces must make up its {vertex_count} vertices", counts, "wear its parts together")
+    owner = np.searchsorted(np.cumsum(counts), faces, side="right")
+    if (owner != owner[:, :1]).any() or (np.diff(owner[:, 0]) < 0).any():
+        raise BadGarment(f"{name}: faces must follow each other piece by piece", "mixed", "wear its parts together")
+    if garment.material != garment.pieces[0].material:
+        got = f"{garment.material.name}, the innermost is {garment.pieces[0].material.name}"
+        raise BadGarment(
+            f"{name}: material must be that of the innermost piece", got, "change the piece's own material"
+        )
 
 
 def checked_chains(chains: Sequence[Sequence[int]], vertex_count: int, name: str) -> None:
@@ -75,6 +100,14 @@ def _array(value: Any, dtype: type, shape: tuple[int | None, ...], what: str) ->
     if not np.isfinite(array).all():
         raise BadGarment(f"{what} must be finite", "NaN or infinity", "make the garment again")
     return np.ascontiguousarray(array, dtype)
+
+
+def _stiffness(value: Any, count: int, what: str) -> np.ndarray:
+    hard = np.isposinf(np.asarray(value, np.float64))
+    soft = _array(np.where(hard, 1.0, value), np.float32, (count,), what)
+    if (bad := np.flatnonzero(soft <= 0)).size:
+        raise BadGarment(f"{what} must be positive", soft[bad[0]], "use infinity for a hard pin")
+    return np.where(hard, np.float32(np.inf), soft)
 
 
 def _within(indices: np.ndarray, count: int, what: str, of: str) -> None:

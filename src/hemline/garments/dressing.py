@@ -48,7 +48,7 @@ def dressed_vertices(garment: "Garment", shaped: "ShapedBody") -> Vertices:
     way = moved - closest.positions
     pinned = np.zeros(len(garment.vertices), bool)
     pinned[garment.pins.vertices] = True
-    at_pins = garment.pins.positions(shaped.vertices, shaped.normals, shaped.body.faces)
+    at_pins = garment.pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
     way[garment.pins.vertices] = at_pins - garment.vertices[garment.pins.vertices]
     trust[pinned] = 1e6
     spacing = float(np.sqrt(np.linalg.norm(garment.rest_edges, axis=1)).mean()) ** 2

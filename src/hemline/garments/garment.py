@@ -15,10 +15,14 @@ from hemline.motions.motion import JOINT_NAMES
 
 from .checked import checked_arrays
 from .material import Material
+from .pieces import Piece, face_pieces, layered
 from .pins import Pins
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
+
+_SOFT, _HUNG = ("pin_stiffness",), ("pin_joints", "pin_offsets")
+"""Arrays of files with soft pins, and of those with pins on joints."""
 
 _ARRAYS = ("vertices", "faces", "rest_edges", "pin_vertices", "pin_body_faces", "pin_barycentric", "pin_heights")
 
@@ -40,9 +44,9 @@ class Garment:
     rest_edges: Float[np.ndarray, "faces 2 2"]
     """The flat rest triangles, float64: columns are the edges from the first corner to the second and third [m]."""
     material: Material
-    """What it is made of."""
+    """What it is made of; with several pieces, what the innermost is."""
     pins: Pins
-    """Vertices that follow the body's surface."""
+    """Vertices that follow the body."""
     key_joint: str
     """The joint whose frame carries the garment as a whole: neck for a cape, pelvis for a skirt."""
     chains: tuple[tuple[int, ...], ...] = ()
@@ -55,6 +59,8 @@ class Garment:
     """Whether the cloth is flat when nothing bends it; otherwise the rest angles are those of `vertices`."""
     notes: tuple[str, ...] = ()
     """What was guessed or changed when it was made, and why."""
+    pieces: tuple[Piece, ...] = ()
+    """Its pieces of cloth from the skin outwards, where there are several, see `worn_together`."""
 
     def __post_init__(self) -> None:
         betas = () if self.body_betas is None else self.body_betas
@@ -70,17 +76,33 @@ class Garment:
                 f"use one of {', '.join(JOINT_NAMES)}",
             )
 
+    @property
+    def worn(self) -> tuple[Piece, ...]:
+        """Its pieces from the skin outwards, at least one."""
+        return self.pieces or (Piece(self.name, len(self.vertices), self.material, self.flat_rest),)
+
+    @property
+    def densities(self) -> Float[np.ndarray, " faces"]:
+        """Area density of each face [kg/m^2]."""
+        return np.array([piece.material.density for piece in self.worn])[face_pieces(self)]
+
     @cached_property
     def hash(self) -> str:
         """Short hash of the content; name and notes do not count."""
         metadata = {key: value for key, value in self.metadata().items() if key not in ("name", "notes")}
-        return content_hash(*(self.arrays()[name] for name in _ARRAYS), metadata)
+        return content_hash(*self.arrays().values(), metadata)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All arrays by name, as files hold them."""
+        """All arrays by name, as files hold them; a hard pin has the stiffness 0 there."""
         pins = self.pins
         parts = (pins.vertices, pins.body_faces, pins.barycentric, pins.heights)
-        return dict(zip(_ARRAYS, (self.vertices, self.faces, self.rest_edges, *parts), strict=True))
+        arrays = dict(zip(_ARRAYS, (self.vertices, self.faces, self.rest_edges, *parts), strict=True))
+        hard = np.isinf(pins.stiffness)
+        if not hard.all():
+            arrays |= zip(_SOFT, (np.where(hard, np.float32(0), pins.stiffness),), strict=True)
+        if (pins.joints >= 0).any():
+            arrays |= zip(_HUNG, (pins.joints, pins.offsets), strict=True)
+        return arrays
 
     def metadata(self) -> dict[str, Any]:
         """All that is no array, as JSON-like values."""
@@ -93,7 +115,7 @@ class Garment:
             "body_betas": [float(beta) for beta in self.body_betas],
             "flat_rest": self.flat_rest,
             "notes": list(self.notes),
-        }
+        } | ({"pieces": [piece.as_dict() for piece in self.pieces]} if self.pieces else {})
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> "Garment":
@@ -103,7 +125,8 @@ class Garment:
             BadGarment: An array or a key is missing, of the wrong type, or contradicts the others.
         """
         cure = "make the file again"
-        missing = [name for name in _ARRAYS if name not in arrays] + [
+        hung = _HUNG if any(name in arrays for name in _HUNG) else ()
+        missing = [name for name in (*_ARRAYS, *hung) if name not in arrays] + [
             key
             for key in ("name", "material", "key_joint", "body_name", "body_betas", "flat_rest")
             if key not in metadata
@@ -117,17 +140,18 @@ class Garment:
                 faces=arrays["faces"],
                 rest_edges=arrays["rest_edges"],
                 material=Material.of(metadata["material"]),
-                pins=Pins(*(arrays[name] for name in _ARRAYS[3:])),
+                pins=_pins(arrays),
                 key_joint=str(metadata["key_joint"]),
                 chains=metadata.get("chains", ()),
                 body_name=str(metadata["body_name"]),
                 body_betas=np.array(metadata["body_betas"], np.float32),
                 flat_rest=bool(metadata["flat_rest"]),
                 notes=tuple(metadata.get("notes", ())),
+                pieces=tuple(Piece.of(each) for each in metadata.get("pieces", ())),
             )
         except BadInput:
             raise
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, KeyError) as error:
             raise BadGarment("a garment must have readable metadata", error, cure) from error
 
     def save(self, path: str | Path) -> None:
@@ -165,4 +189,14 @@ class Garment:
             what = f"garment '{self.name}' was made on {self.body_name}"
             raise BadGarment(what, f"a body called {shaped.body.name}", "read its mesh again with that body")
         vertices = dressed_vertices(self, shaped)
-        return replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))
+        worn = replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))
+        return layered(worn) if self.pieces else worn
+
+
+def _pins(arrays: Mapping[str, np.ndarray]) -> Pins:
+    stiffness = arrays.get(_SOFT[0])
+    return Pins(
+        *(arrays[name] for name in _ARRAYS[3:]),
+        *(arrays.get(name) for name in _HUNG),
+        stiffness=None if stiffness is None else np.where(stiffness == 0, np.inf, stiffness),  # type: ignore[arg-type]
+    )

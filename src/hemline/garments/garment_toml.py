@@ -8,6 +8,8 @@ from typing import Any
 
 from hemline.errors import BadGarment
 
+from .pin_rules import PinGroup, PinsSaid, is_ids
+
 
 @dataclass(frozen=True)
 class GarmentFile:
@@ -29,8 +31,9 @@ class GarmentFile:
     """Shape of that body."""
     material: str | dict[str, Any] | None = None
     """A fabric by name, or a table of constants, perhaps with a `base`."""
-    pins: tuple[int, ...] | str | None = None
-    """Vertex ids, or a rule: top_rim, boundary:N (the rims by length), above:HEIGHT (metres above the pelvis), none."""
+    pins: PinsSaid = None
+    """Vertex ids, or a rule: top_rim, boundary:N (the rims by length), above:HEIGHT (metres above the pelvis), none;
+    or tables of `vertices` (one of these), `to` (surface or a joint), `stiffness` (N/m a vertex; left out: hard)."""
     chains: tuple[tuple[int, ...], ...] = ()
     """Rope chains, vertex ids from root to tip."""
     key_joint: str | None = None
@@ -72,13 +75,15 @@ def read_garment_toml(path: str | Path) -> GarmentFile:
             raise BadGarment(f"{path}: '{key}' must be {_KINDS[key]}", repr(value)[:60], "correct it")
     if not content.get("mesh"):
         raise BadGarment(f"{path} must name its mesh", "no key 'mesh'", "add: mesh = 'file.obj'")
+    if _is_tables(content.get("pins")):
+        content["pins"] = [PinGroup.of(table) for table in content["pins"]]
     return GarmentFile(**{key: _tuples(value) for key, value in content.items()})
 
 
 _KINDS = {
     "mesh": "text", "name": "text", "unit": "text", "up": "'y' or 'z'",
     "origin": "'pelvis' or 'floor'", "body": "text", "betas": "a list of numbers",
-    "material": "a name or a table", "pins": "a list of vertex ids or a rule",
+    "material": "a name or a table", "pins": "a list of vertex ids or a rule, or tables of them",
     "chains": "a list of lists of vertex ids", "key_joint": "text",
     "pattern": "true or false", "flat_rest": "true or false",
 }  # fmt: skip
@@ -98,14 +103,14 @@ def _fits(key: str, value: Any) -> bool:
     if key == "material":
         return isinstance(value, str | dict)
     if key == "pins":
-        return isinstance(value, str) or _is_ids(value)
+        return isinstance(value, str) or is_ids(value) or _is_tables(value)
     if key == "chains":
-        return isinstance(value, list) and all(_is_ids(each) for each in value)
+        return isinstance(value, list) and all(is_ids(each) for each in value)
     return isinstance(value, str)
 
 
-def _is_ids(value: Any) -> bool:
-    return isinstance(value, list) and all(isinstance(each, int) and not isinstance(each, bool) for each in value)
+def _is_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(each, dict) for each in value)
 
 
 def _tuples(value: Any) -> Any:

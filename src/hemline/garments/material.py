@@ -7,6 +7,12 @@ from typing import Any
 
 from hemline.errors import BadGarment
 
+_MOST = {
+    "density": (20.0, "kg/m^2"), "young": (1e6, "N/m"), "bending": (1.0, "N m"), "damping": (1.0, "s"),
+    "friction": (10.0, ""), "drag": (10.0, ""), "lift": (10.0, ""),
+}  # fmt: skip
+"""What no cloth reaches: more is a mistaken unit, such as grams, or a modulus per cross-section [Pa]."""
+
 
 @dataclass(frozen=True)
 class Material:
@@ -43,6 +49,10 @@ class Material:
                     f"material '{self.name}': {field.name} must be a finite number", repr(value), "give one in SI units"
                 )
             object.__setattr__(self, field.name, float(value))
+        for key, (most, unit) in _MOST.items():
+            if getattr(self, key) > most:
+                what = f"material '{self.name}': {key} must be at most {most:g} {unit}".rstrip()
+                raise BadGarment(what, getattr(self, key), "give it in SI units, per area of cloth")
         for key in ("density", "young"):
             if getattr(self, key) <= 0:
                 raise BadGarment(
@@ -97,12 +107,7 @@ def _nearest(name: str, known: Any) -> str:
     return (get_close_matches(str(name), list(known), 1, 0.0) or list(known))[0]
 
 
-# AgentDress (Wu et al. 2021, section 4): 0.1 kg/m^2, 30 N/m, bending 1e-5, friction 0.3; the Poisson ratio is ours.
-# The others: density as sold (g/m^2); bending from the ranges of the Kawabata system for the class of fabric, in
-# gf cm^2/cm (1 gf cm^2/cm = 9.81e-5 N m): silk 0.02, cotton 0.06, jersey 0.03, wool 0.12, denim 0.20 (jeans of light
-# denim: 0.14 to 0.23, doi 10.1155/2016/4614168, Table 5). Real weaves resist stretching with 1 to 20 kN/m, which only
-# costs time: `young` is chosen so that a metre of the fabric stretches by about 1 % under its own weight, and shears
-# as softly as weaves do; jersey, a knit, stretches three times as much. Friction: fabric on skin, 0.2 to 0.6.
+# Each constant with its source, and which are chosen rather than measured: docs/materials.md.
 MATERIALS: dict[str, Material] = {
     each.name: each
     for each in (

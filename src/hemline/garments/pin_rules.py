@@ -1,6 +1,10 @@
-"""Which vertices a rule pins, and which joint they hang on."""
+"""Which vertices a rule pins, on what, and which joint they hang on."""
 
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -14,7 +18,106 @@ from .pins import Pins
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
+SURFACE = "surface"
+"""What a group hangs on unless it names a joint."""
+
 _CURE = "use vertex ids, 'top_rim', 'boundary:0', 'above:0.4' or 'none'"
+
+
+@dataclass(frozen=True)
+class PinGroup:
+    """Vertices that are pinned in the same way.
+
+    Raises:
+        BadGarment: An unknown joint, or a stiffness that is not positive.
+    """
+
+    vertices: tuple[int, ...] | str | None = None
+    """Vertex ids or a rule, see `pinned_vertices`; None: guessed."""
+    to: str = SURFACE
+    """`surface`: each vertex follows the point of the skin nearest to it; or the name of a joint that carries them."""
+    stiffness: float = math.inf
+    """Of the spring that pulls each vertex [N/m]; infinite: it is put there."""
+
+    def __post_init__(self) -> None:
+        if self.to not in (SURFACE, *JOINT_NAMES):
+            near = get_close_matches(str(self.to), (SURFACE, *JOINT_NAMES), 1, 0.0)[0]
+            raise BadGarment("pins hang on a joint that does not exist", f"'{self.to}'", f"did you mean '{near}'")
+        if not self.stiffness > 0:
+            raise BadGarment("a pin's stiffness must be positive", self.stiffness, "leave it out for a hard pin")
+
+    @classmethod
+    def of(cls, table: dict[str, Any]) -> "PinGroup":
+        """The group that a TOML table describes.
+
+        Raises:
+            BadGarment: An unknown key, a value of the wrong kind, or as the class.
+        """
+        kinds = {"vertices": "a list of vertex ids or a rule", "to": "'surface' or a joint", "stiffness": "a number"}
+        for key, value in table.items():
+            if key not in kinds:
+                near = get_close_matches(key, kinds, 1, 0.0)[0]
+                raise BadGarment(f"pins: unknown key '{key}'", repr(value)[:60], f"did you mean '{near}'")
+            fits = {"vertices": isinstance(value, str) or is_ids(value), "to": isinstance(value, str),
+                    "stiffness": isinstance(value, int | float) and not isinstance(value, bool)}  # fmt: skip
+            if not fits[key]:
+                raise BadGarment(f"pins: '{key}' must be {kinds[key]}", repr(value)[:60], "correct it")
+        ids = table.get("vertices")
+        return cls(**table | {"vertices": tuple(ids) if isinstance(ids, list) else ids})
+
+
+def is_ids(value: Any) -> bool:
+    """Whether a value out of a TOML is a list of vertex ids."""
+    return isinstance(value, list) and all(isinstance(each, int) and not isinstance(each, bool) for each in value)
+
+
+PinsSaid = tuple[int, ...] | str | tuple[PinGroup, ...] | None
+"""What a TOML may say about pins."""
+
+
+def bound_pins(
+    said: PinsSaid, vertices: Vertices, faces: Faces, shaped: "ShapedBody", name: str
+) -> tuple[Pins, tuple[str, ...]]:
+    """The pins that a garment's file asks for, and notes where they were guessed.
+
+    Args:
+        said: Groups, or vertex ids or a rule for a single group of hard pins on the surface.
+        vertices: Positions on the body at rest [m].
+        faces: Triangles.
+        shaped: The body.
+        name: How errors call the garment.
+
+    Raises:
+        BadGarment: As `pinned_vertices`, or a vertex is in two groups.
+    """
+    parts: list[Pins] = []
+    notes: tuple[str, ...] = ()
+    for group in _groups(said):
+        ids, said_of_it = pinned_vertices(group.vertices, vertices, faces, name)
+        parts.append(_bound(ids, vertices[ids], group, shaped))
+        notes += said_of_it
+    pins = Pins.merged(parts)
+    seen, times = np.unique(pins.vertices, return_counts=True)
+    if (times > 1).any():
+        got = f"vertex {seen[times > 1][0]} in two groups"
+        raise BadGarment(f"{name}: each vertex must be pinned once", got, "name it in one group")
+    return pins, notes
+
+
+def _groups(said: PinsSaid) -> Sequence[PinGroup]:
+    if isinstance(said, tuple) and said and isinstance(said[0], PinGroup):
+        return cast(tuple[PinGroup, ...], said)
+    return (PinGroup(cast(tuple[int, ...] | str | None, said)),)
+
+
+def _bound(ids: np.ndarray, positions: np.ndarray, group: PinGroup, shaped: "ShapedBody") -> Pins:
+    from .dressing import body_tree
+
+    if group.to == SURFACE:
+        pins = Pins.bound(ids, positions, body_tree(shaped), shaped.normals)
+    else:
+        pins = Pins.on_joint(ids, positions, JOINT_NAMES.index(group.to), shaped.joints)
+    return pins.softened(group.stiffness)
 
 
 def pinned_vertices(
@@ -64,7 +167,7 @@ def pinned_vertices(
 
 
 def guessed_key_joint(pins: Pins, shaped: "ShapedBody") -> tuple[str, tuple[str, ...]]:
-    """The joint that the pinned body points follow most, by their skin weights, and a note that says so.
+    """The joint that the pins follow most, those on the surface by its skin weights, and a note that says so.
 
     Args:
         pins: Bound pins; without any it is the pelvis.
@@ -74,8 +177,10 @@ def guessed_key_joint(pins: Pins, shaped: "ShapedBody") -> tuple[str, tuple[str,
         return "pelvis", ("key joint: pelvis, as nothing is pinned",)
     body = shaped.body
     corner = body.faces[pins.body_faces]
-    share = body.weights[corner] * pins.barycentric[:, :, None]
+    hung = pins.joints >= 0
+    share = body.weights[corner] * pins.barycentric[:, :, None] * ~hung[:, None, None]
     total = np.bincount(body.weight_indices[corner].reshape(-1), share.reshape(-1), len(JOINT_NAMES))
+    total += np.bincount(pins.joints[hung], minlength=len(JOINT_NAMES))
     joint = int(total.argmax())
     share_percent = 100 * total[joint] / total.sum()
     return JOINT_NAMES[joint], (f"key joint: {JOINT_NAMES[joint]}, {share_percent:.0f} % of the pins' skin weights",)

@@ -1,11 +1,16 @@
-"""Vertices of a garment that follow the body's surface."""
+"""Vertices of a garment that follow the body."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.arrays import Faces, Float, Int, Normals, Points, Vertices
+from hemline.arrays import Faces, Float, Int, Joints, Normals, Points, Vertices
 from hemline.meshes import ClosestTree
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody
 
 _ROUNDS = 24
 _LOWEST = 0.001
@@ -13,16 +18,33 @@ _LOWEST = 0.001
 
 @dataclass(frozen=True, eq=False)
 class Pins:
-    """Garment vertices bound to barycentric points of the body's surface, each at its height above the skin."""
+    """Garment vertices bound to the body.
+
+    Each hangs on a barycentric point of its surface, at a height above the skin, or rigidly on a joint. Hard pins put
+    the vertex there; soft ones pull it there with a spring.
+    """
 
     vertices: Int[np.ndarray, " pins"]
     """Garment vertex ids, int32."""
     body_faces: Int[np.ndarray, " pins"]
-    """Body triangles, int32."""
+    """Body triangles, int32; 0 for a pin on a joint."""
     barycentric: Float[np.ndarray, "pins 3"]
     """Weights of the triangle's corners, float32."""
     heights: Float[np.ndarray, " pins"]
     """Height above the skin along its interpolated normal, float32 [m]."""
+    joints: Int[np.ndarray, " pins"] = None  # type: ignore[assignment]  # all on the surface, set below
+    """Joint that carries the pin, int32; -1 for a pin on the surface."""
+    offsets: Float[np.ndarray, "pins 3"] = None  # type: ignore[assignment]  # none, set below
+    """From that joint, along the axes of the body's rest pose, float32 [m]; 0 for a pin on the surface."""
+    stiffness: Float[np.ndarray, " pins"] = None  # type: ignore[assignment]  # all hard, set below
+    """Stiffness of the spring that pulls the vertex there, float32 [N/m]; infinite for a hard pin."""
+
+    def __post_init__(self) -> None:
+        count = len(self.vertices)
+        for name, value in (("joints", np.full(count, -1, np.int32)), ("offsets", np.zeros((count, 3), np.float32)),
+                            ("stiffness", np.full(count, np.inf, np.float32))):  # fmt: skip
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
         return len(self.vertices)
@@ -63,13 +85,55 @@ class Pins:
         rounded = weights.round(6).astype(np.float32), heights.round(7).astype(np.float32)
         return cls(np.asarray(vertices, np.int32), faces, *rounded)
 
-    def positions(self, body_vertices: Vertices, body_normals: Normals, body_faces: Faces) -> Points:
-        """Where the pins are on a body: x = sum_c w_c v_c + h n, with n the interpolated unit normal.
+    @classmethod
+    def on_joint(cls, vertices: Int[np.ndarray, " pins"], positions: Points, joint: int, joints: Joints) -> "Pins":
+        """Hang garment vertices on a joint, so that `positions` at rest gives back where they are.
+
+        Args:
+            vertices: Garment vertex ids.
+            positions: Where those vertices are [m].
+            joint: Number of the joint.
+            joints: The body's joints at rest [m].
+        """
+        count = len(vertices)
+        weights = np.tile(np.float32([1, 0, 0]), (count, 1))
+        offsets = (np.asarray(positions, np.float64) - joints[joint]).round(7).astype(np.float32)
+        return cls(
+            np.asarray(vertices, np.int32), np.zeros(count, np.int32), weights, np.zeros(count, np.float32),
+            joints=np.full(count, joint, np.int32), offsets=offsets,
+        )  # fmt: skip
+
+    @classmethod
+    def merged(cls, parts: Sequence["Pins"]) -> "Pins":
+        """All pins of several sets, in their order; at least one set."""
+        return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
+
+    def softened(self, stiffness: float) -> "Pins":
+        """The same pins as springs of that stiffness a vertex [N/m]."""
+        return replace(self, stiffness=np.full(len(self), stiffness, np.float32))
+
+    def on(self, posed: "PosedBody") -> Points:
+        """Where the pins are on a posed body [m], in the order of `vertices`."""
+        return self.positions(posed.vertices, posed.normals, posed.faces, posed.joints, posed.transforms[:, :, :3])
+
+    def positions(
+        self,
+        body_vertices: Vertices,
+        body_normals: Normals,
+        body_faces: Faces,
+        joints: Joints,
+        rotations: Float[np.ndarray, "joints 3 3"] | None = None,
+    ) -> Points:
+        """Where the pins are on a body.
+
+        On the surface x = sum_c w_c v_c + h n, with n the interpolated unit normal; on a joint x = x_j + R_j offset.
 
         Args:
             body_vertices: Posed vertices [m].
             body_normals: Their unit normals.
             body_faces: The body's triangles.
+            joints: Posed joints [m].
+            rotations: Of the joints since the rest pose; None: none.
 
         Returns:
             Positions of the pinned garment vertices [m], in the order of `vertices`.
@@ -78,4 +142,10 @@ class Pins:
         weight = self.barycentric[:, :, None]
         normal = (body_normals[corner] * weight).sum(axis=1)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-        return (body_vertices[corner] * weight).sum(axis=1) + self.heights[:, None] * normal
+        found = (body_vertices[corner] * weight).sum(axis=1) + self.heights[:, None] * normal
+        hung = self.joints >= 0
+        if hung.any():
+            joint, offset = self.joints[hung], self.offsets[hung]
+            turned = offset if rotations is None else np.einsum("pij,pj->pi", rotations[joint], offset)
+            found[hung] = joints[joint] + turned
+        return found

@@ -12,7 +12,7 @@ from .dressing import body_tree
 from .garment import Garment
 from .garment_toml import GarmentFile, read_garment_toml
 from .material import Material
-from .pin_rules import guessed_key_joint, pinned_vertices
+from .pin_rules import bound_pins, guessed_key_joint
 from .pins import Pins
 from .placement import on_body, outside_body
 from .rest_shape import rest_shape, rewound
@@ -90,13 +90,12 @@ def _assembled(path: Path, said: GarmentFile, body: "ShapedBody", unit: str | No
     faces, turned = _wound_outward(vertices, mesh.faces, tree)
     rest_edges = rewound(rest_edges, mesh.faces, faces)
     vertices, moved = outside_body(vertices, tree, name)
-    ids, pin_notes = pinned_vertices(said.pins, vertices, faces, name)
-    pins = Pins.bound(ids, vertices[ids], tree, body.normals)
+    pins, pin_notes = bound_pins(said.pins, vertices, faces, body, name)
     _refuse_far_pins(pins, name)
     key_joint, key_notes = (said.key_joint, ()) if said.key_joint else guessed_key_joint(pins, body)
     material_notes = () if said.material is not None else ("material: cotton, as none was named",)
     notes += unit_notes + metric_notes + placed + turned + moved + pin_notes + key_notes + material_notes
-    vertices[ids] = pins.positions(body.vertices, body.normals, body.body.faces)
+    vertices[pins.vertices] = pins.positions(body.vertices, body.normals, body.body.faces, body.joints)
     return Garment(
         name=name,
         vertices=vertices.astype(np.float32),
@@ -136,6 +135,7 @@ def _wound_outward(vertices: np.ndarray, faces: np.ndarray, tree: ClosestTree) -
 
 
 def _refuse_far_pins(pins: Pins, name: str) -> None:
-    if len(pins) and np.median(pins.heights) > _FARTHEST_PIN:
-        got = f"half of them more than {np.median(pins.heights):.2f} m away from it"
+    heights = pins.heights[pins.joints < 0]
+    if len(heights) and np.median(heights) > _FARTHEST_PIN:
+        got = f"half of them more than {np.median(heights):.2f} m away from it"
         raise BadGarment(f"{name}: pins must be near the body", got, "name other 'pins', or place it on the body")

@@ -5,10 +5,14 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from hemline.errors import BadGarment
+from hemline.motions.motion import JOINT_NAMES
 
 from .cape import LIGHT_VERTEX_COUNT, PAPER_VERTEX_COUNT, make_cape
 from .garment import Garment
+from .pins import Pins
 from .read import read
 
 if TYPE_CHECKING:
@@ -60,15 +64,26 @@ def open_garment(name_or_path: str | Path, body: "ShapedBody | None" = None) -> 
 
 def explain(garment: Garment) -> str:
     """What a garment is, and what was guessed or changed when it was made, one line each."""
-    pins = garment.pins
-    pinned = (
-        "no pins"
-        if not len(pins)
-        else f"{len(pins)} pins, {1000 * pins.heights.min():.1f} to {1000 * pins.heights.max():.1f} mm above the skin"
-    )
     size = " x ".join(f"{each:.2f}" for each in garment.vertices.max(axis=0) - garment.vertices.min(axis=0))
+    materials = ", ".join(piece.material.name for piece in garment.worn)
     lines = [
         f"{garment.name}: {len(garment.vertices)} vertices, {len(garment.faces)} triangles, {size} m",
-        f"material {garment.material.name}, {pinned}, carried by the {garment.key_joint}, on {garment.body_name}",
+        f"material {materials}, {_pinned(garment.pins)}, carried by the {garment.key_joint}, "
+        f"on {garment.body_name}",
     ]
     return "\n".join(lines + [f"- {note}" for note in garment.notes])
+
+
+def _pinned(pins: Pins) -> str:
+    if not len(pins):
+        return "no pins"
+    on_skin, soft = pins.heights[pins.joints < 0], pins.stiffness[np.isfinite(pins.stiffness)]
+    said = f"{len(pins)} pins"
+    if len(on_skin):
+        said += f", {1000 * on_skin.min():.1f} to {1000 * on_skin.max():.1f} mm above the skin"
+    if len(on_skin) < len(pins):
+        carriers = sorted({JOINT_NAMES[joint] for joint in pins.joints if joint >= 0})
+        said += f", {len(pins) - len(on_skin)} on joints ({', '.join(carriers)})"
+    if len(soft):
+        said += f", {len(soft)} of them springs of {soft.min():.3g} to {soft.max():.3g} N/m"
+    return said

@@ -2,11 +2,16 @@
 
 import numpy as np
 
-from .motion import JOINT_NAMES, Motion
+from hemline.arrays import Float
+
+from .motion import JOINT_NAMES, Motion, Pose
 from .quaternions import angle, inverse, multiply
 
 JUMP_DEG_S = 3000.0
 """A joint of the body that turns faster than this was lost by the cameras [deg/s]."""
+
+JUMP_M_S = 20.0
+"""So was a pelvis that moves faster than this; sprinters reach 12 [m/s]."""
 
 _UNJUDGED = ("head", "collar", "foot", "wrist", "hand")
 _JUDGED = [index for index, name in enumerate(JOINT_NAMES) if not name.endswith(_UNJUDGED)]
@@ -18,14 +23,34 @@ _COLLARS, _SHOULDERS = (
 def longest_clean(motion: Motion) -> tuple[int, int]:
     """First frame of the longest stretch without a jump, and the one after its last: `motion[first:end]`.
 
-    Judged are trunk and limbs, the upper arms against the chest; head, hands and toes are not, since they are noisy in
-    most recordings.
+    Judged are trunk and limbs, the upper arms against the chest, and the way of the pelvis; head, hands and toes are
+    not, since they are noisy in most recordings.
     """
-    rotations = motion.rotations.astype(np.float64)
-    rotations[:, _SHOULDERS] = multiply(rotations[:, _COLLARS], rotations[:, _SHOULDERS])
-    rotations = rotations[:, _JUDGED]
-    speeds_deg_s = np.degrees(angle(multiply(inverse(rotations[:-1]), rotations[1:]))) * motion.fps
-    jumps = np.flatnonzero((speeds_deg_s > JUMP_DEG_S).any(axis=1))
+    turning_deg_s, moving = _speeds(motion.rotations, motion.translations, motion.fps)
+    jumps = np.flatnonzero((turning_deg_s > JUMP_DEG_S).any(axis=1) | (moving > JUMP_M_S))
     borders = np.concatenate([[0], jumps + 1, [len(motion)]])
     longest = int(np.argmax(np.diff(borders)))
     return int(borders[longest]), int(borders[longest + 1])
+
+
+def jump(first: Pose, second: Pose, seconds: float) -> str:
+    """What jumps from one pose to the next, judged as in `longest_clean`; empty if nothing does."""
+    rotations, translations = np.stack([first.rotations, second.rotations]), [first.translation, second.translation]
+    turning_deg_s, moving = _speeds(rotations, np.stack(translations), 1 / seconds)
+    worst = int(turning_deg_s[0].argmax())
+    if moving[0] > JUMP_M_S:
+        return f"the pelvis moves at {moving[0]:.3g} m/s"
+    if turning_deg_s[0, worst] > JUMP_DEG_S:
+        return f"the {JOINT_NAMES[_JUDGED[worst]]} turns at {turning_deg_s[0, worst]:.4g} deg/s"
+    return ""
+
+
+def _speeds(
+    rotations: Float[np.ndarray, "frames joints 4"], translations: Float[np.ndarray, "frames 3"], fps: float
+) -> tuple[Float[np.ndarray, "steps judged"], Float[np.ndarray, " steps"]]:
+    """Of the judged joints [deg/s], and of the pelvis [m/s]."""
+    rotations = rotations.astype(np.float64)
+    rotations[:, _SHOULDERS] = multiply(rotations[:, _COLLARS], rotations[:, _SHOULDERS])
+    rotations = rotations[:, _JUDGED]
+    turning_deg_s = np.degrees(angle(multiply(inverse(rotations[:-1]), rotations[1:]))) * fps
+    return turning_deg_s, np.linalg.norm(np.diff(translations.astype(np.float64), axis=0), axis=1) * fps

@@ -14,11 +14,13 @@ from .state import Scene as Scene
 from .stepper import Stepper as Stepper
 from .surface import Skin as Skin
 from .surface import Surface as Surface
+from .wind import Gusts as Gusts
 
 __all__ = [
     "Clip",
     "ClothState",
     "Elastic",
+    "Gusts",
     "Scene",
     "Sheet",
     "SimSettings",

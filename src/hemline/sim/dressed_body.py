@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Int
 
+from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
+from hemline.garments.pieces import face_pieces
 from hemline.motions.motion import Pose
 
+from .joined import joined
 from .lead_in import between
 from .settings import SimSettings
 from .sheet import Elastic, Sheet, make_sheet
@@ -21,15 +24,18 @@ if TYPE_CHECKING:
 
 
 def sheet_of(garment: Garment) -> Sheet:
-    """The garment's cloth, laid out for the solver."""
-    material = garment.material
-    elastic = Elastic(
-        density=material.density, young=material.young, poisson=material.poisson, bending=material.bending,
-        damping=material.damping, drag=material.drag, lift=material.lift, friction=material.friction,
-    )  # fmt: skip
-    return make_sheet(
-        garment.faces, garment.rest_edges, elastic, rest_vertices=None if garment.flat_rest else garment.vertices
-    )
+    """The garment's cloth, laid out for the solver, piece by piece."""
+    sheets, first, owner = [], 0, face_pieces(garment)
+    for number, piece in enumerate(garment.worn):
+        faces, material = garment.faces[owner == number] - np.int32(first), piece.material
+        elastic = Elastic(
+            density=material.density, young=material.young, poisson=material.poisson, bending=material.bending,
+            damping=material.damping, drag=material.drag, lift=material.lift, friction=material.friction,
+        )  # fmt: skip
+        shape = None if piece.flat_rest else garment.vertices[first : first + piece.vertex_count]
+        sheets.append(make_sheet(faces, garment.rest_edges[owner == number], elastic, rest_vertices=shape))
+        first += piece.vertex_count
+    return joined(sheets)
 
 
 class DressedBody:
@@ -37,17 +43,23 @@ class DressedBody:
 
     def __init__(self, garment: Garment, shaped: "ShapedBody", settings: SimSettings, wind: Wind | None = None):
         self.garment, self.shaped, self.settings = garment, shaped, settings
+        faces = garment.pins.body_faces
+        if len(faces) and faces.max() >= len(shaped.body.faces):
+            what = f"garment '{garment.name}': pins name a body face that does not exist"
+            got = f"{faces.max()}; {shaped.body.name} has {len(shaped.body.faces)}"
+            raise BadGarment(what, got, "read its mesh again with this body")
         self.surface = Surface(shaped.body.faces, reach=settings.contact_reach)
         self.sheet = sheet_of(garment)
+        self.pinned = np.zeros(self.sheet.vertex_count, bool)
+        self.pinned[garment.pins.vertices] = True
         self.stepper = Stepper(
-            self.sheet, pinned=garment.pins.vertices, surface=self.surface, settings=settings, wind=wind
-        )
+            self.sheet, pinned=garment.pins.vertices, pin_stiffness=garment.pins.stiffness, surface=self.surface,
+            settings=settings, wind=wind,
+        )  # fmt: skip
 
     def scene(self, posed: "PosedBody") -> Scene:
         """What drives the cloth at a pose."""
-        vertices, normals = posed.vertices, posed.normals
-        pinned = self.garment.pins.positions(vertices, normals, self.shaped.body.faces)
-        return Scene(np.asarray(pinned, np.float64), Skin(vertices, normals))
+        return Scene(np.asarray(self.garment.pins.on(posed), np.float64), Skin(posed.vertices, posed.normals))
 
     def frame(
         self, state: ClothState, first: Pose, second: Pose, *, substeps: int | None = None, seconds: float | None = None

@@ -10,7 +10,7 @@ from .sheet import Sheet
 
 
 def edge_strain(sheet: Sheet, vertices: FramesOfVertices) -> np.ndarray:
-    """|length / rest length - 1| of each edge in each frame.
+    """length / rest length - 1 of each edge in each frame: positive where it is stretched.
 
     Args:
         sheet: Edges and their rest lengths.
@@ -18,15 +18,21 @@ def edge_strain(sheet: Sheet, vertices: FramesOfVertices) -> np.ndarray:
     """
     ends = vertices[:, sheet.edges]
     length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=-1)
-    return np.abs(length / sheet.edge_length.astype(np.float32) - 1)
+    return length / sheet.edge_length.astype(np.float32) - 1
 
 
-def strain_figures(sheet: Sheet, vertices: FramesOfVertices, fixed: Mask) -> dict[str, float]:
-    """`edge_strain_p50`, `_p99`, `_max` over all frames, of edges that are not pinned at both ends, as shares."""
-    strain = edge_strain(sheet, vertices)[:, ~fixed[sheet.edges].all(axis=1)].ravel()
-    middle, high = np.percentile(strain, [50, 99])
+def strain_figures(sheet: Sheet, vertices: FramesOfVertices, pinned: Mask) -> dict[str, float]:
+    """Strain over all frames, of edges that are not pinned at both ends, as shares.
+
+    `edge_strain_p50`, `_p99`, `_max` count stretched and shortened edges alike; `edge_tension_p99` counts shortened
+    ones as 0, `edge_compression_p99` stretched ones. Cloth shortens where it buckles within a triangle.
+    """
+    strain = edge_strain(sheet, vertices)[:, ~pinned[sheet.edges].all(axis=1)].ravel()
+    middle, high, highest = np.percentile(np.abs(strain), [50, 99, 100])
+    low, tension = np.percentile(strain, [1, 99])
     return {
-        "edge_strain_p50": float(middle), "edge_strain_p99": float(high), "edge_strain_max": float(strain.max()),
+        "edge_strain_p50": float(middle), "edge_strain_p99": float(high), "edge_strain_max": float(highest),
+        "edge_tension_p99": max(float(tension), 0.0), "edge_compression_p99": max(-float(low), 0.0),
     }  # fmt: skip
 
 

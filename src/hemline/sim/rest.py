@@ -43,7 +43,7 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
     Raises:
         SimulationFailed: The garment cannot be settled from where it starts.
     """
-    settings = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0))
+    settings = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
     dressed = DressedBody(garment, shaped, settings)
     pose = shaped.rest_pose
     state, end = dressed.stepper.start(garment.vertices), FrameEnd(garment, shaped)
@@ -69,7 +69,7 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
         pose.rotations[None], pose.translation[None], fps=settings.fps, leg_length=shaped.leg_length, name="rest"
     )
     vertices = cleaned.positions.astype(np.float32)[None]
-    figures = strain_figures(dressed.sheet, vertices, dressed.stepper.fixed) | {
+    figures = strain_figures(dressed.sheet, vertices, dressed.pinned) | {
         "inside": float(cleaned.inside), "deepest_mm": cleaned.deepest_mm, "pinched": float(len(cleaned.pinched)),
         "residual_share": mean_or_zero(residuals),
     }  # fmt: skip

@@ -21,7 +21,15 @@ class SimSettings:
     gravity: tuple[float, float, float] = (0.0, -9.81, 0.0)
     """[m/s^2]"""
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Constant wind [m/s]."""
+    """Wind, or its mean where there are gusts [m/s]."""
+    gusts: float = 0.0
+    """Standard deviation of each component of the wind; 0: it is constant [m/s]."""
+    gust_length: float = 2.0
+    """Distance over which gusts change [m]."""
+    gust_seconds: float = 1.0
+    """Time in which gusts change [s]."""
+    gust_seed: int = 0
+    """Which of all such gusts."""
     air_density: float = 1.2
     """[kg/m^3]"""
     thickness: float = 0.003
@@ -61,7 +69,12 @@ class SimSettings:
         for name in ("fps", "substeps", "contact_depth", "contact_reach", "creep", "newton_steps", "solver_steps"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise BadInput(f"setting '{name}' must be positive", getattr(self, name), "give a number above 0")
-        for name in ("air_density", "thickness", "self_thickness", "contact_stiffness", "self_stiffness", "halvings", "lead_in", "settle"):
+        for name in ("gust_length", "gust_seconds"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
+                raise BadInput(f"setting '{name}' must be positive", getattr(self, name), "give a number above 0")
+        if isinstance(self.gust_seed, bool) or not isinstance(self.gust_seed, int) or self.gust_seed < 0:
+            raise BadInput("setting 'gust_seed' must be a whole number", self.gust_seed, "give 0 or more")
+        for name in ("gusts", "air_density", "thickness", "self_thickness", "contact_stiffness", "self_stiffness", "halvings", "lead_in", "settle"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise BadInput(f"setting '{name}' must not be negative", getattr(self, name), "give 0 or more")
         for name in ("residual_share", "solver_share", "pinched_share"):

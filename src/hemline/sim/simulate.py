@@ -11,6 +11,7 @@ import numpy as np
 from hemline.datasets.take import Take
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
+from hemline.motions.clean import jump
 from hemline.motions.motion import Motion, Pose
 
 from .dressed_body import DressedBody
@@ -49,15 +50,16 @@ def simulate(
         settings: Settings of the simulator.
         start: The settled rest drape of this garment on this body; None: settled here.
         resume: The end state of the part of the clip before this one; the result is as if it had never been cut.
-        wind: Wind over time and place; None: the constant one of the settings.
+        wind: Wind over time and place, such as `Gusts` or a function of one's own: (seconds, positions) to velocities;
+            None: that of the settings. Only theirs is part of the take's inputs.
         progress: Called after each frame with frames done and frames in all.
 
     Returns:
-        The take, lead-in included. If a step failed at its shortest, `failed` says when and why, and the frames before
-        are there.
+        The take, lead-in included. If a step failed at its shortest, or the clip jumps as no person can, `failed` says
+        when and why, and the frames before are there.
 
     Raises:
-        BadInput: `start` or `resume` belongs to another garment.
+        BadInput: `start` or `resume` belongs to another garment, or a wind is not one finite velocity a vertex.
         SimulationFailed: The garment could not be settled in the rest pose.
     """
     settings = settings or SimSettings()
@@ -82,6 +84,10 @@ def simulate(
     total = len(poses) + len(record.vertices)
     for index, pose in enumerate(poses, start=len(record.vertices)):
         began = time.perf_counter()
+        if jumping := jump(before, pose, 1 / settings.fps):
+            failed = f"frame {index}: the clip jumps, {jumping}; cut it there, see motions.longest_clean"
+            log.warning("take failed: %s", failed)
+            break
         try:
             state, reports, posed = dressed.frame(state, before, pose)
         except SimulationFailed as reason:
@@ -113,7 +119,7 @@ def simulate(
     return Take(
         kind="clip", vertices=vertices, motion=whole[:done], betas=shaped.betas, lead_in=leads,
         pinched=np.array(record.pinched, np.int32),
-        figures=strain_figures(dressed.sheet, shown, dressed.stepper.fixed) | record.figures(), failed=failed,
+        figures=strain_figures(dressed.sheet, shown, dressed.pinned) | record.figures(), failed=failed,
         inputs={"garment": garment.hash, "body": shaped.body.hash, "betas": [float(b) for b in shaped.betas],
                 "motion": motion.hash, "clip": motion.name, "settings": asdict(settings)},
         end_state=_end_state(state, before) | end.memory(),

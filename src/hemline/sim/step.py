@@ -274,8 +274,7 @@ class Step:
         memory.air[:], memory.air_diagonal[:] = 0, 0
         if math.isinf(self.h) or not (sheet.drag.any() or sheet.lift.any()):
             return
-        wind = np.empty_like(state.positions)
-        wind[:] = self.settings.wind if self.stepper.wind is None else self.stepper.wind(state.time, state.positions)
+        wind = self.stepper.wind(state.time, state.positions)
         air_by_triangle(
             state.positions, state.velocities, wind, sheet.faces, sheet.drag, sheet.lift,
             0.5 * self.settings.air_density, memory.air_force, memory.air_matrix,

@@ -16,6 +16,7 @@ from .sheet import Sheet, incidence
 from .state import ClothState, Positions, Scene, StepRejected, StepReport, Wind
 from .step import Memory, Step
 from .surface import Anchors, Surface
+from .wind import checked, wind_of
 
 KEPT_COMPRESSION = 0.9
 """Share of the compression that inertia makes harmless which stays in the Hessian."""
@@ -31,7 +32,7 @@ class Stepper:
             that is put there; None: all are.
         surface: The body's mesh, or None.
         settings: Gravity, contact, tolerances; `fps` and `substeps` are not used here.
-        wind: Wind over time and place; None: the constant of the settings.
+        wind: Wind over time and place; None: that of the settings.
 
     Raises:
         BadInput: A pin is not a vertex of the sheet, or its stiffness is not positive.
@@ -55,7 +56,8 @@ class Stepper:
         settings: SimSettings | None = None,
         wind: Wind | None = None,
     ):
-        self.sheet, self.surface, self.settings, self.wind = sheet, surface, settings or SimSettings(), wind
+        self.sheet, self.surface, self.settings = sheet, surface, settings or SimSettings()
+        self.wind = wind_of(self.settings) if wind is None else checked(wind)
         pins = np.asarray(pinned, np.int32)
         if pins.size and not (pins.min() >= 0 and pins.max() < sheet.vertex_count):
             got = f"{pins.min()} to {pins.max()} for {sheet.vertex_count} vertices"

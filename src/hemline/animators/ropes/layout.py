@@ -158,5 +158,5 @@ def _masses(garment: "Garment", vertices: Vertices, rest: Nodes) -> Float[np.nda
 
     areas = np.abs(np.linalg.det(garment.rest_edges)) / 2
     owner = KDTree(rest).query(vertices[garment.faces].mean(1))[1]
-    masses = np.bincount(owner, areas * garment.material.density, minlength=len(rest))
+    masses = np.bincount(owner, areas * garment.densities, minlength=len(rest))
     return np.maximum(masses, 0.1 * masses.mean())
