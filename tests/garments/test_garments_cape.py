@@ -9,8 +9,7 @@ from hemline.errors import BadGarment
 from hemline.garments import CapeCut, make_cape
 from hemline.garments.rest_metric import edge_strain
 from hemline.garments.sector import grid_faces, grid_size, sector_pattern
-from hemline.meshes import boundary_loops, check_mesh, vertex_normals
-from hemline.metrics import self_crossings
+from hemline.meshes import boundary_loops, check_mesh, self_crossings, vertex_normals
 
 
 def distances(shaped, points):

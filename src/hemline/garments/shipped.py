@@ -68,8 +68,7 @@ def explain(garment: Garment) -> str:
     materials = ", ".join(piece.material.name for piece in garment.worn)
     lines = [
         f"{garment.name}: {len(garment.vertices)} vertices, {len(garment.faces)} triangles, {size} m",
-        f"material {materials}, {_pinned(garment.pins)}, carried by the {garment.key_joint}, "
-        f"on {garment.body_name}",
+        f"material {materials}, {_pinned(garment.pins)}, carried by the {garment.key_joint}, on {garment.body_name}",
     ]
     return "\n".join(lines + [f"- {note}" for note in garment.notes])
 

@@ -1,5 +1,7 @@
 """Figures: plain arrays in, numbers out, one file each, the unit in the name."""
 
+from hemline.meshes import self_crossings as self_crossings
+
 from .area_change_percent import area_change_percent as area_change_percent
 from .deepest_mm import deepest_mm as deepest_mm
 from .edge_strain import edge_strain as edge_strain
@@ -11,7 +13,6 @@ from .memory_mb import memory_mb as memory_mb
 from .model_mb import model_mb as model_mb
 from .nearest_inside_percent import nearest_inside_percent as nearest_inside_percent
 from .normal_error_deg import normal_error_deg as normal_error_deg
-from .self_crossings import self_crossings as self_crossings
 from .vertex_error_mm import vertex_error_mm as vertex_error_mm
 
 __all__ = [

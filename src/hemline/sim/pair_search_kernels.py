@@ -12,6 +12,9 @@ from .touch_kernels import closest_on_triangle
 
 FAST = {"contract", "nsz", "arcp"}
 
+INNER = 0.4
+"""Radius of the inner circle of a triangle over its longest edge, rounded up: 0.29 at most."""
+
 PARALLEL = 0.97
 """Squared cosine of the angle between two edges from which they are no pair."""
 
@@ -226,7 +229,7 @@ def _outside(frame, e, box, motion, p, slack):
 def _vertex_face(x, moved, i, f, faces, radius, margin, room, found, out):
     """Note vertex i and triangle f where they may meet; returns how many were found so far."""
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-    if i == a or i == b or i == c:
+    if i in (a, b, c):
         return found
     v, w, squared = closest_on_triangle(x[i, 0], x[i, 1], x[i, 2], x[a], x[b], x[c])
     u, motion = 1.0 - v - w, 0.0
@@ -243,20 +246,20 @@ def _vertex_face(x, moved, i, f, faces, radius, margin, room, found, out):
 
 @kernel
 def _edge_edge(x, moved, e, g, edges, radius, margin, room, found, out):
-    """Note edges e and g where they may meet; returns how many were found so far."""
+    """Note edges e and g where they may meet; returns how many were found so far, and whether one of them could go
+    through a triangle at the other: it is nearer than the inner circle of that reaches.
+    """
     a, b, c, d = edges[e, 0], edges[e, 1], edges[g, 0], edges[g, 1]
-    if a == c or a == d or b == c or b == d:
-        return found
+    if a in (c, d) or b in (c, d):
+        return found, False
     u0, u1, u2 = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
     v0, v1, v2 = x[d, 0] - x[c, 0], x[d, 1] - x[c, 1], x[d, 2] - x[c, 2]
-    uv, both = u0 * v0 + u1 * v1 + u2 * v2, (u0 * u0 + u1 * u1 + u2 * u2) * (v0 * v0 + v1 * v1 + v2 * v2)
-    # edges that run along each other touch with their ends
-    if uv * uv > PARALLEL * both:
-        return found
+    uv, uu, vv = u0 * v0 + u1 * v1 + u2 * v2, u0 * u0 + u1 * u1 + u2 * u2, v0 * v0 + v1 * v1 + v2 * v2
     s, t, squared = closest_on_edges(x[a], x[b], x[c], x[d])
-    # ends of edges are met as vertices by triangles
-    if (s <= 0.0 or s >= 1.0) and (t <= 0.0 or t >= 1.0):
-        return found
+    through = squared < INNER * INNER * max(uu, vv)
+    # edges that run along each other touch with their ends, and ends are met as vertices by triangles
+    if uv * uv > PARALLEL * uu * vv or ((s <= 0.0 or s >= 1.0) and (t <= 0.0 or t >= 1.0)):
+        return found, through
     motion = 0.0
     for k in range(3):
         one_moved = moved[a, k] + s * (moved[b, k] - moved[a, k])
@@ -264,10 +267,10 @@ def _edge_edge(x, moved, e, g, edges, radius, margin, room, found, out):
     thickness = min(radius[a], radius[b]) + min(radius[c], radius[d])
     limit = thickness + margin + motion**0.5
     if squared > limit * limit:
-        return found
+        return found, through
     if found < room:
         out[found, 0], out[found, 1], out[found, 2], out[found, 3], out[found, 4] = a, b, c, d, 1
-    return found + 1
+    return found + 1, through
 
 
 @kernel(parallel=True)
@@ -280,8 +283,9 @@ def near_pairs(
 
     # in:  thickest: the largest thickness; most: elements of one kind in a patch, at most;
     #      pairs (patch pairs, 2), worked on in chunks of so many, each with room for so many in out (chunks room, 5)
-    # out: met_out: whether a patch pair has any; count_out: how many each chunk has, perhaps more than there is room
-    #      for; out: four vertices (first the vertex, then the triangle; or one edge, then the other), and 1 for edges
+    # out: met_out: whether something in a patch pair may go through something; count_out: how many each chunk has,
+    #      perhaps more than there is room for; out: four vertices (first the vertex, then the triangle; or one edge,
+    #      then the other), and 1 for edges
     """
     slack = thickest + margin
     for number in prange(count_out.shape[0]):
@@ -289,7 +293,7 @@ def near_pairs(
         some = np.empty(most, np.int32)
         for entry in range(number * chunk, min(pairs.shape[0], (number + 1) * chunk)):
             p, q = pairs[entry, 0], pairs[entry, 1]
-            near, before = joined[p, q] == 1, found
+            near = joined[p, q] == 1
             met_out[entry] = False
             for turn in range(1 if p == q else 2):
                 one, two = (p, q) if turn == 0 else (q, p)
@@ -317,15 +321,15 @@ def near_pairs(
                     kept += 1
             for place in range(edge_starts[p], edge_starts[p + 1]):
                 e = patch_edges[place]
-                if kept == 0 or p != q and _outside(edge_frames, e, box, motion, q, slack):
+                if kept == 0 or (p != q and _outside(edge_frames, e, box, motion, q, slack)):
                     continue
                 for k in range(kept):
                     g = some[k]
                     if (p == q and g <= e) or _far(edge_frames, e, edge_frames, g, slack):
                         continue
                     if not (near and _agree(edge_frames, e, edge_frames, g)):
-                        found = _edge_edge(x, moved, e, g, edges, radius, margin, room, found, here)
-            met_out[entry] = found > before
+                        found, through = _edge_edge(x, moved, e, g, edges, radius, margin, room, found, here)
+                        met_out[entry] |= through
         count_out[number] = found
 
 
@@ -380,7 +384,7 @@ def piercing_edges(
                         if d0 * d0 + d1 * d1 + d2 * d2 > reach * reach:
                             continue
                         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-                        if i == a or i == b or i == c or j == a or j == b or j == c:
+                        if i in (a, b, c) or j in (a, b, c):
                             continue
                         if near and _agree(edge_frames, e, face_frames, f):
                             continue
@@ -403,5 +407,6 @@ def _touches(frame, e, box, p):
 
 
 __all__ = [
-    "closest_on_edges", "element_frames", "group_bounds", "near_pairs", "patch_bounds", "patch_pairs", "piercing_edges", "pierces",
+    "closest_on_edges", "element_frames", "group_bounds", "near_pairs", "patch_bounds", "patch_pairs", "pierces",
+    "piercing_edges",
 ]  # fmt: skip

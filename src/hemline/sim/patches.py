@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from hemline.meshes import components
+
 from .clusters import cut
 from .sheet import Rows, Sheet, incidence
 
@@ -47,7 +49,10 @@ def make_patches(sheet: Sheet, thickness: float) -> Patches:
     """
     from scipy.sparse import csr_array
 
-    parts = cut(sheet, np.arange(sheet.vertex_count), max(1, sheet.vertex_count // SIZE))
+    # a patch lies within one piece of cloth: only there do equal normals mean that nothing meets
+    piece = components(sheet.faces.astype(np.int32), sheet.vertex_count)
+    pieces = [np.flatnonzero(piece == number) for number in range(int(piece.max()) + 1)]
+    parts = [part for piece in pieces for part in cut(sheet, piece, max(1, len(piece) // SIZE))]
     label = np.empty(sheet.vertex_count, np.int64)
     for number, part in enumerate(parts):
         label[part] = number

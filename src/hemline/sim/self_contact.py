@@ -1,8 +1,8 @@
 """Contact of the cloth with itself during one step.
 
 A pair of elements that come near is found at the step's start, and its side is where it is then. From Newton step to
-Newton step its normal follows the elements, but the side stays. Cloth that crosses itself at the start has no side: what
-is around such a place is pulled in the direction in which the curve of the crossing becomes shorter.
+Newton step its normal follows the elements, but the side stays. Cloth that crosses itself at the start has no side:
+what is around such a place is pulled in the direction in which the curve of the crossing becomes shorter.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from .sheet import Rows, Sheet
 MARGIN = 0.001
 """Distance beyond thickness and motion up to which pairs are looked for [m]."""
 
-PULL = 0.001
+PULL = 0.003
 """How far a crossing is pulled apart in a step, about [m]."""
 
 GROUP = 8
@@ -66,25 +66,25 @@ class SelfContact:
         friction: Coulomb's coefficient of cloth on cloth, a vertex.
     """
 
-    def __init__(
-        self, sheet: Sheet, *, thickness: float, stiffness: float, friction: Float[np.ndarray, " verts"]
-    ):
+    def __init__(self, sheet: Sheet, *, thickness: float, stiffness: float, friction: Float[np.ndarray, " verts"]):
         self.sheet, self.patches = sheet, make_patches(sheet, thickness)
         self.push, self.friction = stiffness * sheet.vertex_area, friction
         rows = self.patches.vertices, self.patches.edges, self.patches.faces
         self.most = int(max(np.diff(each.starts.astype(np.int64)).max() for each in rows))
         self.thickest = 2 * float(self.patches.radius.max())
         count = self.patches.count
-        self._frames = np.empty((len(sheet.faces), 11)), np.empty((len(sheet.edges), 11)), np.empty((len(sheet.mass), 11))
+        counts = len(sheet.faces), len(sheet.edges), sheet.vertex_count
+        self._frames = tuple(np.empty((each, 11)) for each in counts)
         self._bounds = np.empty((count, 6)), np.empty((count, 4)), np.empty((count, 4))
         groups = (count + GROUP - 1) // GROUP
         self._groups = np.empty((groups, 6)), np.empty((groups, 4))
         self._edges = sheet.edges.astype(np.uint32)
         self._room: dict[str, int] = {"patches": 32, "near": 256, "piercing": 64}
         self._corners = np.empty((0, 5), np.uint32)
-        self._normal = np.empty((0, 3))
+        self._side = np.empty(0)
         self._pulls: tuple[np.ndarray, ...] = ()
-        self.crossing = 0
+        self.crossed = np.empty((0, 2), np.uint32)
+        """Edges that went through a triangle at the start of the last step, as vertex pairs."""
 
     def begin(self, start: Float[np.ndarray, "verts 3"], guess: Float[np.ndarray, "verts 3"]) -> None:
         """Find what may meet on the way from the start to the guess, and what crosses at the start."""
@@ -109,7 +109,6 @@ class SelfContact:
                 self.most, CHUNK, room, met, count, out,
             ),
         )  # fmt: skip
-        # where cloth goes through cloth, there is a near pair too
         pairs = pairs[met]
         crossed = self._filled(
             "piercing", 2, len(pairs),
@@ -118,12 +117,12 @@ class SelfContact:
                 room, count, out,
             ),
         )  # fmt: skip
-        self.crossing = len(crossed)
+        self.crossed = self._edges[crossed[:, 0]]
         if len(crossed):
             corners = self._apart(crossed, corners)
         self._corners, self._pulls = corners, self._pull(start, crossed)
-        weights, self._normal, distance = self._empty(len(corners))
-        lay_pairs(start, corners, np.zeros((len(corners), 3)), weights, self._normal, distance)
+        weights, normal, distance, self._side = self._empty(len(corners))
+        lay_pairs(start, corners, np.zeros(len(corners)), weights, normal, distance, self._side)
         self._thickness = self._thick(corners)
         self._stiffness = self.push[corners[:, :4]].mean(axis=1)
         pressed = np.maximum(self._thickness - distance, 0.0)
@@ -131,9 +130,8 @@ class SelfContact:
 
     def lay(self, positions: Float[np.ndarray, "verts 3"]) -> Pairs:
         """The pairs where the cloth is now, on the sides that they had at the start."""
-        weights, normal, distance = self._empty(len(self._corners))
-        lay_pairs(positions, self._corners, self._normal, weights, normal, distance)
-        self._normal = normal
+        weights, normal, distance, side = self._empty(len(self._corners))
+        lay_pairs(positions, self._corners, self._side, weights, normal, distance, side)
         close = distance < self._thickness + MARGIN
         kept = (self._corners[:, :4], weights, normal, self._thickness, self._stiffness, self._limit)
         corners, weights, normal, thickness, stiffness, limit = (
@@ -150,8 +148,8 @@ class SelfContact:
         return np.where(edge, np.minimum(one, two) + last, one + np.minimum(two, last))
 
     @staticmethod
-    def _empty(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return np.empty((count, 4)), np.empty((count, 3)), np.empty(count)
+    def _empty(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        return np.empty((count, 4)), np.empty((count, 3)), np.empty(count), np.empty(count)
 
     def _patch_pairs(self, box: np.ndarray, motion: np.ndarray, cone: np.ndarray) -> np.ndarray:
         count = np.empty(self.patches.count, np.int64)

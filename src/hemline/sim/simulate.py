@@ -15,7 +15,7 @@ from hemline.motions.clean import jump
 from hemline.motions.motion import Motion, Pose
 
 from .dressed_body import DressedBody
-from .figures import mean_or_zero, strain_figures
+from .figures import crossing_figures, mean_or_zero, strain_figures
 from .frame_end import FrameEnd
 from .lead_in import lead_in
 from .rest import rest_drape
@@ -116,10 +116,11 @@ def simulate(
     leads = np.arange(done) < lead_frames
     vertices = np.array(record.vertices)
     shown = vertices[~leads] if (~leads).any() else vertices
+    figures = strain_figures(dressed.sheet, shown, dressed.pinned) | crossing_figures(dressed.sheet, shown)
     return Take(
         kind="clip", vertices=vertices, motion=whole[:done], betas=shaped.betas, lead_in=leads,
         pinched=np.array(record.pinched, np.int32),
-        figures=strain_figures(dressed.sheet, shown, dressed.pinned) | record.figures(), failed=failed,
+        figures=figures | record.figures(), failed=failed,
         inputs={"garment": garment.hash, "body": shaped.body.hash, "betas": [float(b) for b in shaped.betas],
                 "motion": motion.hash, "clip": motion.name, "settings": asdict(settings)},
         end_state=_end_state(state, before) | end.memory(),

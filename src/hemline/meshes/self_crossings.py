@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hemline.arrays import Faces, Vertices
-from hemline.meshes import edges
+from hemline.arrays import Faces, Int, Vertices
 
 from . import crossing_kernels as kernels
+from .edges import edges
 
 _CELLS_AT_MOST = 1 << 21
 
@@ -23,16 +23,30 @@ def self_crossings(vertices: Vertices, faces: Faces) -> dict[str, float]:
     Returns:
         `pairs`: crossing pairs of triangles; `edge_percent`: edges that pass through a triangle, in percent of all.
     """
+    pairs, crossed = _counted(vertices, faces)
+    return {"pairs": pairs, "edge_percent": 100 * len(crossed) / max(1, len(edges(faces)))}
+
+
+def crossing_edges(vertices: Vertices, faces: Faces) -> Int[np.ndarray, "edges 2"]:
+    """The edges that pass through a triangle of the same mesh, as `self_crossings` counts them.
+
+    Args:
+        vertices: Positions [m].
+        faces: Triangles.
+    """
+    return _counted(vertices, faces)[1]
+
+
+def _counted(vertices: Vertices, faces: Faces) -> tuple[int, np.ndarray]:
     points = np.ascontiguousarray(vertices, np.float64)
     faces = np.ascontiguousarray(faces, np.int32)
     if not len(faces):
-        return {"pairs": 0, "edge_percent": 0.0}
+        return 0, np.empty((0, 2), np.int32)
     low, high, starts, members = _grid(points, faces)
     crossing = np.zeros((len(faces), 3), np.uint8)
     pairs = kernels.count_crossings(points, faces, low, high, starts, members, crossing)
     directed = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)[crossing > 0]
-    crossed = np.unique(np.sort(directed, axis=1), axis=0)
-    return {"pairs": int(pairs), "edge_percent": 100 * len(crossed) / len(edges(faces))}
+    return int(pairs), np.unique(np.sort(directed, axis=1), axis=0)
 
 
 def _grid(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

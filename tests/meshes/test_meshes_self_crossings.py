@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hemline.metrics import self_crossings
-from hemline.metrics.crossing_kernels import segment_crosses
+from hemline.meshes import self_crossings
+from hemline.meshes.crossing_kernels import segment_crosses
 
 
 def sheet(columns, rows, size=1.0):
