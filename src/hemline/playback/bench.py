@@ -19,6 +19,7 @@ from .bench_projection import (
     bench_projection_shirt,
     bench_projection_skirt,
 )
+from .bench_sim import bench_sensitivity, bench_settle
 from .play import play
 
 
@@ -47,6 +48,8 @@ BENCHMARKS: dict[str, Callable[[], dict[str, Any]]] = {
     "projection-shirt": bench_projection_shirt,
     "sim-4k": bench_sim_4k,
     "sim-12k": bench_sim_12k,
+    "settle": bench_settle,
+    "sensitivity": bench_sensitivity,
 }
 
 

@@ -3,8 +3,12 @@
 from .joined import joined as joined
 from .produce import Clip as Clip
 from .produce import produce as produce
-from .rest import rest_drape as rest_drape
+from .rest import Rest as Rest
+from .sensitivities import Sensitivities as Sensitivities
 from .settings import SimSettings as SimSettings
+from .settle import rest_drape as rest_drape
+from .settle import settle as settle
+from .settle import settle_all as settle_all
 from .sheet import Elastic as Elastic
 from .sheet import Sheet as Sheet
 from .sheet import make_sheet as make_sheet
@@ -21,7 +25,9 @@ __all__ = [
     "ClothState",
     "Elastic",
     "Gusts",
+    "Rest",
     "Scene",
+    "Sensitivities",
     "Sheet",
     "SimSettings",
     "Skin",
@@ -31,5 +37,7 @@ __all__ = [
     "make_sheet",
     "produce",
     "rest_drape",
+    "settle",
+    "settle_all",
     "simulate",
 ]  # fmt: skip

@@ -48,19 +48,20 @@ class Contact:
         if surprised.any():
             wide = surface.anchors(start, then, ~surprised, reach=WIDE * surface.reach)
             anchors = _chosen(surprised, wide, anchors)
-        self.planes = self._laid(anchors)
+        self.planes = self.laid(anchors)
         self.anchors = anchors
 
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> None:
         """Find the planes again, where the cloth is at the step's end."""
         self.ahead = self.surface.anchors(positions, self.now, self.fixed, self.ahead)
-        planes = self._laid(self.ahead)
+        planes = self.laid(self.ahead)
         turned = np.einsum("vi,vi->v", planes.normal, self.planes.normal) < 0
         kept = (self.planes.stiffness > 0) & (planes.gap(positions) < 0) & turned
         self.anchors = _chosen(kept, self.anchors, self.ahead)
         self.planes = _chosen(kept, self.planes, planes)
 
-    def _laid(self, anchors: Anchors) -> Planes:
+    def laid(self, anchors: Anchors) -> Planes:
+        """The planes at those anchors."""
         return self.surface.planes(anchors, self.start, self.then, self.now, self.push)
 
 

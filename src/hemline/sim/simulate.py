@@ -18,8 +18,8 @@ from .dressed_body import DressedBody
 from .figures import crossing_figures, mean_or_zero, strain_figures
 from .frame_end import FrameEnd
 from .lead_in import lead_in
-from .rest import rest_drape
 from .settings import SimSettings
+from .settle import rest_drape
 from .state import ClothState, Wind
 
 if TYPE_CHECKING:

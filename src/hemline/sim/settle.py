@@ -1,0 +1,367 @@
+"""Static equilibrium of a garment on a body, in any pose and shape."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from hemline.arrays import Mask
+from hemline.collide import inside
+from hemline.datasets.take import Take
+from hemline.errors import BadInput, SimulationFailed
+from hemline.garments.garment import Garment
+from hemline.motions.motion import Pose
+
+from .carry import carried, farthest_way
+from .dressed_body import DressedBody
+from .figures import strain_figures
+from .frame_end import FrameEnd
+from .grip import Grip
+from .lead_in import between
+from .rest import Rest
+from .settings import SimSettings
+from .sheet import Sheet
+from .state import ClothState, Positions
+from .statics import Equilibrium, Search
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody, ShapedBody
+
+SOLVER_SHARE, SOLVER_STEPS = 0.05, 400
+"""How far conjugate gradients go in a Newton step of the statics, as the settings of the same names."""
+
+NEWTON_STEPS = 400
+"""Newton steps of one search, at most."""
+
+STRIDE = 0.1
+"""How far the skin under the cloth may move from one station of a continuation to the next [m]."""
+
+ON_THE_WAY = 0.3
+"""Residual share that is small enough at the stations in between."""
+
+TAKE_START = 0.05
+"""Residual share with which a take may start: dynamics go on from there."""
+
+STILL = 0.02
+"""Mean speed below which dynamics have brought the cloth near enough to its equilibrium [m/s]."""
+
+CLOSED = 1.5
+"""Greatest stretch of an edge from which the garment is taken to be sewn up."""
+
+KEPT_SPEED = 0.9
+"""Share of the velocity that is kept from frame to frame while settling by dynamics."""
+
+SHAKEN = 0.5
+"""Time of damped dynamics between two searches [s]."""
+
+DRAPING = 1.0
+"""Time of dynamics that counts as draping in AgentDress [s]."""
+
+ATTEMPTS = 3
+"""Searches at one station, at most."""
+
+Method = Literal["newton", "draping"]
+
+
+def settle(
+    garment: Garment,
+    shaped: "ShapedBody",
+    pose: Pose | None = None,
+    settings: SimSettings | None = None,
+    *,
+    start: Rest | None = None,
+    tolerance: float = 0.01,
+    method: Method = "newton",
+) -> Rest:
+    r"""A garment at rest on a body: membrane, bending, gravity, contact and static friction in balance, without wind.
+
+    $$-\nabla E(x) + m g + f_n(x) + f_t(x) = 0$$
+
+    with $f_n$ the pressure of contact and $f_t = -\mu |f_n| f_1(|u|) u / |u|$ static friction: Coulomb's, smoothed
+    below a slip of 0.2 mm. Friction has a history, so an equilibrium is one of many. The slip $u$ is measured from
+    points that ride on the body's triangles: those of `start`, moved with the body, else the place where a vertex first
+    touched. What slid farther than the smoothed slip drags its point along. So a garment settled from itself stays as
+    it is.
+
+    From the rest pose and the garment's own start positions, or from `start`, the body is moved in stations of at most
+    10 cm; at each the cloth is carried along by the skin and settled by Newton's method (`statics.Search`). Where that
+    fails, and at first where nothing has settled yet, damped dynamics bring the cloth near.
+
+    Args:
+        garment: The garment; on another shape than its own it is dressed first (cut and cloth unchanged).
+        shaped: The body.
+        pose: Its pose; None: the rest pose.
+        settings: Settings; the wind is ignored.
+        start: A settled state of this garment, on any shape of this body in any pose.
+        tolerance: Mean residual force, over the mean weight of a vertex, that counts as equilibrium.
+        method: `newton`; or `draping`: one second of plain dynamics, however still the cloth is then.
+
+    Returns:
+        The garment at rest. Where the pose folds the body into itself, `pinched` marks vertices without a free place;
+        such cloth may have no equilibrium and is given back as still as it was found: look at `residual_share`.
+
+    Raises:
+        BadInput: `start` is of another garment or body, `tolerance` is not positive, `method` is none of the two.
+        SimulationFailed: No equilibrium was found; the message says how large the residual stayed.
+
+    Source: AgentDress (Wu et al. 2021), section 3.2: "a simulation for one-second to drape the clothing".
+        Differs: equilibrium by default, `draping` as they did.
+    """
+    if not (np.isfinite(tolerance) and tolerance > 0):
+        raise BadInput("'tolerance' must be positive", tolerance, "0.01 is one hundredth of a vertex's weight")
+    if method not in ("newton", "draping"):
+        raise BadInput("unknown method", repr(method), "use 'newton' or 'draping'")
+    settings = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
+    if start is not None:
+        _check_start(start, garment, shaped)
+    return _Settling(garment, shaped, pose or shaped.rest_pose, settings, start, tolerance).run(method)
+
+
+def settle_all(
+    garment: Garment,
+    bodies: Sequence["ShapedBody"],
+    pose: Pose | None = None,
+    settings: SimSettings | None = None,
+    *,
+    start: Rest | None = None,
+    tolerance: float = 0.01,
+) -> list[Rest]:
+    """A garment at rest on many shapes of one body in one pose, each from the settled shape nearest to it.
+
+    Args:
+        garment: The garment.
+        bodies: The shapes.
+        pose: Their pose; None: the rest pose of each.
+        settings: Settings; the wind is ignored.
+        start: A settled state to begin with.
+        tolerance: As in `settle`.
+
+    Returns:
+        One a shape, in the order of `bodies`.
+
+    Raises:
+        BadInput: As in `settle`, or no shapes.
+        SimulationFailed: One of them found no equilibrium.
+    """
+    if not len(bodies):
+        raise BadInput("'bodies' must hold a shape", "none", "give at least one shaped body")
+    settled: list[Rest] = [] if start is None else [start]
+    results: dict[int, Rest] = {}
+    own = np.zeros(len(bodies[0].betas))
+    own[: len(garment.body_betas)] = garment.body_betas
+    while len(results) < len(bodies):
+        origins = [rest.shaped.betas for rest in settled] or [own]
+        left = [index for index in range(len(bodies)) if index not in results]
+        way = np.array([[np.linalg.norm(bodies[index].betas - origin) for origin in origins] for index in left])
+        row, column = np.unravel_index(int(way.argmin()), way.shape)
+        index = left[row]
+        near = settled[column] if settled else None
+        results[index] = settle(garment, bodies[index], pose, settings, start=near, tolerance=tolerance)
+        settled.append(results[index])
+    return [results[index] for index in range(len(bodies))]
+
+
+def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Take:
+    """The garment settled in the rest pose of a body, as a take of kind `rest` with one frame.
+
+    Args:
+        garment: The garment.
+        shaped: The body.
+        settings: Settings; the wind is ignored.
+
+    Raises:
+        SimulationFailed: The garment cannot be settled from where it starts.
+    """
+    return settle(garment, shaped, settings=settings, tolerance=TAKE_START).take()
+
+
+class _Settling:
+    """One call of `settle`."""
+
+    def __init__(
+        self,
+        garment: Garment,
+        shaped: "ShapedBody",
+        pose: Pose,
+        settings: SimSettings,
+        start: Rest | None,
+        tolerance: float,
+    ):
+        self.garment, self.shaped, self.pose, self.settings = garment, shaped, pose, settings
+        self.start, self.tolerance = start, tolerance
+        careful = replace(settings, solver_share=SOLVER_SHARE, solver_steps=SOLVER_STEPS)
+        self.dressed = DressedBody(garment, shaped, careful)
+        self.newton_steps = self.solver_steps = 0
+        self.method = "newton"
+
+    def run(self, method: Method) -> Rest:
+        """Settle from station to station."""
+        posed, positions, grip = self._origin()
+        stations = self._stations(posed, positions)
+        if method == "draping":
+            for station in stations:
+                positions, posed = self._carried(positions, posed, station), station
+            return self._draped(posed, positions, grip)
+        if self.start is None:
+            positions = self._swung(posed, positions, self.settings.settle, KEPT_SPEED).positions
+        if self.start is None or not stations:
+            search, found = self._balanced(posed, positions, grip, last=not stations)
+            positions, grip = found.positions, found.grip
+        for station in stations:
+            positions, posed = self._carried(positions, posed, station), station
+            search, found = self._balanced(posed, positions, grip, last=station is stations[-1])
+            positions, grip = found.positions, found.grip
+        return self._rest(posed, found, search.pinched, self.method)
+
+    def _origin(self) -> tuple["PosedBody", Positions, Grip | None]:
+        """Where the cloth is known, and how it lies there."""
+        if self.start is not None:
+            return self.start.shaped.posed(self.start.pose), self.start.positions, self.start.grip
+        return self.shaped.posed(self.shaped.rest_pose), self._dressed.vertices.astype(np.float64), None
+
+    @cached_property
+    def _dressed(self) -> Garment:
+        own = np.zeros(len(self.shaped.betas), np.float32)
+        own[: len(self.garment.body_betas)] = self.garment.body_betas
+        return self.garment if np.array_equal(own, self.shaped.betas) else self.garment.dressed(self.shaped)
+
+    def _stations(self, origin: "PosedBody", positions: Positions) -> list["PosedBody"]:
+        """Bodies from the origin, itself left out, to the goal; none where they are the same."""
+        goal, first = self.shaped.posed(self.pose), origin.shaped.betas
+        same = np.array_equal(first, self.shaped.betas)
+        if same and origin.pose.hash == self.pose.hash:
+            return []
+        count = max(1, int(np.ceil(farthest_way(origin, goal, positions) / STRIDE)))
+        stations = []
+        for share in np.arange(1, count) / count:
+            shape = self.shaped if same else self.shaped.body.shaped(first + share * (self.shaped.betas - first))
+            stations.append(shape.posed(between(origin.pose, self.pose, share)))
+        return [*stations, goal]
+
+    def _carried(self, positions: Positions, first: "PosedBody", second: "PosedBody") -> Positions:
+        sheet = self.dressed.sheet
+        spacing = float(sheet.edge_length.mean())
+        return carried(positions, self.garment.faces, spacing, self.dressed.surface, first, second)
+
+    def _balanced(
+        self, posed: "PosedBody", positions: Positions, grip: Grip | None, *, last: bool
+    ) -> tuple[Search, Equilibrium]:
+        """Newton's method, then dynamics and again; and again while the pinched vertices change.
+
+        Raises:
+            SimulationFailed: The last station is not in equilibrium, and no vertex is pinched.
+        """
+        tolerance = self.tolerance if last else max(self.tolerance, ON_THE_WAY)
+        scene = self.dressed.scene(posed)
+        positions, pinched = self._cleaned(posed, positions)
+        for attempt in range(ATTEMPTS):
+            search = Search(self.dressed.stepper, pinched, scene)
+            found = search.run(positions, grip, tolerance=tolerance, newton_steps=NEWTON_STEPS)
+            self.newton_steps, self.solver_steps = (
+                self.newton_steps + search.newton_steps, self.solver_steps + search.solver_steps
+            )  # fmt: skip
+            if found.residual_share <= tolerance:
+                positions, after = self._cleaned(posed, found.positions)
+                if not last or np.array_equal(after, pinched) or attempt + 1 == ATTEMPTS:
+                    return search, found
+                pinched = after
+            elif attempt + 1 < ATTEMPTS:
+                self.method = "newton after dynamics"
+                state = self._swung(posed, found.positions, SHAKEN, KEPT_SPEED)
+                positions, pinched = state.positions, state.pinched
+        if last and not search.pinched.any():
+            raise SimulationFailed(
+                f"'{self.garment.name}' found no equilibrium: {found.residual_share:.3g} of a vertex's weight is left "
+                f"on the mean vertex after {self.newton_steps} Newton steps; allow a larger 'tolerance', start from a "
+                "settled state nearer by, or use method 'draping'"
+            )
+        return search, found
+
+    def _cleaned(self, posed: "PosedBody", positions: Positions) -> tuple[Positions, Mask]:
+        """Positions moved out of the body, and the vertices for which there is no place."""
+        if not inside(posed.vertices, posed.faces, positions.astype(np.float32)).any():
+            return positions, np.zeros(len(positions), bool)
+        cleaned = self._end(posed).clean(posed, positions, 1.0)
+        return cleaned.positions, np.isin(np.arange(len(positions)), cleaned.pinched)
+
+    def _end(self, posed: "PosedBody") -> FrameEnd:
+        return FrameEnd(self.garment if self.start is not None else self._dressed, posed.shaped)
+
+    def _swung(self, posed: "PosedBody", positions: Positions, seconds: float, kept: float) -> ClothState:
+        """Dynamics at one pose, until the cloth hardly moves where velocities are damped.
+
+        Raises:
+            SimulationFailed: A step failed at its shortest.
+        """
+        dressed = self.dressed if posed.shaped is self.shaped else DressedBody(
+            self.garment, posed.shaped, self.dressed.settings
+        )  # fmt: skip
+        dressed.stepper.settings, careful = self.settings, dressed.stepper.settings
+        state, end = dressed.stepper.start(positions), self._end(posed)
+        step, meeting = 1 / self.settings.fps, dressed.stepper.self_contact
+        for frame in range(round(seconds * self.settings.fps)):
+            # seams that are still open pull cloth through cloth: it meets itself once they are closed, without speed
+            closed = _stretch(dressed.sheet, state.positions) < CLOSED
+            dressed.stepper.self_contact = meeting if closed else None
+            try:
+                state, _, _ = dressed.frame(
+                    state, posed.pose, posed.pose, substeps=2 if kept < 1 else None, seconds=step
+                )
+            except SimulationFailed as reason:
+                raise SimulationFailed(f"settling '{self.garment.name}', frame {frame}: {reason}") from reason
+            cleaned = end.clean(posed, state.positions, step)
+            state = dressed.fed_back(state, cleaned.positions, cleaned.pinched)
+            share = kept if closed else 0.0
+            state = replace(state, velocities=share * state.velocities, change=share * state.change)
+            speed = float(np.linalg.norm(state.velocities, axis=1).mean())
+            if kept < 1 and frame > 5 and closed and speed < STILL:
+                break
+        dressed.stepper.self_contact = meeting
+        dressed.stepper.settings = careful
+        return state
+
+    def _draped(self, posed: "PosedBody", positions: Positions, grip: Grip | None) -> Rest:
+        state = self._swung(posed, positions, DRAPING, 1.0)
+        search = Search(self.dressed.stepper, state.pinched, self.dressed.scene(posed))
+        found = search.run(state.positions, grip, tolerance=np.inf, newton_steps=0)
+        return self._rest(posed, found, state.pinched, "draping")
+
+    def _rest(self, posed: "PosedBody", found: Equilibrium, pinched: Mask, method: str) -> Rest:
+        sheet, stepper = self.dressed.sheet, self.dressed.stepper
+        vertices = found.positions.astype(np.float32)
+        within = inside(posed.vertices, posed.faces, vertices)
+        deepest = self._end(posed).clean(posed, found.positions, 1.0).deepest_mm if within.any() else 0.0
+        return Rest(
+            garment=self.garment, shaped=self.shaped, pose=self.pose, settings=self.settings,
+            positions=found.positions, forces=found.forces, load=found.load, face=found.face, grip=found.grip,
+            pinched=pinched, residual_share=found.residual_share,
+            worst_share=float(np.linalg.norm(found.forces, axis=1).max()) / stepper.mean_weight, method=method,
+            newton_steps=self.newton_steps, solver_steps=self.solver_steps,
+            figures=strain_figures(sheet, vertices[None], self.dressed.pinned) | {
+                "inside": float((within & ~pinched).sum()), "deepest_mm": deepest, "pinched": float(pinched.sum()),
+            },
+        )  # fmt: skip
+
+
+def _stretch(sheet: Sheet, positions: Positions) -> float:
+    """The largest stretch of an edge, as a factor."""
+    ends = positions[sheet.edges]
+    return float((np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / sheet.edge_length).max())
+
+
+def _check_start(start: Rest, garment: Garment, shaped: "ShapedBody") -> None:
+    """Refuse a start that is not of this garment and body.
+
+    Raises:
+        BadInput: It is not.
+    """
+    cure = "settle this garment on this body without 'start' first"
+    same = np.array_equal(start.garment.faces, garment.faces) and np.array_equal(
+        start.garment.rest_edges, garment.rest_edges
+    )
+    if not same:
+        raise BadInput(f"'start' must belong to garment '{garment.name}'", f"one of '{start.garment.name}'", cure)
+    if start.shaped.body.hash != shaped.body.hash:
+        raise BadInput(f"'start' must be on the body '{shaped.body.name}'", f"one on '{start.shaped.body.name}'", cure)

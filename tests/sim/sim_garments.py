@@ -1,0 +1,27 @@
+"""Garments that tests of statics share."""
+
+import numpy as np
+from conftest import grid
+
+from hemline import bodies
+from hemline.garments import Garment
+from hemline.garments.material import Material
+from hemline.garments.pins import Pins
+from hemline.meshes import ClosestTree
+
+
+def hanging_strip(*, pinned: bool = True, young: float = 60.0):
+    """A strip of 0.6 m, pinned above, that hangs before the chest without touching; the body, and the length."""
+    shaped, length = bodies.load("anny24").shaped(), 0.6
+    flat, faces, rest = grid(4, 31, 0.06, length)
+    vertices = np.stack([flat[:, 0] - 0.03, 0.3 - flat[:, 1], np.full(len(flat), 0.22)], axis=1)
+    tree = ClosestTree(shaped.vertices.astype(np.float64), shaped.body.faces)
+    top = np.flatnonzero(flat[:, 1] == 0) if pinned else np.zeros(0, int)
+    pins = Pins.bound(top, vertices[top], tree, shaped.normals)
+    vertices[top] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
+    material = Material("test", density=0.15, young=young, poisson=0.0, bending=1e-7, drag=0.0, lift=0.0)
+    garment = Garment(
+        name="strip", vertices=vertices.astype(np.float32), faces=faces, rest_edges=rest, material=material, pins=pins,
+        key_joint="spine3",
+    )  # fmt: skip
+    return garment, shaped, length

@@ -1,0 +1,177 @@
+"""Derivatives of settled garments, against central differences of settling and against a closed form."""
+
+import shutil
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from sim_garments import hanging_strip
+
+from hemline import bodies, garments
+from hemline.bodies.velocities import reshaping, turning
+from hemline.errors import BadInput, SimulationFailed
+from hemline.motions import JOINT_NAMES, Pose
+from hemline.motions.quaternions import from_axis_angle, multiply
+from hemline.sim import Sensitivities, SimSettings, settle
+
+DATA = Path(__file__).parents[3] / "shared/data/garments/garmentcode_mit"
+TIGHT = 1e-6
+
+
+def turned(shaped, joint, axis, angle):
+    rotations = shaped.rest_pose.rotations.astype(np.float64)
+    number = JOINT_NAMES.index(joint)
+    rotations[number] = multiply(rotations[number], from_axis_angle(angle * np.array(axis, float)))
+    return Pose(rotations, shaped.rest_pose.translation)
+
+
+def differenced(ends, way):
+    return (ends[0].positions - ends[1].positions) / (2 * way)
+
+
+def apart(found, wanted):
+    """Mean error of the vertices over their mean change."""
+    return np.linalg.norm(found - wanted, axis=1).mean() / np.linalg.norm(wanted, axis=1).mean()
+
+
+def worn(name, key):
+    """A garment of GarmentCode, held by friction and shape alone, settled tightly; the body; its derivatives."""
+    shaped = bodies.load("anny24").shaped()
+    with TemporaryDirectory() as folder:
+        shutil.copy(DATA / f"{name}_mean_all.obj", folder)
+        said = f'mesh = "{name}_mean_all.obj"\norigin = "floor"\npins = "none"\nkey_joint = "{key}"\n'
+        (Path(folder) / f"{name}.toml").write_text(said)
+        garment = garments.read(Path(folder) / f"{name}.toml", shaped)
+    rest = settle(garment, shaped, start=settle(garment, shaped), tolerance=TIGHT)
+    return garment, shaped, rest, Sensitivities(rest)
+
+
+@cache
+def shirt():
+    return worn("tshirt", "spine3")
+
+
+@pytest.mark.data
+@pytest.mark.skipif(not DATA.is_dir(), reason=f"no garments at {DATA}")
+@pytest.mark.parametrize(
+    ("joint", "axis"), [("left_shoulder", (0, 0, 1)), ("spine1", (1, 0, 0)), ("pelvis", (0, 0, 1))]
+)
+def test_a_joint_moves_the_shirt_as_central_differences_say(joint, axis):
+    garment, shaped, rest, derivatives = shirt()
+    way = 1e-4
+    ends = [
+        settle(garment, shaped, turned(shaped, joint, axis, sign * way), start=rest, tolerance=TIGHT)
+        for sign in (1, -1)
+    ]
+    # the skin is float32, 1e-7 m: 0.1 % of what 1e-4 rad moves at 1 m; the rest is contact that comes and goes
+    assert apart(derivatives.turn(joint, axis), differenced(ends, way)) < 0.02
+
+
+@pytest.mark.data
+@pytest.mark.skipif(not DATA.is_dir(), reason=f"no garments at {DATA}")
+def test_a_shape_coefficient_moves_the_shirt_as_central_differences_say():
+    garment, shaped, rest, derivatives = shirt()
+    way = 1e-3
+    ends = [settle(garment, shaped.body.shaped((0.0, sign * way)), start=rest, tolerance=TIGHT) for sign in (1, -1)]
+    assert apart(derivatives.beta(1), differenced(ends, way)) < 0.02
+
+
+@pytest.mark.data
+@pytest.mark.skipif(not DATA.is_dir(), reason=f"no garments at {DATA}")
+@pytest.mark.parametrize("name", ["young", "density", "bending", "poisson", "friction", "thickness"])
+def test_a_constant_moves_the_shirt_as_central_differences_say(name):
+    garment, shaped, rest, derivatives = shirt()
+    ends = []
+    of_material = name != "thickness"
+    value = getattr(garment.material if of_material else rest.settings, name)
+    way = 1e-4 * value
+    for sign in (1, -1):
+        changed, settings = garment, rest.settings
+        if of_material:
+            changed = replace(garment, material=replace(garment.material, **{name: value + sign * way}))
+        else:
+            settings = replace(settings, **{name: value + sign * way})
+        ends.append(settle(changed, shaped, settings=settings, start=rest, tolerance=1e-7))
+    assert apart(derivatives.constant(name), differenced(ends, way)) < 0.02
+
+
+def test_the_stretch_of_a_hanging_strip_changes_with_young_as_the_closed_form_says():
+    garment, shaped, length = hanging_strip()
+    material = garment.material
+
+    def stretch(young):
+        def strain(s):
+            stress = material.density * 9.81 * (length - s)
+            return brentq(lambda f: f * young * (f**2 - 1) / 2 - stress, 1, 3) - 1
+
+        return quad(strain, 0, length)[0]
+
+    rest = settle(garment, shaped, tolerance=TIGHT)
+    rows, changes = (each.reshape(4, 31, 3) for each in (rest.positions, Sensitivities(rest).constant("young")))
+    along = (rows[:, -1] - rows[:, 0]) / np.linalg.norm(rows[:, -1] - rows[:, 0], axis=1, keepdims=True)
+    found = float(((changes[:, -1] - changes[:, 0]) * along).sum(axis=1).mean())
+    way = 1e-3 * material.young
+    wanted = (stretch(material.young + way) - stretch(material.young - way)) / (2 * way)
+    assert found == pytest.approx(wanted, rel=0.01)
+
+
+def test_pins_move_with_the_body():
+    garment, shaped, _ = hanging_strip()
+    rest = settle(garment, shaped, tolerance=TIGHT)
+    change, pins = Sensitivities(rest).turn("pelvis", (0, 1, 0)), garment.pins.vertices
+    # the strip turns with the body as a rigid whole: gravity is along the axis
+    arm = rest.positions - rest.pose.translation
+    wanted = np.cross([0.0, 1.0, 0.0], arm)
+    assert np.abs(change[pins] - wanted[pins]).max() < 1e-5
+    assert np.abs(change - wanted).max() < 1e-3
+
+
+def test_the_skin_moves_as_differences_of_skinning_say():
+    shaped = bodies.load("anny24").shaped((0.3, -0.2))
+    posed, way = shaped.posed(shaped.rest_pose), 1e-3
+    axis = np.array([0.3, -0.5, 0.8])
+    for joint in ("pelvis", "left_knee", "right_collar"):
+        ends = [shaped.posed(turned(shaped, joint, axis, sign * way)).vertices.astype(float) for sign in (1, -1)]
+        velocity = turning(posed, JOINT_NAMES.index(joint), axis)
+        assert np.abs(velocity - (ends[0] - ends[1]) / (2 * way)).max() < 3e-4
+    pose = posed.pose
+    ends = [shaped.body.shaped((0.3, -0.2 + sign)).posed(pose).vertices.astype(float) for sign in (1, -1)]
+    assert np.abs(reshaping(posed, 1) - (ends[0] - ends[1]) / 2).max() < 1e-6
+
+
+@pytest.mark.slow
+@pytest.mark.data
+@pytest.mark.skipif(not DATA.is_dir(), reason=f"no garments at {DATA}")
+def test_a_hip_moves_trousers_as_central_differences_say():
+    garment, shaped, rest, derivatives = worn("pants", "pelvis")
+    way, axis = 1e-4, (0, 0, 1)
+    poses = [turned(shaped, "left_hip", axis, sign * way) for sign in (1, -1)]
+    ends = [settle(garment, shaped, pose, start=rest, tolerance=TIGHT) for pose in poses]
+    assert apart(derivatives.turn("left_hip", axis), differenced(ends, way)) < 0.02
+
+
+def test_directions_that_do_not_exist_are_refused():
+    garment, shaped, _ = hanging_strip()
+    derivatives = Sensitivities(settle(garment, shaped))
+    with pytest.raises(BadInput, match="no such joint; got 'tail'"):
+        derivatives.turn("tail", (0, 0, 1))
+    with pytest.raises(BadInput, match="no such joint; got 24"):
+        derivatives.turn(24, (0, 0, 1))
+    with pytest.raises(BadInput, match="'axis' must be three finite numbers"):
+        derivatives.turn(0, (0, np.nan, 1))
+    with pytest.raises(BadInput, match="no such shape coefficient; got 99"):
+        derivatives.beta(99)
+    with pytest.raises(BadInput, match="no such constant; got 'colour'; use one of density"):
+        derivatives.constant("colour")
+
+
+def test_cloth_that_nothing_holds_has_no_derivatives():
+    garment, shaped, _ = hanging_strip(pinned=False)
+    loose = settle(garment, shaped, settings=SimSettings(gravity=(0.0, 0.0, 0.0)))
+    with pytest.raises(SimulationFailed, match="the equilibrium is not isolated"):
+        Sensitivities(loose).turn("pelvis", (0, 1, 0))
