@@ -96,12 +96,13 @@ class Garment:
         """All arrays by name, as files hold them; a hard pin has the stiffness 0 there."""
         pins = self.pins
         parts = (pins.vertices, pins.body_faces, pins.barycentric, pins.heights)
-        arrays = dict(zip(_ARRAYS, (self.vertices, self.faces, self.rest_edges, *parts), strict=True))
+        every = (self.vertices, self.faces, self.rest_edges, *parts)
+        arrays: dict[str, np.ndarray] = dict(zip(_ARRAYS, every, strict=True))
         hard = np.isinf(pins.stiffness)
         if not hard.all():
-            arrays |= zip(_SOFT, (np.where(hard, np.float32(0), pins.stiffness),), strict=True)
+            arrays[_SOFT[0]] = np.where(hard, np.float32(0), pins.stiffness)
         if (pins.joints >= 0).any():
-            arrays |= zip(_HUNG, (pins.joints, pins.offsets), strict=True)
+            arrays |= dict(zip(_HUNG, (pins.joints, pins.offsets), strict=True))
         return arrays
 
     def metadata(self) -> dict[str, Any]:

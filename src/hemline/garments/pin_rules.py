@@ -62,8 +62,10 @@ class PinGroup:
                     "stiffness": isinstance(value, int | float) and not isinstance(value, bool)}  # fmt: skip
             if not fits[key]:
                 raise BadGarment(f"pins: '{key}' must be {kinds[key]}", repr(value)[:60], "correct it")
-        ids = table.get("vertices")
-        return cls(**table | {"vertices": tuple(ids) if isinstance(ids, list) else ids})
+        said = dict(table)
+        if isinstance(said.get("vertices"), list):
+            said["vertices"] = tuple(said["vertices"])
+        return cls(**said)
 
 
 def is_ids(value: Any) -> bool:

@@ -113,8 +113,9 @@ def checked(wind: Wind) -> Wind:
         if velocity.shape != positions.shape:
             what = f"wind must give {len(positions)} velocities"
             raise BadInput(what, f"shape {velocity.shape} at {seconds:.4g} s", "return one a position, (verts, 3)")
-        if (bad := ~np.isfinite(velocity).all(axis=1)).any():
-            got = f"NaN or infinity at {seconds:.4g} s for {bad.sum()} of {len(bad)} vertices, the first {bad.argmax()}"
+        bad = np.flatnonzero(~np.isfinite(velocity).all(axis=1))
+        if len(bad):
+            got = f"NaN or infinity at {seconds:.4g} s for {len(bad)} of {len(velocity)} vertices, the first {bad[0]}"
             raise BadInput("wind must be finite", got, "check the function that was given as wind")
         return velocity
 
