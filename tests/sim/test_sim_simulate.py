@@ -61,6 +61,8 @@ def test_a_take_has_its_lead_in_its_poses_and_its_figures():
         "deepest_mm",
         "pinched",
         "residual_share",
+        "self_crossing_percent",
+        "self_crossing_percent_max",
     } == set(take.figures)
     assert take.inputs["motion"] == run.hash
     # the first frame is the rest drape, moved rigidly

@@ -96,7 +96,7 @@ class Pins:
             joints: The body's joints at rest [m].
         """
         count = len(vertices)
-        weights = np.tile(np.float32([1, 0, 0]), (count, 1))
+        weights = np.tile(np.array([1, 0, 0], np.float32), (count, 1))
         offsets = (np.asarray(positions, np.float64) - joints[joint]).round(7).astype(np.float32)
         return cls(
             np.asarray(vertices, np.int32), np.zeros(count, np.int32), weights, np.zeros(count, np.float32),
