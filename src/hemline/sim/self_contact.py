@@ -66,18 +66,16 @@ class SelfContact:
         friction: Coulomb's coefficient of cloth on cloth, a vertex.
     """
 
-    def __init__(self, sheet: Sheet, *, thickness: float, stiffness: float, friction: Float[np.ndarray, " verts"]):
+    def __init__(
+        self, sheet: Sheet, *, thickness: float, stiffness: float, friction: Float[np.ndarray, " verts"]
+    ):
         self.sheet, self.patches = sheet, make_patches(sheet, thickness)
         self.push, self.friction = stiffness * sheet.vertex_area, friction
         rows = self.patches.vertices, self.patches.edges, self.patches.faces
         self.most = int(max(np.diff(each.starts.astype(np.int64)).max() for each in rows))
         self.thickest = 2 * float(self.patches.radius.max())
         count = self.patches.count
-        self._frames = (
-            np.empty((len(sheet.faces), 11)),
-            np.empty((len(sheet.edges), 11)),
-            np.empty((len(sheet.mass), 11)),
-        )
+        self._frames = np.empty((len(sheet.faces), 11)), np.empty((len(sheet.edges), 11)), np.empty((len(sheet.mass), 11))
         self._bounds = np.empty((count, 6)), np.empty((count, 4)), np.empty((count, 4))
         groups = (count + GROUP - 1) // GROUP
         self._groups = np.empty((groups, 6)), np.empty((groups, 4))
