@@ -33,6 +33,7 @@ class Rest:
         forces: Resultant force that is left on each vertex, 0 at pins [N].
         load: Force with which the body presses on each vertex [N].
         face: Triangle of the body that each vertex is held off from, -1 for none.
+        held: Triangle that each vertex in a crease of the body keeps to, -1 for the others.
         grip: Where static friction holds each vertex.
         pinched: Vertices that have no free place, as the body cuts through itself there; their contact yields.
         residual_share: Mean size of `forces` over the mean weight of a vertex.
@@ -52,6 +53,7 @@ class Rest:
     forces: Positions
     load: Float[np.ndarray, " verts"]
     face: Int[np.ndarray, " verts"]
+    held: Int[np.ndarray, " verts"]
     grip: Grip
     pinched: Bool[np.ndarray, " verts"]
     residual_share: float

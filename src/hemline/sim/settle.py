@@ -255,9 +255,10 @@ class _Settling:
         """
         tolerance = self.tolerance if last else max(self.tolerance, ON_THE_WAY)
         scene = self.dressed.scene(posed)
+        held = self.start.held if self.start is not None else None
         positions, pinched = self._cleaned(posed, positions)
         for attempt in range(ATTEMPTS):
-            search = Search(self.dressed.stepper, pinched, scene)
+            search = Search(self.dressed.stepper, pinched, scene, held)
             found = search.run(positions, grip, tolerance=tolerance, newton_steps=NEWTON_STEPS)
             self.newton_steps, self.solver_steps = (
                 self.newton_steps + search.newton_steps, self.solver_steps + search.solver_steps
@@ -335,7 +336,7 @@ class _Settling:
         deepest = self._end(posed).clean(posed, found.positions, 1.0).deepest_mm if within.any() else 0.0
         return Rest(
             garment=self.garment, shaped=self.shaped, pose=self.pose, settings=self.settings,
-            positions=found.positions, forces=found.forces, load=found.load, face=found.face, grip=found.grip,
+            positions=found.positions, forces=found.forces, load=found.load, face=found.face, held=found.held, grip=found.grip,
             pinched=pinched, residual_share=found.residual_share,
             worst_share=float(np.linalg.norm(found.forces, axis=1).max()) / stepper.mean_weight, method=method,
             newton_steps=self.newton_steps, solver_steps=self.solver_steps,

@@ -166,6 +166,7 @@ class Equilibrium:
         forces: What is left on each vertex [N].
         load: Force with which the body presses on each vertex [N].
         face: Triangle of the body that each vertex is held off from, -1 for none.
+        held: Triangle that each vertex in a crease keeps to, -1 for the others.
         grip: Friction's points from here on; None without a body.
         residual_share: Mean size of the forces over the mean weight of a vertex.
         newton_steps: Newton steps taken.
@@ -176,6 +177,7 @@ class Equilibrium:
     forces: Positions
     load: Float[np.ndarray, " verts"]
     face: Int[np.ndarray, " verts"]
+    held: Held
     grip: Grip | None
     residual_share: float
     newton_steps: int = 0
@@ -195,12 +197,16 @@ class Search:
         stepper: The cloth; its settings must be without wind.
         pinched: Vertices whose contact yields.
         scene: What drives the cloth.
+        held: Triangles that vertices in a crease keep to from the start; None: none.
     """
 
-    def __init__(self, stepper: Stepper, pinched: Bool[np.ndarray, " verts"], scene: Scene):
+    def __init__(
+        self, stepper: Stepper, pinched: Bool[np.ndarray, " verts"], scene: Scene, held: Held | None = None
+    ):
         self.stepper, self.pinched, self.scene = stepper, pinched, scene
         self.newton_steps = self.solver_steps = 0
-        self.flips, self.held = np.zeros(len(pinched), np.int32), np.full(len(pinched), -1, np.int32)
+        self.flips = np.zeros(len(pinched), np.int32)
+        self.held = np.full(len(pinched), -1, np.int32) if held is None else held
         self.last: StaticStep | None = None
 
     def run(self, positions: Positions, grip: Grip | None, *, tolerance: float, newton_steps: int) -> Equilibrium:
@@ -221,15 +227,9 @@ class Search:
             step = self._step(step.x + ((1 - SOFT) * step.depth)[:, None] * step.planes.normal, step.grip)
         step = self._descend(step, tolerance, newton_steps)
         return Equilibrium(
-            step.x,
-            step.forces,
-            step.load,
-            step.face,
-            step.slipped(),
-            step.residual_share,
-            self.newton_steps,
-            self.solver_steps,
-        )
+            positions=step.x, forces=step.forces, load=step.load, face=step.face, held=self.held, grip=step.slipped(),
+            residual_share=step.residual_share, newton_steps=self.newton_steps, solver_steps=self.solver_steps,
+        )  # fmt: skip
 
     def _step(self, positions: Positions, grip: Grip | None, **options: Any) -> StaticStep:
         options = {"h": FIRST, "held": self.held} | options
@@ -238,6 +238,8 @@ class Search:
             turned = np.einsum("vi,vi->v", step.planes.normal, self.last.planes.normal) < TURNED
             self.flips += turned & (step.load > 0) & (self.last.load > 0) & (step.face != self.last.face)
             self.held = np.where((self.flips >= FLIPS) & (self.held < 0), step.face, self.held)
+            left = (self.held >= 0) & (step.load == 0) & (self.last.load == 0)
+            self.held = np.where(left, -1, self.held).astype(np.int32)
         self.last = step
         return step
 
