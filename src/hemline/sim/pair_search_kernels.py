@@ -321,7 +321,7 @@ def near_pairs(
                     kept += 1
             for place in range(edge_starts[p], edge_starts[p + 1]):
                 e = patch_edges[place]
-                if kept == 0 or p != q and _outside(edge_frames, e, box, motion, q, slack):
+                if kept == 0 or (p != q and _outside(edge_frames, e, box, motion, q, slack)):
                     continue
                 for k in range(kept):
                     g = some[k]
@@ -407,10 +407,6 @@ def _touches(frame, e, box, p):
 
 
 __all__ = [
-<<<<<<< HEAD
     "closest_on_edges", "element_frames", "group_bounds", "near_pairs", "patch_bounds", "patch_pairs", "pierces",
     "piercing_edges",
-=======
-    "closest_on_edges", "element_frames", "group_bounds", "near_pairs", "patch_bounds", "patch_pairs", "piercing_edges", "pierces",
->>>>>>> statics
 ]  # fmt: skip

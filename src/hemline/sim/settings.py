@@ -74,7 +74,17 @@ class SimSettings:
                 raise BadInput(f"setting '{name}' must be positive", getattr(self, name), "give a number above 0")
         if isinstance(self.gust_seed, bool) or not isinstance(self.gust_seed, int) or self.gust_seed < 0:
             raise BadInput("setting 'gust_seed' must be a whole number", self.gust_seed, "give 0 or more")
-        for name in ("gusts", "air_density", "thickness", "self_thickness", "contact_stiffness", "self_stiffness", "halvings", "lead_in", "settle"):
+        for name in (
+            "gusts",
+            "air_density",
+            "thickness",
+            "self_thickness",
+            "contact_stiffness",
+            "self_stiffness",
+            "halvings",
+            "lead_in",
+            "settle",
+        ):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise BadInput(f"setting '{name}' must not be negative", getattr(self, name), "give 0 or more")
         for name in ("residual_share", "solver_share", "pinched_share"):

@@ -25,6 +25,7 @@ from .settings import SimSettings
 from .sheet import Sheet
 from .state import ClothState, Positions
 from .statics import Equilibrium, Search
+from .tangles import refuse_tangles
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
@@ -104,7 +105,8 @@ def settle(
 
     Raises:
         BadInput: `start` is of another garment or body, `tolerance` is not positive, `method` is none of the two.
-        SimulationFailed: No equilibrium was found; the message says how large the residual stayed.
+        SimulationFailed: No equilibrium was found; the message says how large the residual stayed. Or the garment
+            crosses itself; the message says where.
 
     Source: AgentDress (Wu et al. 2021), section 3.2: "a simulation for one-second to drape the clothing".
         Differs: equilibrium by default, `draping` as they did.
@@ -166,15 +168,19 @@ def settle_all(
 def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Take:
     """The garment settled in the rest pose of a body, as a take of kind `rest` with one frame.
 
+    Where no equilibrium is found, the stillest state that was: dynamics go on from there; `residual_share` says so.
+
     Args:
         garment: The garment.
         shaped: The body.
         settings: Settings; the wind is ignored.
 
     Raises:
-        SimulationFailed: The garment cannot be settled from where it starts.
+        SimulationFailed: The garment is tangled, or a step failed at its shortest.
     """
-    return settle(garment, shaped, settings=settings, tolerance=TAKE_START).take()
+    quiet = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
+    settling = _Settling(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START)
+    return settling.run("newton", refuse=False).take()
 
 
 class _Settling:
@@ -196,8 +202,9 @@ class _Settling:
         self.newton_steps = self.solver_steps = 0
         self.method = "newton"
 
-    def run(self, method: Method) -> Rest:
-        """Settle from station to station."""
+    def run(self, method: Method, *, refuse: bool = True) -> Rest:
+        """Settle from station to station; not `refuse`: the best that was found, balanced or not."""
+        self.refuse = refuse
         posed, positions, grip = self._origin()
         stations = self._stations(posed, positions)
         if method == "draping":
@@ -333,15 +340,17 @@ class _Settling:
         sheet, stepper = self.dressed.sheet, self.dressed.stepper
         vertices = found.positions.astype(np.float32)
         within = inside(posed.vertices, posed.faces, vertices)
+        crossing = refuse_tangles(self.garment.name, sheet, vertices, posed) if self.settings.self_contact else 0.0
         deepest = self._end(posed).clean(posed, found.positions, 1.0).deepest_mm if within.any() else 0.0
         return Rest(
             garment=self.garment, shaped=self.shaped, pose=self.pose, settings=self.settings,
-            positions=found.positions, forces=found.forces, load=found.load, face=found.face, held=found.held, grip=found.grip,
-            pinched=pinched, residual_share=found.residual_share,
+            positions=found.positions, forces=found.forces, load=found.load, face=found.face, held=found.held,
+            grip=found.grip, pinched=pinched, residual_share=found.residual_share,
             worst_share=float(np.linalg.norm(found.forces, axis=1).max()) / stepper.mean_weight, method=method,
             newton_steps=self.newton_steps, solver_steps=self.solver_steps,
             figures=strain_figures(sheet, vertices[None], self.dressed.pinned) | {
                 "inside": float((within & ~pinched).sum()), "deepest_mm": deepest, "pinched": float(pinched.sum()),
+                "self_crossing_percent": 100 * crossing,
             },
         )  # fmt: skip
 

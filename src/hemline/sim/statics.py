@@ -200,9 +200,7 @@ class Search:
         held: Triangles that vertices in a crease keep to from the start; None: none.
     """
 
-    def __init__(
-        self, stepper: Stepper, pinched: Bool[np.ndarray, " verts"], scene: Scene, held: Held | None = None
-    ):
+    def __init__(self, stepper: Stepper, pinched: Bool[np.ndarray, " verts"], scene: Scene, held: Held | None = None):
         self.stepper, self.pinched, self.scene = stepper, pinched, scene
         self.newton_steps = self.solver_steps = 0
         self.flips = np.zeros(len(pinched), np.int32)
