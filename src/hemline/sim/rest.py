@@ -38,7 +38,7 @@ class Rest:
         pinched: Vertices that have no free place, as the body cuts through itself there; their contact yields.
         residual_share: Mean size of `forces` over the mean weight of a vertex.
         worst_share: The largest of `forces` over the mean weight of a vertex.
-        method: How it was found: `newton`, `newton after dynamics` or `draping`.
+        method: How it was found: `newton`, `newton after dynamics`, `dynamics` (for takes, not balanced) or `draping`.
         newton_steps: Newton steps of the search, all stations of a continuation together.
         solver_steps: Steps of conjugate gradients in all of them.
         figures: Edge strains as a take has them, `inside` (vertices inside the body that are not pinched), `deepest_mm`

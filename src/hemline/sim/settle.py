@@ -168,7 +168,7 @@ def settle_all(
 def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Take:
     """The garment settled in the rest pose of a body, as a take of kind `rest` with one frame.
 
-    Where no equilibrium is found, the stillest state that was: dynamics go on from there; `residual_share` says so.
+    Where no equilibrium is found, where damped dynamics end: a take goes on from there; `residual_share` says so.
 
     Args:
         garment: The garment.
@@ -203,7 +203,7 @@ class _Settling:
         self.method = "newton"
 
     def run(self, method: Method, *, refuse: bool = True) -> Rest:
-        """Settle from station to station; not `refuse`: the best that was found, balanced or not."""
+        """Settle from station to station; not `refuse`: where no balance is found, where damped dynamics end."""
         self.refuse = refuse
         posed, positions, grip = self._origin()
         stations = self._stations(posed, positions)
@@ -263,6 +263,7 @@ class _Settling:
         tolerance = self.tolerance if last else max(self.tolerance, ON_THE_WAY)
         scene = self.dressed.scene(posed)
         held = self.start.held if self.start is not None else None
+        began = positions
         positions, pinched = self._cleaned(posed, positions)
         for attempt in range(ATTEMPTS):
             search = Search(self.dressed.stepper, pinched, scene, held)
@@ -279,6 +280,8 @@ class _Settling:
                 self.method = "newton after dynamics"
                 state = self._swung(posed, found.positions, SHAKEN, KEPT_SPEED)
                 positions, pinched = state.positions, state.pinched
+        if last and not self.refuse:
+            return self._stilled(posed, began)
         if last and not search.pinched.any():
             raise SimulationFailed(
                 f"'{self.garment.name}' found no equilibrium: {found.residual_share:.3g} of a vertex's weight is left "
@@ -286,6 +289,13 @@ class _Settling:
                 "settled state nearer by, or use method 'draping'"
             )
         return search, found
+
+    def _stilled(self, posed: "PosedBody", positions: Positions) -> tuple[Search, Equilibrium]:
+        """Where damped dynamics end, balanced or not."""
+        self.method = "dynamics"
+        state = self._swung(posed, positions, self.settings.settle, KEPT_SPEED)
+        search = Search(self.dressed.stepper, state.pinched, self.dressed.scene(posed))
+        return search, search.run(state.positions, None, tolerance=np.inf, newton_steps=0)
 
     def _cleaned(self, posed: "PosedBody", positions: Positions) -> tuple[Positions, Mask]:
         """Positions moved out of the body, and the vertices for which there is no place."""
@@ -340,7 +350,9 @@ class _Settling:
         sheet, stepper = self.dressed.sheet, self.dressed.stepper
         vertices = found.positions.astype(np.float32)
         within = inside(posed.vertices, posed.faces, vertices)
-        crossing = refuse_tangles(self.garment.name, sheet, vertices, posed) if self.settings.self_contact else 0.0
+        crossing = 0.0
+        if self.settings.self_contact:
+            crossing = refuse_tangles(self.garment.name, sheet, vertices, posed, pinched)
         deepest = self._end(posed).clean(posed, found.positions, 1.0).deepest_mm if within.any() else 0.0
         return Rest(
             garment=self.garment, shaped=self.shaped, pose=self.pose, settings=self.settings,

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.arrays import Vertices
+from hemline.arrays import Mask, Vertices
 from hemline.errors import SimulationFailed
 from hemline.meshes import components, crossing_edges
 from hemline.motions.motion import JOINT_NAMES
@@ -18,21 +18,24 @@ MOST = 0.002
 """Share of the edges that may go through a triangle of a garment that is not refused."""
 
 
-def refuse_tangles(name: str, sheet: Sheet, vertices: Vertices, posed: "PosedBody") -> float:
+def refuse_tangles(name: str, sheet: Sheet, vertices: Vertices, posed: "PosedBody", pinched: Mask) -> float:
     """The share of edges that go through a triangle, where it is small.
+
+    Where the body cuts through itself there may be no other place for the cloth: then nothing is refused.
 
     Args:
         name: How errors call the garment.
         sheet: Its cloth.
         vertices: Where it is [m].
         posed: The body that wears it.
+        pinched: Vertices that have no free place.
 
     Raises:
         SimulationFailed: It is not small; the message names the places.
     """
     crossed = crossing_edges(vertices, sheet.faces.astype(np.int32))
     share = len(crossed) / len(sheet.edges)
-    if share > MOST:
+    if share > MOST and not pinched.any():
         raise SimulationFailed(
             f"'{name}' is tangled: {len(crossed)} of {len(sheet.edges)} edges go through its own cloth, "
             f"{_places(sheet, crossed, vertices, posed)}; lay its panels apart there, or leave out 'self_contact'"
