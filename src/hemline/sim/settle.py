@@ -338,6 +338,7 @@ class _Settling:
 
     def _rest(self, posed: "PosedBody", found: Equilibrium, pinched: Mask, method: str) -> Rest:
         sheet, stepper = self.dressed.sheet, self.dressed.stepper
+        assert found.grip is not None
         vertices = found.positions.astype(np.float32)
         within = inside(posed.vertices, posed.faces, vertices)
         crossing = refuse_tangles(self.garment.name, sheet, vertices, posed) if self.settings.self_contact else 0.0
