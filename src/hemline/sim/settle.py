@@ -168,7 +168,8 @@ def settle_all(
 def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Take:
     """The garment settled in the rest pose of a body, as a take of kind `rest` with one frame.
 
-    Where no equilibrium is found, the stillest state that was: dynamics go on from there; `residual_share` says so.
+    A take can start from cloth that is not quite still: where no equilibrium is found, damped dynamics have the last
+    word, and `residual_share` says how large the forces are.
 
     Args:
         garment: The garment.
@@ -264,7 +265,8 @@ class _Settling:
         scene = self.dressed.scene(posed)
         held = self.start.held if self.start is not None else None
         positions, pinched = self._cleaned(posed, positions)
-        for attempt in range(ATTEMPTS):
+        attempts = ATTEMPTS if self.refuse else 1
+        for attempt in range(attempts):
             search = Search(self.dressed.stepper, pinched, scene, held)
             found = search.run(positions, grip, tolerance=tolerance, newton_steps=NEWTON_STEPS)
             self.newton_steps, self.solver_steps = (
@@ -272,13 +274,17 @@ class _Settling:
             )  # fmt: skip
             if found.residual_share <= tolerance:
                 positions, after = self._cleaned(posed, found.positions)
-                if not last or np.array_equal(after, pinched) or attempt + 1 == ATTEMPTS:
+                if not last or np.array_equal(after, pinched) or attempt + 1 == attempts:
                     return search, found
                 pinched = after
-            elif attempt + 1 < ATTEMPTS:
+            elif attempt + 1 < attempts:
                 self.method = "newton after dynamics"
                 state = self._swung(posed, found.positions, SHAKEN, KEPT_SPEED)
                 positions, pinched = state.positions, state.pinched
+        if not self.refuse:
+            state = self._swung(posed, found.positions, self.settings.settle, KEPT_SPEED, still=0.1 * STILL)
+            search = Search(self.dressed.stepper, state.pinched, scene, search.held)
+            return search, search.run(state.positions, found.grip, tolerance=np.inf, newton_steps=0)
         if last and not search.pinched.any():
             raise SimulationFailed(
                 f"'{self.garment.name}' found no equilibrium: {found.residual_share:.3g} of a vertex's weight is left "
@@ -297,7 +303,9 @@ class _Settling:
     def _end(self, posed: "PosedBody") -> FrameEnd:
         return FrameEnd(self.garment if self.start is not None else self._dressed, posed.shaped)
 
-    def _swung(self, posed: "PosedBody", positions: Positions, seconds: float, kept: float) -> ClothState:
+    def _swung(
+        self, posed: "PosedBody", positions: Positions, seconds: float, kept: float, still: float = STILL
+    ) -> ClothState:
         """Dynamics at one pose, until the cloth hardly moves where velocities are damped.
 
         Raises:
@@ -324,7 +332,7 @@ class _Settling:
             share = kept if closed else 0.0
             state = replace(state, velocities=share * state.velocities, change=share * state.change)
             speed = float(np.linalg.norm(state.velocities, axis=1).mean())
-            if kept < 1 and frame > 5 and closed and speed < STILL:
+            if kept < 1 and frame > 5 and closed and speed < still:
                 break
         dressed.stepper.self_contact = meeting
         dressed.stepper.settings = careful
