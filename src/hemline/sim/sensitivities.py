@@ -96,7 +96,7 @@ class Sensitivities:
             rotations = rest.pose.rotations.astype(np.float64)
             rotations[number] = multiply(rotations[number], from_axis_angle(way * direction))
             ends.append(rest.shaped.posed(Pose(rotations, rest.pose.translation)))
-        return self._moved(turning(self._posed, int(number), direction), self._pins_between(*ends, TURN))
+        return self._moved(turning(self._posed, int(number), direction), self._pins_between(ends[0], ends[1], TURN))
 
     def turns(self) -> Float[np.ndarray, "joints 3 verts 3"]:
         """Change of the garment for each joint about each of its three axes [m/rad]."""
@@ -122,7 +122,7 @@ class Sensitivities:
             betas = rest.shaped.betas.copy()
             betas[index] += way
             ends.append(rest.shaped.body.shaped(betas).posed(rest.pose))
-        return self._moved(reshaping(self._posed, index), self._pins_between(*ends, RESHAPE))
+        return self._moved(reshaping(self._posed, index), self._pins_between(ends[0], ends[1], RESHAPE))
 
     def constant(self, name: str) -> Positions:
         """Change of the garment while a constant of its material, or of contact, grows.

@@ -265,7 +265,8 @@ class _Settling:
         held = self.start.held if self.start is not None else None
         began = positions
         positions, pinched = self._cleaned(posed, positions)
-        for attempt in range(ATTEMPTS):
+        attempts = ATTEMPTS if self.refuse else 1
+        for attempt in range(attempts):
             search = Search(self.dressed.stepper, pinched, scene, held)
             found = search.run(positions, grip, tolerance=tolerance, newton_steps=NEWTON_STEPS)
             self.newton_steps, self.solver_steps = (
@@ -273,10 +274,10 @@ class _Settling:
             )  # fmt: skip
             if found.residual_share <= tolerance:
                 positions, after = self._cleaned(posed, found.positions)
-                if not last or np.array_equal(after, pinched) or attempt + 1 == ATTEMPTS:
+                if not last or np.array_equal(after, pinched) or attempt + 1 == attempts:
                     return search, found
                 pinched = after
-            elif attempt + 1 < ATTEMPTS:
+            elif attempt + 1 < attempts:
                 self.method = "newton after dynamics"
                 state = self._swung(posed, found.positions, SHAKEN, KEPT_SPEED)
                 positions, pinched = state.positions, state.pinched
@@ -293,7 +294,7 @@ class _Settling:
     def _stilled(self, posed: "PosedBody", positions: Positions) -> tuple[Search, Equilibrium]:
         """Where damped dynamics end, balanced or not."""
         self.method = "dynamics"
-        state = self._swung(posed, positions, self.settings.settle, KEPT_SPEED)
+        state = self._swung(posed, positions, self.settings.settle, KEPT_SPEED, still=0.1 * STILL)
         search = Search(self.dressed.stepper, state.pinched, self.dressed.scene(posed))
         return search, search.run(state.positions, None, tolerance=np.inf, newton_steps=0)
 
@@ -307,7 +308,9 @@ class _Settling:
     def _end(self, posed: "PosedBody") -> FrameEnd:
         return FrameEnd(self.garment if self.start is not None else self._dressed, posed.shaped)
 
-    def _swung(self, posed: "PosedBody", positions: Positions, seconds: float, kept: float) -> ClothState:
+    def _swung(
+        self, posed: "PosedBody", positions: Positions, seconds: float, kept: float, still: float = STILL
+    ) -> ClothState:
         """Dynamics at one pose, until the cloth hardly moves where velocities are damped.
 
         Raises:
@@ -334,7 +337,7 @@ class _Settling:
             share = kept if closed else 0.0
             state = replace(state, velocities=share * state.velocities, change=share * state.change)
             speed = float(np.linalg.norm(state.velocities, axis=1).mean())
-            if kept < 1 and frame > 5 and closed and speed < STILL:
+            if kept < 1 and frame > 5 and closed and speed < still:
                 break
         dressed.stepper.self_contact = meeting
         dressed.stepper.settings = careful
@@ -348,6 +351,7 @@ class _Settling:
 
     def _rest(self, posed: "PosedBody", found: Equilibrium, pinched: Mask, method: str) -> Rest:
         sheet, stepper = self.dressed.sheet, self.dressed.stepper
+        assert found.grip is not None
         vertices = found.positions.astype(np.float32)
         within = inside(posed.vertices, posed.faces, vertices)
         crossing = 0.0
