@@ -1,6 +1,5 @@
 """Cloth that meets itself: what is found, what it does, and how crossed cloth comes apart."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -240,7 +239,8 @@ def test_pairs_hold_their_own_side():
     through[starts[1] :, 1] = -0.002
     contact.begin(x, through)
     pairs = contact.lay(through)
-    upper = np.isin(pairs.corners[:, 0], range(starts[1], len(x)))
+    # of a vertex and a triangle, the nearest point within it
+    within = (pairs.weights[:, 0] == 1) & (pairs.weights[:, 1:] < 0).all(axis=1)
+    upper = within & np.isin(pairs.corners[:, 0], range(starts[1], len(x)))
     assert upper.any()
     assert (pairs.normal[upper, 1] > 0.9).all()
-    assert all(len(set(corners)) == 4 for corners, _ in itertools.islice(zip(pairs.corners, x, strict=False), 5))

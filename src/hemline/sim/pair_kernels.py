@@ -7,8 +7,6 @@ constant. And Coulomb's smoothed potential of the slip u = (I - n n^T) sum(w (x 
 Normals and weights are laid anew in each Newton step.
 """
 
-import numpy as np
-
 from hemline.compiled import kernel, prange
 
 from .pair_search_kernels import closest_on_edges
@@ -19,48 +17,39 @@ CHUNK = 64
 
 
 @kernel(parallel=True)
-def lay_pairs(x, corners, side, weights_out, normal_out, distance_out, side_out):
+def lay_pairs(x, corners, before, weights_out, normal_out, distance_out):
     """Nearest points of each pair, and the unit normal from the second of them to the first.
 
-    # in:  corners (pairs, 5): four vertices, 1 for edges; side (pairs,): 1 or -1, which side of the triangle the vertex
-    #      is on, or of the plane along both edges; 0 where it is not known yet
-    # out: weights (pairs, 4), normal (pairs, 3), distance (pairs,): along the normal, negative on the wrong side; side.
-    #      Distance is infinite where a pair is none: edges that are nearest at an end, and vertices that went around
-    #      the rim of a triangle, are met by others.
+    # in:  corners (pairs, 5): four vertices, 1 for edges; before (pairs, 3): the normal until now, 0 for none
+    # out: weights (pairs, 4), normal (pairs, 3), distance (pairs,): along the normal, negative on the wrong side.
+    #      A normal that turned by more than 90 degrees means that the pair went through itself: within both elements
+    #      the old side is kept, at their rims the old normal.
     """
     for p in prange(corners.shape[0]):
         a, b, c, d = corners[p, 0], corners[p, 1], corners[p, 2], corners[p, 3]
         weight = weights_out[p]
-        edge = corners[p, 4] == 1
-        if edge:
-            s, t, _ = closest_on_edges(x[a], x[b], x[c], x[d])
-            weight[0], weight[1], weight[2], weight[3] = 1.0 - s, s, t - 1.0, -t
-            inner = 0.0 < s < 1.0 and 0.0 < t < 1.0
-            u0, u1, u2 = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
-            v0, v1, v2 = x[d, 0] - x[c, 0], x[d, 1] - x[c, 1], x[d, 2] - x[c, 2]
-        else:
+        if corners[p, 4] == 0:
             v, w, _ = closest_on_triangle(x[a, 0], x[a, 1], x[a, 2], x[b], x[c], x[d])
             weight[0], weight[1], weight[2], weight[3] = 1.0, v + w - 1.0, -v, -w
             inner = v > 0.0 and w > 0.0 and v + w < 1.0
-            u0, u1, u2 = x[c, 0] - x[b, 0], x[c, 1] - x[b, 1], x[c, 2] - x[b, 2]
-            v0, v1, v2 = x[d, 0] - x[b, 0], x[d, 1] - x[b, 1], x[d, 2] - x[b, 2]
-        m0, m1, m2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+        else:
+            s, t, _ = closest_on_edges(x[a], x[b], x[c], x[d])
+            weight[0], weight[1], weight[2], weight[3] = 1.0 - s, s, t - 1.0, -t
+            inner = 0.0 < s < 1.0 and 0.0 < t < 1.0
         r0 = weight[0] * x[a, 0] + weight[1] * x[b, 0] + weight[2] * x[c, 0] + weight[3] * x[d, 0]
         r1 = weight[0] * x[a, 1] + weight[1] * x[b, 1] + weight[2] * x[c, 1] + weight[3] * x[d, 1]
         r2 = weight[0] * x[a, 2] + weight[1] * x[b, 2] + weight[2] * x[c, 2] + weight[3] * x[d, 2]
-        along = m0 * r0 + m1 * r1 + m2 * r2
-        side_out[p] = side[p] if side[p] != 0.0 else (1.0 if along >= 0.0 else -1.0)
-        length, area = (r0 * r0 + r1 * r1 + r2 * r2) ** 0.5, (m0 * m0 + m1 * m1 + m2 * m2) ** 0.5
-        over = 0.0
-        distance_out[p] = np.inf
-        if inner and area > 1e-14:
-            over = side_out[p] / area
-            r0, r1, r2 = m0, m1, m2
-            distance_out[p] = over * along
-        elif not edge and side_out[p] * along >= 0.0 and length > 1e-9:
+        length = (r0 * r0 + r1 * r1 + r2 * r2) ** 0.5
+        n0, n1, n2 = before[p, 0], before[p, 1], before[p, 2]
+        along = n0 * r0 + n1 * r1 + n2 * r2
+        if length > 1e-9:
             over = 1.0 / length
-            distance_out[p] = length
-        normal_out[p, 0], normal_out[p, 1], normal_out[p, 2] = over * r0, over * r1, over * r2
+            if along >= 0.0:
+                n0, n1, n2 = over * r0, over * r1, over * r2
+            elif inner:
+                n0, n1, n2 = -over * r0, -over * r1, -over * r2
+        normal_out[p, 0], normal_out[p, 1], normal_out[p, 2] = n0, n1, n2
+        distance_out[p] = n0 * r0 + n1 * r1 + n2 * r2
 
 
 @kernel(inline="always")

@@ -81,7 +81,7 @@ class SelfContact:
         self._edges = sheet.edges.astype(np.uint32)
         self._room: dict[str, int] = {"patches": 32, "near": 256, "piercing": 64}
         self._corners = np.empty((0, 5), np.uint32)
-        self._side = np.empty(0)
+        self._normal = np.empty((0, 3))
         self._pulls: tuple[np.ndarray, ...] = ()
         self.crossed = np.empty((0, 2), np.uint32)
         """Edges that went through a triangle at the start of the last step, as vertex pairs."""
@@ -121,8 +121,8 @@ class SelfContact:
         if len(crossed):
             corners = self._apart(crossed, corners)
         self._corners, self._pulls = corners, self._pull(start, crossed)
-        weights, normal, distance, self._side = self._empty(len(corners))
-        lay_pairs(start, corners, np.zeros(len(corners)), weights, normal, distance, self._side)
+        weights, self._normal, distance = self._empty(len(corners))
+        lay_pairs(start, corners, np.zeros((len(corners), 3)), weights, self._normal, distance)
         self._thickness = self._thick(corners)
         self._stiffness = self.push[corners[:, :4]].mean(axis=1)
         pressed = np.maximum(self._thickness - distance, 0.0)
@@ -130,8 +130,9 @@ class SelfContact:
 
     def lay(self, positions: Float[np.ndarray, "verts 3"]) -> Pairs:
         """The pairs where the cloth is now, on the sides that they had at the start."""
-        weights, normal, distance, side = self._empty(len(self._corners))
-        lay_pairs(positions, self._corners, self._side, weights, normal, distance, side)
+        weights, normal, distance = self._empty(len(self._corners))
+        lay_pairs(positions, self._corners, self._normal, weights, normal, distance)
+        self._normal = normal
         close = distance < self._thickness + MARGIN
         kept = (self._corners[:, :4], weights, normal, self._thickness, self._stiffness, self._limit)
         corners, weights, normal, thickness, stiffness, limit = (
@@ -148,8 +149,8 @@ class SelfContact:
         return np.where(edge, np.minimum(one, two) + last, one + np.minimum(two, last))
 
     @staticmethod
-    def _empty(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        return np.empty((count, 4)), np.empty((count, 3)), np.empty(count), np.empty(count)
+    def _empty(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return np.empty((count, 4)), np.empty((count, 3)), np.empty(count)
 
     def _patch_pairs(self, box: np.ndarray, motion: np.ndarray, cone: np.ndarray) -> np.ndarray:
         count = np.empty(self.patches.count, np.int64)

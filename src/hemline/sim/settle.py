@@ -22,7 +22,7 @@ from .grip import Grip
 from .lead_in import between
 from .rest import Rest
 from .settings import SimSettings
-from .sheet import Sheet
+from .sewing import sewn
 from .state import ClothState, Positions
 from .statics import Equilibrium, Search
 from .tangles import refuse_tangles
@@ -47,9 +47,6 @@ TAKE_START = 0.05
 
 STILL = 0.02
 """Mean speed below which dynamics have brought the cloth near enough to its equilibrium [m/s]."""
-
-CLOSED = 1.5
-"""Greatest stretch of an edge from which the garment is taken to be sewn up."""
 
 KEPT_SPEED = 0.9
 """Share of the velocity that is kept from frame to frame while settling by dynamics."""
@@ -320,26 +317,21 @@ class _Settling:
             self.garment, posed.shaped, self.dressed.settings
         )  # fmt: skip
         dressed.stepper.settings, careful = self.settings, dressed.stepper.settings
-        state, end = dressed.stepper.start(positions), self._end(posed)
-        step, meeting = 1 / self.settings.fps, dressed.stepper.self_contact
-        for frame in range(round(seconds * self.settings.fps)):
-            # seams that are still open pull cloth through cloth: it meets itself once they are closed, without speed
-            closed = _stretch(dressed.sheet, state.positions) < CLOSED
-            dressed.stepper.self_contact = meeting if closed else None
-            try:
+        state, end, step = dressed.stepper.start(positions), self._end(posed), 1 / self.settings.fps
+        try:
+            state = sewn(dressed, end, posed.pose, state)
+            for frame in range(round(seconds * self.settings.fps)):
                 state, _, _ = dressed.frame(
                     state, posed.pose, posed.pose, substeps=2 if kept < 1 else None, seconds=step
                 )
-            except SimulationFailed as reason:
-                raise SimulationFailed(f"settling '{self.garment.name}', frame {frame}: {reason}") from reason
-            cleaned = end.clean(posed, state.positions, step)
-            state = dressed.fed_back(state, cleaned.positions, cleaned.pinched)
-            share = kept if closed else 0.0
-            state = replace(state, velocities=share * state.velocities, change=share * state.change)
-            speed = float(np.linalg.norm(state.velocities, axis=1).mean())
-            if kept < 1 and frame > 5 and closed and speed < still:
-                break
-        dressed.stepper.self_contact = meeting
+                cleaned = end.clean(posed, state.positions, step)
+                state = dressed.fed_back(state, cleaned.positions, cleaned.pinched)
+                state = replace(state, velocities=kept * state.velocities, change=kept * state.change)
+                speed = float(np.linalg.norm(state.velocities, axis=1).mean())
+                if kept < 1 and frame > 5 and speed < still:
+                    break
+        except SimulationFailed as reason:
+            raise SimulationFailed(f"settling '{self.garment.name}': {reason}") from reason
         dressed.stepper.settings = careful
         return state
 
@@ -369,12 +361,6 @@ class _Settling:
                 "self_crossing_percent": 100 * crossing,
             },
         )  # fmt: skip
-
-
-def _stretch(sheet: Sheet, positions: Positions) -> float:
-    """The largest stretch of an edge, as a factor."""
-    ends = positions[sheet.edges]
-    return float((np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / sheet.edge_length).max())
 
 
 def _check_start(start: Rest, garment: Garment, shaped: "ShapedBody") -> None:
