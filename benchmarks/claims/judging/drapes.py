@@ -38,7 +38,7 @@ def ball(engines: list[str], *, self_thickness: float, pictures: Path | None, **
 def drape(engines: list[str], *, skirt: bool, self_thickness: float, pictures: Path | None, **_: Any) -> list[Row]:
     """A garment settled in the rest pose; ours is where takes start."""
     garment = worn.skirt() if skirt else worn.cape()
-    scene = worn.resting(garment, 90)
+    scene = worn.resting(garment, 61)
     settings = with_self_contact(SimSettings(), self_thickness)
     rest = worn.rest_by_hemline(garment, settings)
     runs = [Played("hemline", rest[None], np.zeros(1), np.zeros(1), {"settle": settings.settle})]

@@ -99,10 +99,10 @@ def ours(scene: JudgedScene, settings: SimSettings, *, kept_speed: float = 1.0, 
     h = 1 / scene.fps / settings.substeps
     for frame in range(1, scene.frame_count):
         began = time.perf_counter()
-        at = _moving(scene, frame)
+        moving = _Moving(scene, frame)
         for step in range(settings.substeps):
-            share = step / settings.substeps
-            state, _ = stepper.advance(state, h, lambda s, share=share: at(share + s / settings.substeps))
+            scene_at = moving.within(step / settings.substeps, 1 / settings.substeps)
+            state, _ = stepper.advance(state, h, scene_at)
         state = replace(state, velocities=kept_speed * state.velocities)
         ms.append(1000 * (time.perf_counter() - began))
         frames.append(state.positions)
@@ -110,19 +110,25 @@ def ours(scene: JudgedScene, settings: SimSettings, *, kept_speed: float = 1.0, 
     return Played("hemline", np.array(frames, np.float32), np.array(ms), np.zeros(len(ms)), options)
 
 
-def _moving(scene: JudgedScene, frame: int) -> Callable[[float], Scene]:
-    """The scene at a share of the way to a frame; kept, as each step ends where the next begins."""
-    known: dict[float, Scene] = {}
+class _Moving:
+    """A scene on the way to a frame; moments are kept, as each step ends where the next begins."""
 
-    def at(share: float) -> Scene:
-        share = round(share, 9)
-        if share not in known:
+    def __init__(self, scene: JudgedScene, frame: int):
+        self.scene, self.frame = scene, frame
+        self.known: dict[float, Scene] = {}
+
+    def within(self, begin: float, length: float) -> Callable[[float], Scene]:
+        """The scene at a share of a step, which is a share of the frame itself."""
+        return lambda share: self.at(round(begin + share * length, 9))
+
+    def at(self, share: float) -> Scene:
+        """The scene at a share of the frame."""
+        if share not in self.known:
+            scene, frame = self.scene, self.frame
             pinned = (1 - share) * scene.pinned[frame - 1] + share * scene.pinned[frame]
             skin = None
             if len(scene.body_faces):
                 body = ((1 - share) * scene.body[frame - 1] + share * scene.body[frame]).astype(np.float32)
                 skin = Skin(body, vertex_normals(body, scene.body_faces))
-            known[share] = Scene(pinned, skin)
-        return known[share]
-
-    return at
+            self.known[share] = Scene(pinned, skin)
+        return self.known[share]

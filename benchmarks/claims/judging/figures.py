@@ -1,5 +1,7 @@
 """Figures of a played scene: strain, vertices inside, forces left over, distances between surfaces, swings."""
 
+import itertools
+
 import numpy as np
 
 from hemline.collide import inside
@@ -64,9 +66,7 @@ def swing(height: np.ndarray, seconds: float) -> dict[str, float]:
     """Period [s] of a swing through zero, and its decay: peak after peak of the same side, as a ratio per period."""
     crossing = np.flatnonzero(np.sign(height[1:]) != np.sign(height[:-1]))
     times = seconds * (crossing + height[crossing] / (height[crossing] - height[crossing + 1]))
-    peaks = [
-        np.abs(height[a:b]).max() for a, b in zip(crossing[:-1], crossing[1:], strict=True) if b > a + 1
-    ]  # half periods between two crossings
+    peaks = [np.abs(height[a + 1 : b + 1]).max() for a, b in itertools.pairwise(crossing)]
     half = np.diff(times)
     kept = (peaks[-1] / peaks[0]) ** (2 / (len(peaks) - 1)) if len(peaks) > 1 else float("nan")
     return {"period_s": float(2 * half.mean()), "kept_per_period": float(kept)}

@@ -1,4 +1,4 @@
-"""Runs inside Newton's Python: the cloth of SCENE (npz, see `scene.py`) by vertex block descent on the CPU, to OUT (npz).
+"""Runs inside Newton's Python: the cloth of SCENE (npz, see `scene.py`) by vertex block descent on the CPU, to OUT.
 
 The same small-strain material as ours: the same Lame constants on the same rest triangles (stable neo-Hookean where we
 have St. Venant-Kirchhoff), the same bending stiffness edge by edge, the same lumped masses.

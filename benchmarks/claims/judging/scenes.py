@@ -43,7 +43,7 @@ def hung(name: str, size: tuple[int, int, float, float], elastic: Elastic, frame
 
 
 def swaying(frames: int, out: float = 0.02, length: float = 0.5) -> JudgedScene:
-    """A sheet that hangs by its upper edge in its slowest mode, as a chain has it: J0(j sqrt(s / L)) above the lower end.
+    """A sheet that hangs by its upper edge in a chain's slowest mode: J0(j sqrt(s / L)), s above the lower end.
 
     Args:
         frames: How many.
@@ -57,10 +57,8 @@ def swaying(frames: int, out: float = 0.02, length: float = 0.5) -> JudgedScene:
     x = np.stack([flat[:, 0], -np.interp(flat[:, 1], s, fallen), np.interp(flat[:, 1], s, curve)], axis=1)
     elastic = Elastic(density=0.15, young=300.0, poisson=0.0, bending=1e-8)
     at_rest = np.stack([flat[:, 0], -flat[:, 1], 0 * flat[:, 0]], axis=1)
-    return replace(
-        _bare("swaying sheet", x, faces, rest, elastic, np.flatnonzero(flat[:, 1] == 0)).still(frames),
-        rest_vertices=at_rest,
-    )
+    scene = _bare("swaying sheet", x, faces, rest, elastic, np.flatnonzero(flat[:, 1] == 0)).still(frames)
+    return replace(scene, rest_vertices=at_rest)
 
 
 def falling(frames: int) -> JudgedScene:
