@@ -8,8 +8,8 @@ import numpy as np
 from hemline.sim import SimSettings
 
 from . import scenes, worn
-from .engines import RESTING, Played, played
-from .figures import apart_mm, left_over, strain, vertices_inside
+from .engines import RESTING, Played, played, present
+from .figures import apart_mm, left_over, left_over_by_newton, strain, vertices_inside
 from .pictures import drawn, drawn_run
 from .scene import JudgedScene
 from .settings import with_self_contact
@@ -25,6 +25,9 @@ RUN: dict[str, dict[str, Any]] = {
     "blender": {"quality": 10, "damping": 0.0},
     "newton": {"substeps": 10, "iterations": 10},
 }
+
+DISTANCES = f"{'engine':<9}{'to ours: mean, p95 mm':>22}{'same vertex':>12}{'strain p50, p99 %':>19}"
+"""Head of the columns that both tables begin with."""
 
 
 def ball(engines: list[str], *, self_thickness: float, pictures: Path | None, **_: Any) -> list[Row]:
@@ -56,9 +59,7 @@ def run(engines: list[str], *, skirt: bool, self_thickness: float, pictures: Pat
     judges = [engine for engine in engines if engine != "hemline"]
     runs = [ours] + [played(engine, scene, settings, **_asked(RUN, engine, self_thickness)) for engine in judges]
     print(f"{scene.name}, {len(scene.vertices)} vertices, {scene.frame_count - lead} frames after a lead-in of {lead}")
-    print(
-        f"{'engine':<9}{'to ours: mean, p95 mm':>22}{'same vertex':>12}{'strain p50, p99 %':>19}{'inside a frame':>15}"
-    )
+    print(DISTANCES + f"{'inside a frame':>15}")
     found = []
     for each in runs:
         frames = each.frames[lead:]
@@ -68,7 +69,8 @@ def run(engines: list[str], *, skirt: bool, self_thickness: float, pictures: Pat
         within = vertices_inside(scene, frames, lead) / len(frames)
         print(
             f"{each.engine:<9}{distance['mean']:>14.1f}{distance['p95']:>8.1f}{distance['vertices']:>12.1f}"
-            f"{strains['strain_p50']:>12.2f}{strains['strain_p99']:>7.2f}{within:>15.2f}"
+            f"{strains['strain_p50']:>12.2f}{strains['strain_p99']:>7.2f}{within:>15.2f}",
+            flush=True,
         )
         row = {"scene": scene.name, "engine": each.engine, "distance_mm": distance, "inside_per_frame": within}
         found.append(row | strains | {"asked": each.options})
@@ -79,24 +81,23 @@ def run(engines: list[str], *, skirt: bool, self_thickness: float, pictures: Pat
 
 def _drape(name: str, scene: JudgedScene, runs: list[Played], pictures: Path | None) -> list[Row]:
     print(f"{scene.name}, {len(scene.vertices)} vertices")
-    print(
-        f"{'engine':<9}{'to ours: mean, p95 mm':>22}{'same vertex':>12}{'strain p50, p99 %':>19}{'inside':>8}"
-        f"{'residual':>10}{'energy mJ':>11}{'still moving mm':>16}"
-    )
+    print(DISTANCES + f"{'inside':>8}{'residual':>10}{'by Newton':>10}{'energy mJ':>11}{'still moving mm':>17}")
     found = []
     for each in runs:
         last = each.frames[-1]
         distance = apart_mm(last, runs[0].frames[-1], scene.faces)
         strains, rest = strain(scene, last[None]), left_over(scene, last)
+        theirs = left_over_by_newton(scene, last) if present("newton") else float("nan")
         within = vertices_inside(scene, last[None])
         moving = 1000 * float(np.linalg.norm(last - each.frames[-min(10, len(each.frames))], axis=1).mean())
         print(
             f"{each.engine:<9}{distance['mean']:>14.1f}{distance['p95']:>8.1f}{distance['vertices']:>12.1f}"
             f"{strains['strain_p50']:>12.2f}{strains['strain_p99']:>7.2f}{within:>8}{rest['residual']:>10.3f}"
-            f"{rest['energy_mJ']:>11.1f}{moving:>16.2f}"
+            f"{theirs:>10.3f}{rest['energy_mJ']:>11.1f}{moving:>17.2f}",
+            flush=True,
         )
         row = {"scene": scene.name, "engine": each.engine, "distance_mm": distance, "inside": within}
-        found.append(row | strains | rest | {"moving_mm": moving, "asked": each.options})
+        found.append(row | strains | rest | {"residual_by_newton": theirs, "moving_mm": moving, "asked": each.options})
     if pictures:
         drawn(pictures / f"{name}.png", scene, runs)
     return found

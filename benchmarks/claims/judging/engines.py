@@ -25,9 +25,9 @@ DEFAULTS: dict[str, dict[str, Any]] = {
                 "threads": 1},
     "newton": {"substeps": 20, "iterations": 20, "kept_speed": 1.0, "self_thickness": 0.0},
 }  # fmt: skip
-TIGHT = SimSettings(residual_share=0.03, solver_share=0.05, newton_steps=12)
+TIGHT = SimSettings(self_contact=False, residual_share=0.03, solver_share=0.05, newton_steps=12)
 """Our solver with little left over, so that its model is judged and not its haste."""
-RESTING = SimSettings(residual_share=0.05, solver_share=0.05, newton_steps=12, substeps=2)
+RESTING = SimSettings(self_contact=False, residual_share=0.05, solver_share=0.05, newton_steps=12, substeps=2)
 """For drapes, where long steps lose energy sooner."""
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline.collide import inside
 from hemline.meshes import ClosestTree
-from hemline.sim import Stepper
+from hemline.sim import SimSettings, Stepper
 from hemline.sim.figures import edge_strain
 
 from .engines import played
@@ -42,7 +42,7 @@ def left_over(scene: JudgedScene, positions: np.ndarray) -> dict[str, float]:
         elastic energy and weight of all.
     """
     sheet = scene.sheet
-    stepper = Stepper(sheet, pinned=scene.pins)
+    stepper = Stepper(sheet, pinned=scene.pins, settings=SimSettings(self_contact=False))
     positions = positions.astype(np.float64)
     force = -stepper.gradient(positions)
     force[:, 1] -= GRAVITY * sheet.mass
