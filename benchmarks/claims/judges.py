@@ -1,8 +1,8 @@
 """Our simulator beside two judges, Blender's cloth and Newton: `python benchmarks/claims/judges.py [SECTION ...]`.
 
 Sections: `laws` (closed forms), `ball` (a square on a ball), `drape` and `run` (the light cape; `--skirt`: the circle
-skirt), `speed` (our simulator and Blender's cloth by turns). Without a name: all but `speed`, which wants a machine of
-its own.
+skirt), `sweeps` (Newton with more and more work a frame on the start of that run), `speed` (our simulator and Blender's
+cloth by turns). Without a name: all but `speed`, which wants a machine of its own.
 Prints tables, writes one JSON line a row to benchmarks/results/judges.jsonl (the lines of the sections that ran are
 replaced) and, with `--pictures`, the pictures of docs/truth.md. How to make the judges' environments: docs/truth.md.
 """
@@ -20,7 +20,14 @@ from hemline.playback.bench import commit, machine
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks" / "results" / "judges.jsonl"
-SECTIONS = {"laws": laws.rows, "ball": drapes.ball, "drape": drapes.drape, "run": drapes.run, "speed": speed.rows}
+SECTIONS = {
+    "laws": laws.rows,
+    "ball": drapes.ball,
+    "drape": drapes.drape,
+    "run": drapes.run,
+    "sweeps": drapes.sweeps,
+    "speed": speed.rows,
+}
 
 
 def main() -> None:

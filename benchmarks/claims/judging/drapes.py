@@ -29,6 +29,9 @@ RUN: dict[str, dict[str, Any]] = {
 DISTANCES = f"{'engine':<9}{'to ours: mean, p95 mm':>22}{'same vertex':>12}{'strain p50, p99 %':>19}"
 """Head of the columns that both tables begin with."""
 
+WORK = ((10, 10), (50, 2), (100, 3), (100, 10))
+"""Newton's steps a frame, and its sweeps a step."""
+
 
 def ball(engines: list[str], *, self_thickness: float, pictures: Path | None, **_: Any) -> list[Row]:
     """A square of cotton on a ball."""
@@ -76,6 +79,31 @@ def run(engines: list[str], *, skirt: bool, self_thickness: float, pictures: Pat
         found.append(row | strains | {"asked": each.options})
     if pictures:
         drawn_run(pictures / f"run-{'skirt' if skirt else 'cape'}.webp", scene, runs, lead)
+    return found
+
+
+def sweeps(engines: list[str], *, skirt: bool, **_: Any) -> list[Row]:
+    """Newton on the first frames of the run with more and more work a frame: does it come to ours?"""
+    if "newton" not in engines:
+        return []
+    garment = worn.skirt() if skirt else worn.cape()
+    settings = with_self_contact(SimSettings(), 0)
+    scene, ours, _lead = worn.running(garment, worn.rest_by_hemline(garment, settings), settings, 2)
+    start = scene.first(8)
+    print(
+        f"start of {scene.name}, frame 7: Newton and ours (strain p99 {strain(start, ours.frames[7:8])['strain_p99']:.2f} %)"
+    )
+    print(f"{'steps a frame':>14}{'sweeps a step':>14}{'same vertex mm':>15}{'strain p50, p99 %':>19}")
+    found = []
+    for steps, count in WORK:
+        theirs = played("newton", start, settings, substeps=steps, iterations=count).frames[-1]
+        far = 1000 * float(np.linalg.norm(theirs - ours.frames[7], axis=1).mean())
+        strains = strain(start, theirs[None])
+        print(
+            f"{steps:>14}{count:>14}{far:>15.1f}{strains['strain_p50']:>12.2f}{strains['strain_p99']:>7.2f}", flush=True
+        )
+        row = {"scene": f"start of {scene.name}", "engine": "newton", "steps": steps, "sweeps": count}
+        found.append(row | {"distance_mm": far} | strains)
     return found
 
 

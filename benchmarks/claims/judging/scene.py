@@ -56,6 +56,10 @@ class JudgedScene:
         body, pinned = self.body[:1], self.pinned[:1]
         return replace(self, body=np.repeat(body, frames, axis=0), pinned=np.repeat(pinned, frames, axis=0))
 
+    def first(self, frames: int) -> "JudgedScene":
+        """Its first frames."""
+        return replace(self, body=self.body[:frames], pinned=self.pinned[:frames])
+
     def write(self, path: Path, settings: SimSettings) -> None:
         """Write all that another engine needs as npz, without pickle."""
         sheet = self.sheet

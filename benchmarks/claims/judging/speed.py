@@ -14,11 +14,11 @@ from .figures import strain
 from .settings import with_self_contact
 
 Row = dict[str, Any]
-QUALITIES = (3, 5, 8, 12, 20)
+QUALITIES = (3, 5, 10, 20)
 """Blender's steps a frame."""
 SUBSTEPS = (2, 4)
 """Ours."""
-FRAMES, TURNS = 45, 3
+FRAMES, TURNS = 30, 3
 
 
 def rows(engines: list[str], *, skirt: bool, self_thickness: float, **_: Any) -> list[Row]:
