@@ -91,7 +91,8 @@ def sweeps(engines: list[str], *, skirt: bool, **_: Any) -> list[Row]:
     scene, ours, _lead = worn.running(garment, worn.rest_by_hemline(garment, settings), settings, 2)
     start = scene.first(8)
     print(
-        f"start of {scene.name}, frame 7: Newton and ours (strain p99 {strain(start, ours.frames[7:8])['strain_p99']:.2f} %)"
+        f"start of {scene.name}, frame 7: Newton beside ours, "
+        f"whose strain p99 is {strain(start, ours.frames[7:8])['strain_p99']:.2f} %"
     )
     print(f"{'steps a frame':>14}{'sweeps a step':>14}{'same vertex mm':>15}{'strain p50, p99 %':>19}")
     found = []
