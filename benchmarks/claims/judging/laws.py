@@ -82,8 +82,14 @@ def pendulum(engine: str) -> list[Row]:
 
 
 def cantilevers(engine: str) -> list[Row]:
-    """A strip clamped level at one end sinks: the heavy elastica D theta'' = -rho g (L - s) cos theta."""
-    length, bending = 0.31, 1.5e-3
+    """A strip clamped level at one end sinks: the heavy elastica D theta'' = -rho g (L - s) cos theta.
+
+    The last row held carries a whole hinge where a beam has half of one, so that L counts from 5 mm before it. Not in
+    Newton: with Young's modulus that high its sweeps do not come to rest within minutes.
+    """
+    if engine == "newton":
+        return []
+    length, bending = 0.315, 4e-3
     load = 0.15 * GRAVITY / bending
     solved = solve_bvp(
         lambda s, y: np.stack([y[1], -load * (length - s) * np.cos(y[0])]),
@@ -95,7 +101,7 @@ def cantilevers(engine: str) -> list[Row]:
     found = []
     for name, even in (("cantilever, squares", False), ("cantilever, triangles", True)):
         scene = scenes.cantilever(name, 90, bending, even=even)
-        result = _settled(engine, scene, newton={"substeps": 20, "iterations": 20})
+        result = _settled(engine, scene)
         sunk = -result.frames[-1][_last_row(scene), 1].mean()
         found.append(_row(name, engine, sunk, wanted, "m lower"))
     return found
