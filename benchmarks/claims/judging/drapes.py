@@ -47,7 +47,7 @@ def drape(engines: list[str], *, skirt: bool, self_thickness: float, pictures: P
     scene = worn.resting(garment, 61)
     settings = with_self_contact(SimSettings(), self_thickness)
     rest = worn.rest_by_hemline(garment, settings)
-    runs = [Played("hemline", rest[None], np.zeros(1), np.zeros(1), {"settle": settings.settle})]
+    runs = [Played("hemline", rest.vertices, np.zeros(1), np.zeros(1), {"settle": settings.settle})]
     judges = [engine for engine in engines if engine != "hemline"]
     runs += [played(engine, scene, settings, **_asked(CALM, engine, self_thickness)) for engine in judges]
     return _drape("drape-skirt" if skirt else "drape-cape", scene, runs, pictures)

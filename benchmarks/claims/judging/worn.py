@@ -8,6 +8,7 @@ import numpy as np
 
 from hemline import bodies, garments, motions, sim
 from hemline.bodies import ShapedBody
+from hemline.datasets.take import Take
 from hemline.garments import Garment
 from hemline.sim import Elastic, Stepper
 
@@ -45,14 +46,12 @@ def resting(garment: Garment, frames: int) -> JudgedScene:
     return _scene(garment, f"{garment.name} in the rest pose", garment.vertices, [posed]).still(frames)
 
 
-def rest_by_hemline(garment: Garment, settings: sim.SimSettings | None = None) -> np.ndarray:
+def rest_by_hemline(garment: Garment, settings: sim.SimSettings) -> Take:
     """The settled drape, as every take starts from it."""
-    return sim.rest_drape(garment, body(), settings).vertices[0]
+    return sim.rest_drape(garment, body(), settings)
 
 
-def running(
-    garment: Garment, rest: np.ndarray, settings: sim.SimSettings, frames: int
-) -> tuple[JudgedScene, Played, int]:
+def running(garment: Garment, rest: Take, settings: sim.SimSettings, frames: int) -> tuple[JudgedScene, Played, int]:
     """The shipped run by our simulator, whole: bodies skinned, cloth, projection; the same frames as a scene.
 
     Args:
@@ -66,10 +65,9 @@ def running(
     """
     shaped = body()
     motion = shaped.untangled_motion(shaped.placed(motions.load("run").resampled(settings.fps)))[:frames]
-    take_of_rest = replace(sim.rest_drape(garment, shaped, replace(settings, settle=0.1)), vertices=rest[None])
     stamps = []
     take = sim.simulate(
-        garment, shaped, motion, settings, start=take_of_rest, progress=lambda *_: stamps.append(time.perf_counter())
+        garment, shaped, motion, settings, start=rest, progress=lambda *_: stamps.append(time.perf_counter())
     )
     ms = 1000 * np.diff(stamps, prepend=stamps[0])
     posed = [shaped.posed(take.motion[i]) for i in range(len(take.motion))]
