@@ -77,7 +77,6 @@ def running(garment: Garment, rest: Take, settings: sim.SimSettings, frames: int
 
 
 def _scene(garment: Garment, name: str, start: np.ndarray, posed: list) -> JudgedScene:
-    faces = posed[0].faces
     material = garment.material
     elastic = Elastic(
         density=material.density, young=material.young, poisson=material.poisson, bending=material.bending,
@@ -85,8 +84,8 @@ def _scene(garment: Garment, name: str, start: np.ndarray, posed: list) -> Judge
     )  # fmt: skip
     scene = JudgedScene(
         name, np.asarray(start, np.float64), garment.faces, garment.rest_edges, garment.vertices.astype(np.float64),
-        elastic, np.array([garment.pins.positions(each.vertices, each.normals, faces) for each in posed], np.float64),
-        garment.pins.vertices, np.array([each.vertices for each in posed], np.float64), faces,
+        elastic, np.array([garment.pins.on(each) for each in posed], np.float64),
+        garment.pins.vertices, np.array([each.vertices for each in posed], np.float64), posed[0].faces,
         flat=garment.flat_rest,
     )  # fmt: skip
     return replace(scene, rest_vertices=unstrained(scene)) if garment.flat_rest else scene
