@@ -4,7 +4,18 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: demo demo-from-nothing test test-all check bench clean
+BLENDER = .venv-blender/bin/python
+NEWTON = .venv-newton/bin/python
+
+# the judges of the simulator, where `make judges-install` has put them (docs/truth.md)
+ifneq ($(wildcard $(BLENDER)),)
+export HEMLINE_BLENDER_PYTHON ?= $(abspath $(BLENDER))
+endif
+ifneq ($(wildcard $(NEWTON)),)
+export HEMLINE_NEWTON_PYTHON ?= $(abspath $(NEWTON))
+endif
+
+.PHONY: demo demo-from-nothing test test-all check bench judges judges-install clean
 
 $(VENV)/.base: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -41,6 +52,21 @@ check: $(VENV)/.dev
 # all figures of this machine, into benchmarks/results
 bench: $(VENV)/.base
 	$(BIN)/hemline bench --all --record benchmarks/results
+
+# Blender's cloth (800 MB, Python 3.11) and Newton, each in an environment of its own
+judges-install: $(BLENDER) $(NEWTON)
+
+$(BLENDER):
+	python3.11 -m venv .venv-blender
+	$@ -m pip install --quiet --disable-pip-version-check 'bpy==4.5.*' 'numpy<2'
+
+$(NEWTON):
+	$(PYTHON) -m venv .venv-newton
+	$@ -m pip install --quiet --disable-pip-version-check 'newton==1.8.*'
+
+# figures and pictures of docs/truth.md
+judges: $(VENV)/.base
+	$(BIN)/python benchmarks/claims/judges.py --pictures
 
 clean:
 	rm -rf $(VENV) out build dist

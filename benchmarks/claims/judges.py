@@ -1,0 +1,63 @@
+"""Our simulator beside two judges, Blender's cloth and Newton: `python benchmarks/claims/judges.py [SECTION ...]`.
+
+Sections: `laws` (closed forms), `ball` (a square on a ball), `drape` and `run` (the light cape; `--skirt`: the circle
+skirt), `sweeps` (Newton with more and more work a frame on the start of that run), `speed` (our simulator and Blender's
+cloth by turns). Without a name: all but `speed`, which wants a machine of its own.
+Prints tables, writes one JSON line a row to benchmarks/results/judges.jsonl (the lines of the sections that ran are
+replaced) and, with `--pictures`, the pictures of docs/truth.md. How to make the judges' environments: docs/truth.md.
+"""
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+from judging import drapes, laws, speed
+from judging.engines import present
+
+from hemline.compiled import threads
+from hemline.playback.bench import commit, machine
+
+ROOT = Path(__file__).parents[2]
+RESULTS = ROOT / "benchmarks" / "results" / "judges.jsonl"
+SECTIONS = {
+    "laws": laws.rows,
+    "ball": drapes.ball,
+    "drape": drapes.drape,
+    "run": drapes.run,
+    "sweeps": drapes.sweeps,
+    "speed": speed.rows,
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("sections", nargs="*", metavar="SECTION", help=", ".join(SECTIONS))
+    parser.add_argument("--skirt", action="store_true", help="the circle skirt in the place of the cape")
+    parser.add_argument("--self-contact", type=float, default=0.0, metavar="METRES", help="thickness of cloth on cloth")
+    parser.add_argument("--pictures", action="store_true", help="write the pictures of docs/truth.md")
+    asked = parser.parse_args()
+    if unknown := set(asked.sections) - set(SECTIONS):
+        parser.error(f"no section {', '.join(sorted(unknown))}; there are {', '.join(SECTIONS)}")
+    engines = [name for name in ("hemline", "blender", "newton") if present(name)]
+    for name in {"blender", "newton"} - set(engines):
+        print(f"{name} is left out: its environment is not named, see docs/truth.md")
+    folder = ROOT / "docs" / "truth" if asked.pictures else None
+    for section in asked.sections or [name for name in SECTIONS if name != "speed"]:
+        print(f"\n{section}")
+        rows = SECTIONS[section](engines, skirt=asked.skirt, self_thickness=asked.self_contact, pictures=folder)
+        record(section, rows)
+
+
+def record(section: str, rows: list[dict]) -> None:
+    """Replace a section's lines in the results."""
+    stamp = {"machine": machine(), "threads": threads(), "commit": commit(), "date": time.strftime("%Y-%m-%d")}
+    scenes = {row["scene"] for row in rows}
+    old = [json.loads(line) for line in RESULTS.read_text().splitlines()] if RESULTS.exists() else []
+    kept = [row for row in old if row["section"] != section or row["scene"] not in scenes]
+    lines = [json.dumps(row) for row in kept + [{"section": section} | row | stamp for row in rows]]
+    RESULTS.write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()

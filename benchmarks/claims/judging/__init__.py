@@ -1,0 +1,1 @@
+"""What `judges.py` is made of."""
