@@ -238,3 +238,26 @@ def test_air_on_one_triangle_is_the_textbooks():
     air_at_vertices(starts, corners, force, matrix, velocity, 100.0, at, diagonal)
     assert at.sum(axis=0) == pytest.approx(3 * force[0], abs=1e-12)
     assert diagonal[0] == pytest.approx(100 * matrix[0])
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("side", [-1, 1])
+def test_the_search_for_the_body_stays_within_its_grid(axis, side):
+    # interpreted, as compiled code reads beyond an array without a word: cloth far off each side of a ball
+    import trimesh
+
+    from hemline.sim.touch_kernels import closest_faces
+
+    ball = trimesh.creation.icosphere(2, 0.2)
+    vertices = np.asarray(ball.vertices, np.float32)
+    surface = Surface(np.asarray(ball.faces), reach=0.04)
+    grid = Skin(vertices, vertices).grid(0.04)
+    # near the last rows of the grid in the other two axes, which lie at the end of its array
+    x = np.full((1, 3), 0.2)
+    x[0, axis] = side * 0.9
+    nearest, face = np.full(1, -1, np.int32), np.empty(1, np.int32)
+    closest_faces.py_func(
+        x, vertices, surface.faces, surface.star.starts, surface.star.columns, grid.low, grid.cell, grid.size,
+        grid.starts, grid.order, 0.04, np.zeros(1, bool), nearest, face, np.zeros((1, 2)),
+    )  # fmt: skip
+    assert face[0] == -1

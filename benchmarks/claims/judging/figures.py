@@ -20,7 +20,7 @@ def strain(scene: JudgedScene, frames: np.ndarray) -> dict[str, float]:
     """Median and 99th percentile of |length / rest length - 1| over frames and edges that are not pinned [%]."""
     sheet = scene.sheet
     loose = ~np.isin(sheet.edges, scene.pins).all(axis=1)
-    found = 100 * edge_strain(sheet, frames)[:, loose]
+    found = 100 * np.abs(edge_strain(sheet, frames)[:, loose])
     return {"strain_p50": float(np.percentile(found, 50)), "strain_p99": float(np.percentile(found, 99))}
 
 

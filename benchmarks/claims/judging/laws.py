@@ -22,7 +22,7 @@ def rows(engines: list[str], **_: Any) -> list[Row]:
     """All closed forms; prints them."""
     print(f"{'law':<24}{'engine':<10}{'found':>10}{'closed form':>14}{'off %':>8}   what")
     found = []
-    for law in (fall, hanging_strip, sway, pendulum, cantilevers):
+    for law in (fall, hanging_strip, other_cuts, sway, pendulum, cantilevers):
         for row in (row for engine in engines for row in law(engine)):
             kept = f", keeps {100 * row['kept_per_period']:.0f} % of its swing" if "kept_per_period" in row else ""
             print(
@@ -45,8 +45,21 @@ def fall(engine: str) -> list[Row]:
 
 
 def hanging_strip(engine: str) -> list[Row]:
-    """A metre of soft cloth hangs in its own weight: F S = rho g (L - s), S = Y (F^2 - 1) / 2."""
-    scene = scenes.hung("hanging strip", (11, 31, 1 / 3, 1.0), SOFT, 60, 0.0)
+    """A metre of soft cloth, in square cells, hangs in its own weight: F S = rho g (L - s), S = Y (F^2 - 1) / 2."""
+    return [_strip("hanging strip", engine, (11, 31, 1 / 3, 1.0))]
+
+
+def other_cuts(engine: str) -> list[Row]:
+    """The same strip in other cells, of width x length; not in Newton, whose elements are ours."""
+    if engine == "newton":
+        return []
+    cuts = {"strip, cells 25 x 25": (9, 41, 0.2, 1.0), "strip, cells 50 x 50": (5, 21, 0.2, 1.0),
+            "strip, cells 38 x 33": (9, 31, 0.3, 1.0)}  # fmt: skip
+    return [_strip(name, engine, size) for name, size in cuts.items()]
+
+
+def _strip(name: str, engine: str, size: tuple[int, int, float, float]) -> Row:
+    scene = scenes.hung(name, size, SOFT, 60, 0.0)
     result = _settled(engine, scene, newton={"substeps": 20, "iterations": 30})
     found = -result.frames[-1][_last_row(scene), 1].mean() - 1
 
@@ -54,7 +67,7 @@ def hanging_strip(engine: str) -> list[Row]:
         stress = SOFT.density * GRAVITY * (1 - s)
         return brentq(lambda f: f * SOFT.young * (f**2 - 1) / 2 - stress, 1, 3) - 1
 
-    return [_row("hanging strip", engine, found, quad(stretch, 0, 1)[0], "m longer")]
+    return _row(name, engine, found, quad(stretch, 0, 1)[0], "m longer")
 
 
 def sway(engine: str) -> list[Row]:
@@ -84,12 +97,11 @@ def pendulum(engine: str) -> list[Row]:
 def cantilevers(engine: str) -> list[Row]:
     """A strip clamped level at one end sinks: the heavy elastica D theta'' = -rho g (L - s) cos theta.
 
-    The last row held carries a whole hinge where a beam has half of one, so that L counts from 5 mm before it. Not in
-    Newton: with Young's modulus that high its sweeps do not come to rest within minutes.
+    Not in Newton: its sweeps do not come to rest here within minutes.
     """
     if engine == "newton":
         return []
-    length, bending = 0.315, 4e-3
+    length, bending = 0.31, 4e-3
     load = 0.15 * GRAVITY / bending
     solved = solve_bvp(
         lambda s, y: np.stack([y[1], -load * (length - s) * np.cos(y[0])]),
@@ -99,10 +111,10 @@ def cantilevers(engine: str) -> list[Row]:
     )
     wanted = abs(quad(lambda s: np.sin(solved.sol(s)[0]), 0, length)[0])
     found = []
-    for name, even in (("cantilever, squares", False), ("cantilever, triangles", True)):
-        scene = scenes.cantilever(name, 90, bending, even=even)
-        result = _settled(engine, scene)
-        sunk = -result.frames[-1][_last_row(scene), 1].mean()
+    for even, cell_mm in ((False, 10), (False, 5), (True, 10), (True, 5)):
+        name = f"cantilever, {'triangles' if even else 'squares'} {cell_mm}"
+        scene = scenes.cantilever(name, 90, bending, even=even, cell=cell_mm / 1000)
+        sunk = -_settled(engine, scene).frames[-1][_last_row(scene), 1].mean()
         found.append(_row(name, engine, sunk, wanted, "m lower"))
     return found
 

@@ -68,20 +68,22 @@ def falling(frames: int) -> JudgedScene:
     return _bare("falling square", x, faces, rest, COTTON, np.zeros(0, int)).still(frames)
 
 
-def cantilever(name: str, frames: int, bending: float, *, even: bool) -> JudgedScene:
-    """A strip clamped level at one end: two rows are held, 10 mm apart.
+def cantilever(name: str, frames: int, bending: float, *, even: bool, cell: float) -> JudgedScene:
+    """A strip of 10 cm clamped level at one end, where 10 mm of it are held.
 
     Args:
         name: For tables.
         frames: How many.
         bending: Stiffness [N m].
         even: Triangles of equal sides; otherwise squares cut in two.
+        cell: Distance of rows [m].
     """
-    flat, faces, rest = cut(11, 33, 0.1, 0.32)
+    across, along = round(0.1 / cell) + 1, round(0.32 / cell) + 1
+    flat, faces, rest = cut(across, along, 0.1, 0.32)
     if even:
-        row = np.round(flat[:, 1] / 0.01).astype(int)
-        flat = flat * (2 / np.sqrt(3), 1) + np.stack([(row % 2) / 173.2, 0 * row], axis=1)
-        number = np.arange(11 * 33).reshape(11, 33)
+        row = np.round(flat[:, 1] / cell).astype(int)
+        flat = flat * (2 / np.sqrt(3), 1) + np.stack([(row % 2) * cell / np.sqrt(3), 0 * row], axis=1)
+        number = np.arange(across * along).reshape(across, along)
         a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
         odd = (np.indices(a.shape)[1] % 2 == 1)[..., None]
         first = np.where(odd, np.stack([a, b, c], -1), np.stack([a, b, d], -1)).reshape(-1, 3)
@@ -90,7 +92,7 @@ def cantilever(name: str, frames: int, bending: float, *, even: bool) -> JudgedS
         rest = np.stack([flat[faces[:, 1]] - flat[faces[:, 0]], flat[faces[:, 2]] - flat[faces[:, 0]]], axis=2)
     x = np.stack([flat[:, 0], 0 * flat[:, 0], flat[:, 1]], axis=1)
     elastic = Elastic(density=0.15, young=500.0, poisson=0.0, bending=bending, damping=0.003)
-    return _bare(name, x, faces, rest, elastic, np.flatnonzero(flat[:, 1] < 0.011)).still(frames)
+    return _bare(name, x, faces, rest, elastic, np.flatnonzero(flat[:, 1] < 0.0101)).still(frames)
 
 
 def on_a_ball(count: int, frames: int, *, size: float = 0.8, radius: float = 0.2) -> JudgedScene:

@@ -14,7 +14,7 @@ from .figures import strain
 from .settings import with_self_contact
 
 Row = dict[str, Any]
-QUALITIES = (3, 5, 10, 20)
+QUALITIES = (3, 5, 10, 20, 30)
 """Blender's steps a frame."""
 SUBSTEPS = (2, 4)
 """Ours."""

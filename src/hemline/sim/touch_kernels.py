@@ -86,6 +86,9 @@ def closest_faces(
         a0, a1 = int(max((px - radius - low[0]) / cell, 0.0)), int(min((px + radius - low[0]) / cell, size[0] - 1.0))
         b0, b1 = int(max((py - radius - low[1]) / cell, 0.0)), int(min((py + radius - low[1]) / cell, size[1] - 1.0))
         c0, c1 = int(max((pz - radius - low[2]) / cell, 0.0)), int(min((pz + radius - low[2]) / cell, size[2] - 1.0))
+        if c0 > c1:
+            # off the grid along its rows, whose ends would be read beyond them
+            a1 = a0 - 1
         for a in range(a0, a1 + 1):
             for b in range(b0, b1 + 1):
                 row = (a * size[1] + b) * size[2]
