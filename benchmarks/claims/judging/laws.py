@@ -20,13 +20,13 @@ SOFT = Elastic(density=0.15, young=60.0, poisson=0.0, bending=1e-6, damping=0.00
 
 def rows(engines: list[str], **_: Any) -> list[Row]:
     """All closed forms; prints them."""
-    print(f"{'law':<24}{'engine':<10}{'found':>10}{'closed form':>14}{'off %':>8}   what")
+    print(f"{'law':<26}{'engine':<10}{'found':>10}{'closed form':>14}{'off %':>8}   what")
     found = []
     for law in (fall, hanging_strip, other_cuts, sway, pendulum, cantilevers):
         for row in (row for engine in engines for row in law(engine)):
             kept = f", keeps {100 * row['kept_per_period']:.0f} % of its swing" if "kept_per_period" in row else ""
             print(
-                f"{row['scene']:<24}{row['engine']:<10}{row['found']:>10.5f}{row['wanted']:>14.5f}"
+                f"{row['scene']:<26}{row['engine']:<10}{row['found']:>10.5f}{row['wanted']:>14.5f}"
                 f"{row['off_percent']:>8.2f}   {row['what']}{kept}",
                 flush=True,
             )
