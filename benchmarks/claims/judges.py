@@ -46,17 +46,17 @@ def main() -> None:
     for section in asked.sections or [name for name in SECTIONS if name != "speed"]:
         print(f"\n{section}")
         rows = SECTIONS[section](engines, skirt=asked.skirt, self_thickness=asked.self_contact, pictures=folder)
-        record(section, rows)
+        record(section, rows, asked.self_contact)
 
 
-def record(section: str, rows: list[dict]) -> None:
-    """Replace a section's lines in the results."""
+def record(section: str, rows: list[dict], self_thickness: float = 0.0) -> None:
+    """Replace a section's lines in the results, those of the same scenes with the same self-contact."""
     stamp = {"machine": machine(), "threads": threads(), "commit": commit(), "date": time.strftime("%Y-%m-%d")}
-    scenes = {row["scene"] for row in rows}
+    replaced = {(section, row["scene"], self_thickness) for row in rows}
     old = [json.loads(line) for line in RESULTS.read_text().splitlines()] if RESULTS.exists() else []
-    kept = [row for row in old if row["section"] != section or row["scene"] not in scenes]
-    lines = [json.dumps(row) for row in kept + [{"section": section} | row | stamp for row in rows]]
-    RESULTS.write_text("\n".join(lines) + "\n")
+    kept = [row for row in old if (row["section"], row["scene"], row["self_thickness"]) not in replaced]
+    new = [{"section": section} | row | {"self_thickness": self_thickness} | stamp for row in rows]
+    RESULTS.write_text("".join(json.dumps(row) + "\n" for row in kept + new))
 
 
 if __name__ == "__main__":
