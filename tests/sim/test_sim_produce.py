@@ -176,7 +176,9 @@ def test_two_processes_on_one_dataset_lose_nothing_and_make_nothing_twice(unbrok
     folder, script = tmp_path / "data", tmp_path / "run.py"
     script.write_text(SCRIPT.format(here=str(Path(__file__).parent)))
     commands = [[sys.executable, str(script), str(folder), "1"]] * 2
-    running = [subprocess.Popen(command, stderr=subprocess.PIPE) for command in commands]
+    # one thread each: two that wait awake on the same cores take minutes
+    alone = os.environ | {"NUMBA_NUM_THREADS": "1"}
+    running = [subprocess.Popen(command, stderr=subprocess.PIPE, env=alone) for command in commands]
     errors = [process.communicate(timeout=300)[1].decode() for process in running]
     assert [process.returncode for process in running] == [0, 0], errors
     assert digests(folder) == digests(unbroken[0])
