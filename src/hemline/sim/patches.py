@@ -1,6 +1,7 @@
 """Patches of the mesh, small and fixed: where the cloth could meet itself is first looked for among them."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -60,7 +61,8 @@ def make_patches(sheet: Sheet, thickness: float) -> Patches:
     joined = np.eye(count, dtype=np.uint8)
     first, second = label[sheet.edges].T
     joined[first, second] = joined[second, first] = 1
-    joined = (csr_array(joined.astype(np.int32)) @ csr_array(joined.astype(np.int32))).toarray() > 0
+    near: Any = csr_array(joined.astype(np.int32))
+    joined = (near @ near).toarray() > 0
     shortest = np.full(sheet.vertex_count, np.inf)
     for end in (0, 1):
         np.minimum.at(shortest, sheet.edges[:, end], sheet.edge_length)
