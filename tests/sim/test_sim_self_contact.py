@@ -1,5 +1,8 @@
 """Cloth that meets itself: what is found, what it does, and how crossed cloth comes apart."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -220,6 +223,49 @@ def test_pairs_are_the_same_whatever_the_order_of_the_search():
     two.begin(x, x)
     assert len(one._corners) > 100
     assert np.array_equal(one._corners, two._corners)
+
+
+def crossing_roofs(distance):
+    """Two strips of two triangles, folded like roofs, ridge across ridge: only the ridges are near each other."""
+    ridge = np.array([[-0.05, 0, 0], [0.05, 0, 0], [0.003, -0.04, 0.06], [0.003, -0.04, -0.06]])
+    faces = np.array([[0, 2, 1], [0, 1, 3]])
+    flat = [ridge * [1, 0, np.hypot(0.04, 0.06) / 0.06]] * 2
+    sheet, _, _ = stack([(each, faces) for each in flat], young=100.0)
+    other = ridge[:, [2, 1, 0]] * [1, -1, 1] + [0.001, distance, 0.002]
+    return sheet, np.concatenate([ridge, other])
+
+
+def test_edges_hold_edges_off():
+    # no vertex is near a triangle here: without pairs of edges nothing would be found
+    sheet, x = crossing_roofs(0.001)
+    contact = contact_of(sheet, thickness=0.002)
+    contact.begin(x, x)
+    assert contact._corners[:, 4].tolist() == [1]
+    pairs = contact.lay(x)
+    assert abs(pairs.normal[0, 1]) > 0.99
+    stepper = Stepper(sheet, settings=WEIGHTLESS)
+    state = stepper.start(x)
+    for _ in range(20):
+        state, _ = stepper.advance(state, 1 / 120, still())
+    assert state.positions[[4, 5], 1].mean() - state.positions[[0, 1], 1].mean() > 0.0019
+
+
+THREADS = """
+import hashlib, sys
+sys.path.insert(0, {folder!r})
+from test_sim_self_contact import dropped
+print(hashlib.sha256(dropped(self_contact=True)[1].tobytes()).hexdigest())
+"""
+
+
+def test_the_number_of_threads_changes_no_bit():
+    code = THREADS.format(folder=os.path.dirname(__file__))
+    found = []
+    for threads in ("1", "2"):
+        environment = os.environ | {"NUMBA_NUM_THREADS": threads, "OMP_WAIT_POLICY": "passive"}
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        found.append(done.stdout)
+    assert found[0] == found[1]
 
 
 def test_thickness_is_less_where_edges_are_short():

@@ -13,7 +13,8 @@ from jaxtyping import Float, Int
 
 from .contour_kernels import contour_directions
 from .pair_kernels import incidence_of_pairs, lay_pairs
-from .pair_search_kernels import element_frames, group_bounds, near_pairs, patch_bounds, patch_pairs, piercing_edges
+from .pair_search_kernels import near_pairs, piercing_edges
+from .patch_kernels import element_frames, group_bounds, patch_bounds, patch_pairs
 from .patches import make_patches
 from .sheet import Rows, Sheet
 
