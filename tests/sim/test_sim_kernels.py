@@ -66,16 +66,19 @@ def squares(blocks):
 
 def assembled(stepper):
     """The Hessian of the last Newton step as a sparse matrix."""
-    sheet, memory, count = stepper.sheet, stepper.memory, stepper.sheet.vertex_count
-    ring = bsr_array((squares(memory.blocks), sheet.ring.columns, sheet.ring.starts))
-    far = csr_array((sheet.far_bending, sheet.far.columns, sheet.far.starts), shape=(count, count))
+    layout, memory = stepper.layout, stepper.memory
+    count = len(layout.vertex)
+    ring = bsr_array((squares(memory.blocks), layout.ring.columns, layout.ring.starts), shape=(3 * count, 3 * count))
+    far = csr_array((layout.far_bending, layout.far.columns, layout.far.starts), shape=(count, count))
     diagonal = bsr_array((squares(memory.diagonal), np.arange(count), np.arange(count + 1)))
-    return (ring.tocsr() + kron(far, eye_array(3)).tocsr() + diagonal.tocsr()).tocsr()
+    matrix = (ring.tocsr() + kron(far, eye_array(3)).tocsr() + diagonal.tocsr()).tocsr()
+    order = (3 * layout.slot.astype(int)[:, None] + np.arange(3)).ravel()
+    return matrix[order][:, order]
 
 
-def vectors(flat):
-    """A solver's vector without the fourth lane."""
-    return flat.reshape(-1, 4)[:, :3].ravel()
+def vectors(stepper, flat):
+    """A solver's vector by vertices, without the fourth lane."""
+    return flat.reshape(-1, 4)[stepper.layout.slot, :3].ravel()
 
 
 def stretched_step(square, **material):
@@ -124,10 +127,10 @@ def test_conjugate_gradients_solve_the_system(square):
     memory = stepper.memory
     free = np.repeat(~stepper.fixed, 3)
     matrix = assembled(stepper)[free][:, free]
-    wanted = spsolve(matrix.tocsc(), vectors(memory.right)[free].astype(float))
-    found = vectors(memory.solution)[free]
+    wanted = spsolve(matrix.tocsc(), vectors(stepper, memory.right)[free].astype(float))
+    found = vectors(stepper, memory.solution)[free]
     assert np.linalg.norm(found - wanted) < 1e-3 * np.linalg.norm(wanted)
-    assert not memory.solution.reshape(-1, 4)[pinned].any()
+    assert not vectors(stepper, memory.solution).reshape(-1, 3)[pinned].any()
 
 
 def test_banded_factor_and_solution_are_scipys():

@@ -1,8 +1,8 @@
-"""Rows of 3 x 3 blocks times vectors: the inner loop of the solver, written in the compiler's own vectors.
+"""Blocks of 3 x 3 times vectors: the inner loops of the solver, written in the compiler's own vectors.
 
-A block is stored by columns, nine numbers without a gap; a vector has four numbers a vertex, the fourth of them 0. So a
-column times a number is one multiplication of four lanes, the fourth of which is not looked at, and no lane is gathered
-from elsewhere. Written out as scalars the same loop takes twice the time: nine loads a block instead of three.
+A block is stored by columns, nine numbers without a gap; a vector has four numbers a vertex, the fourth of them 0. A
+block times a vector is one multiplication of sixteen lanes, of which the last seven are not looked at: the compiler
+cuts it into what the processor has. Written out as scalars the same loop takes twice the time.
 """
 
 import llvmlite.ir as ir
@@ -11,11 +11,11 @@ import numpy as np
 from hemline.compiled import cgutils, intrinsic, types
 
 _FLOAT, _INT32, _INT64 = ir.FloatType(), ir.IntType(32), ir.IntType(64)
-_FOUR = ir.VectorType(_FLOAT, 4)
+_FOUR, _WIDE = ir.VectorType(_FLOAT, 4), ir.VectorType(_FLOAT, 16)
 _FAST = ("contract", "nsz")
 
-PAD = 3
-"""Numbers to keep behind the last block: its last column is read four wide."""
+PAD = 7
+"""Numbers to keep behind the last block, which is read sixteen wide."""
 
 
 def blocks_of(count: int) -> np.ndarray:
@@ -24,29 +24,32 @@ def blocks_of(count: int) -> np.ndarray:
 
 
 def vector_of(vertices: int) -> np.ndarray:
-    """Room for a vector, flat, four numbers a vertex, float32."""
-    return np.zeros(4 * vertices, np.float32)
+    """Room for a vector, flat, four numbers a vertex, float32, aligned to a line of cache."""
+    room = np.zeros(4 * vertices + 16, np.float32)
+    first = -room.ctypes.data % 64 // 4
+    return room[first : first + 4 * vertices]
 
 
 class _Lanes:
-    """Writes operations on vectors of four."""
+    """Writes operations on vectors."""
 
     def __init__(self, context, builder, signature, arguments):
-        self.builder, self.context = builder, context
-        self.data = [
-            context.make_array(kind)(context, builder, value).data if isinstance(kind, types.Array) else
-            context.cast(builder, value, kind, types.int64)
-            for kind, value in zip(signature.args, arguments, strict=True)
-        ]  # fmt: skip
+        self.builder = builder
+        self.data = [self._plain(context, *each) for each in zip(signature.args, arguments, strict=True)]
 
-    def load(self, data, index):
-        place = self.builder.bitcast(self.builder.gep(data, [index]), _FOUR.as_pointer())
-        return self.builder.load(place, align=4)
+    def _plain(self, context, kind, value):
+        if isinstance(kind, types.Array):
+            return context.make_array(kind)(context, self.builder, value).data
+        return value if isinstance(kind, types.Float) else context.cast(self.builder, value, kind, types.int64)
+
+    def load(self, data, index, kind=_FOUR):
+        return self.builder.load(self._place(data, index, kind), align=4)
 
     def store(self, value, data, index):
-        place = self.builder.bitcast(self.builder.gep(data, [index]), _FOUR.as_pointer())
-        last = ir.Constant(_INT32, 3)
-        self.builder.store(self.builder.insert_element(value, ir.Constant(_FLOAT, 0.0), last), place, align=4)
+        self.builder.store(value, self._place(data, index, _FOUR), align=4)
+
+    def _place(self, data, index, kind):
+        return self.builder.bitcast(self.builder.gep(data, [index]), kind.as_pointer())
 
     def entry(self, data, index):
         """An unsigned index out of an array."""
@@ -55,16 +58,13 @@ class _Lanes:
     def times(self, index, factor: int):
         return self.builder.mul(index, ir.Constant(_INT64, factor))
 
-    def plus(self, index, more: int):
-        return self.builder.add(index, ir.Constant(_INT64, more))
-
-    def spread(self, vector, lane: int):
-        lanes = ir.Constant(ir.VectorType(_INT32, 4), [lane] * 4)
-        return self.builder.shuffle_vector(vector, ir.Constant(_FOUR, ir.Undefined), lanes)
+    def shuffle(self, vector, lanes: list[int]):
+        mask = ir.Constant(ir.VectorType(_INT32, len(lanes)), lanes)
+        return self.builder.shuffle_vector(vector, ir.Constant(vector.type, ir.Undefined), mask)
 
     def all_lanes(self, number):
         one = self.builder.insert_element(ir.Constant(_FOUR, ir.Undefined), number, ir.Constant(_INT32, 0))
-        return self.spread(one, 0)
+        return self.shuffle(one, [0] * 4)
 
     def multiply(self, a, b):
         return self.builder.fmul(a, b, flags=_FAST)
@@ -72,12 +72,21 @@ class _Lanes:
     def add(self, a, b):
         return self.builder.fadd(a, b, flags=_FAST)
 
+    def subtract(self, a, b):
+        return self.builder.fsub(a, b, flags=_FAST)
+
     def columns(self, blocks, block, vector):
-        """The three columns of a block, each times its number of a vector."""
-        first = self.times(block, 9)
-        return [
-            self.multiply(self.load(blocks, self.plus(first, 3 * lane)), self.spread(vector, lane)) for lane in range(3)
-        ]
+        """The three columns of a block one after the other, each times its number of a vector."""
+        column = self.load(blocks, self.times(block, 9), _WIDE)
+        return self.multiply(column, self.shuffle(vector, [0, 0, 0, 1, 1, 1, 2, 2, 2] + [3] * 7))
+
+    def sum_columns(self, columns):
+        x, y, z = (self.shuffle(columns, [3 * c, 3 * c + 1, 3 * c + 2, 15]) for c in range(3))
+        return self.add(self.add(x, y), z)
+
+    def three(self, vector):
+        """The same with a 0 in the fourth lane."""
+        return self.builder.insert_element(vector, ir.Constant(_FLOAT, 0.0), ir.Constant(_INT32, 3))
 
     def dot(self, a, b):
         products = self.multiply(a, b)
@@ -86,20 +95,37 @@ class _Lanes:
 
 
 @intrinsic
-def block_product(typing, blocks, block, vector, out):
-    """out = B vector for one vertex and its block, both of the same number; returns vector . out, float32."""
+def advance(typing, vertex, alpha, search, product, solution, residual, inverse):
+    """Go on by alpha along the search direction; then product = D^-1 residual. Returns their dot product, float32."""
 
     def generate(context, builder, signature, arguments):
         lanes = _Lanes(context, builder, signature, arguments)
-        blocks, block, vector, out = lanes.data
-        at = lanes.times(block, 4)
-        value = lanes.load(vector, at)
-        x, y, z = lanes.columns(blocks, block, value)
-        product = lanes.add(lanes.add(x, y), z)
-        lanes.store(product, out, at)
-        return lanes.dot(value, product)
+        vertex, alpha, search, product, solution, residual, inverse = lanes.data
+        at, step = lanes.times(vertex, 4), lanes.all_lanes(alpha)
+        lanes.store(lanes.add(lanes.load(solution, at), lanes.multiply(step, lanes.load(search, at))), solution, at)
+        left = lanes.subtract(lanes.load(residual, at), lanes.multiply(step, lanes.load(product, at)))
+        lanes.store(left, residual, at)
+        eased = lanes.three(lanes.sum_columns(lanes.columns(inverse, vertex, left)))
+        lanes.store(eased, product, at)
+        return lanes.dot(left, eased)
 
-    return types.float32(blocks, block, vector, out), generate
+    return types.float32(vertex, alpha, search, product, solution, residual, inverse), generate
+
+
+@intrinsic
+def turn(typing, vertex, patch, beta, coarse, product, search):
+    """The next search direction: product + coarse + beta search; `coarse` has four numbers a patch."""
+
+    def generate(context, builder, signature, arguments):
+        lanes = _Lanes(context, builder, signature, arguments)
+        vertex, patch, beta, coarse, product, search = lanes.data
+        at = lanes.times(vertex, 4)
+        down = lanes.add(lanes.load(product, at), lanes.load(coarse, lanes.times(patch, 4)))
+        before = lanes.multiply(lanes.all_lanes(beta), lanes.load(search, at))
+        lanes.store(lanes.add(down, before), search, at)
+        return context.get_dummy_value()
+
+    return types.void(vertex, patch, beta, coarse, product, search), generate
 
 
 @intrinsic
@@ -113,24 +139,22 @@ def row_product(typing, row, own, ring, ring_begin, ring_end, blocks, far, far_b
     def generate(context, builder, signature, arguments):
         lanes = _Lanes(context, builder, signature, arguments)
         row, own, ring, ring_begin, ring_end, blocks, far, far_begin, far_end, numbers, vector, out = lanes.data
-        at = lanes.times(row, 4)
+        at, one = lanes.times(row, 4), ir.Constant(_INT64, 1)
         value = lanes.load(vector, at)
-        sums = [cgutils.alloca_once_value(builder, start) for start in lanes.columns(own, row, value)]
+        near = cgutils.alloca_once_value(builder, lanes.columns(own, row, value))
+        beyond = cgutils.alloca_once_value(builder, ir.Constant(_FOUR, [0.0] * 4))
 
         def accumulate(total, more):
             builder.store(lanes.add(builder.load(total), more), total)
 
-        one = ir.Constant(_INT64, 1)
         with cgutils.for_range_slice(builder, ring_begin, ring_end, one) as (index, _):
             neighbour = lanes.load(vector, lanes.times(lanes.entry(ring, index), 4))
-            for total, column in zip(sums, lanes.columns(blocks, index, neighbour), strict=True):
-                accumulate(total, column)
+            accumulate(near, lanes.columns(blocks, index, neighbour))
         with cgutils.for_range_slice(builder, far_begin, far_end, one) as (index, _):
             neighbour = lanes.load(vector, lanes.times(lanes.entry(far, index), 4))
             number = lanes.all_lanes(builder.load(builder.gep(numbers, [index])))
-            accumulate(sums[0], lanes.multiply(neighbour, number))
-        x, y, z = (builder.load(total) for total in sums)
-        product = lanes.add(lanes.add(x, y), z)
+            accumulate(beyond, lanes.multiply(neighbour, number))
+        product = lanes.three(lanes.add(lanes.sum_columns(builder.load(near)), builder.load(beyond)))
         lanes.store(product, out, at)
         return lanes.dot(value, product)
 
@@ -138,4 +162,45 @@ def row_product(typing, row, own, ring, ring_begin, ring_end, blocks, far, far_b
     return types.float32(*kinds), generate
 
 
-__all__ = ["PAD", "block_product", "blocks_of", "row_product", "vector_of"]
+@intrinsic
+def pair_product(typing, pair, corners, weights, blocks, vector, out):
+    """out[pair] = B sum of weight vector[corner], over the four corners of a pair of cloth and its block."""
+
+    def generate(context, builder, signature, arguments):
+        lanes = _Lanes(context, builder, signature, arguments)
+        pair, corners, weights, blocks, vector, out = lanes.data
+        at, total = lanes.times(pair, 4), None
+        for corner in range(4):
+            place = builder.add(at, ir.Constant(_INT64, corner))
+            value = lanes.load(vector, lanes.times(lanes.entry(corners, place), 4))
+            value = lanes.multiply(value, lanes.all_lanes(builder.load(builder.gep(weights, [place]))))
+            total = value if total is None else lanes.add(total, value)
+        lanes.store(lanes.three(lanes.sum_columns(lanes.columns(blocks, pair, total))), out, at)
+        return context.get_dummy_value()
+
+    return types.void(pair, corners, weights, blocks, vector, out), generate
+
+
+@intrinsic
+def add_pairs(typing, row, begin, end, entries, weights, product, vector, out):
+    """out[row] += weight product[pair] for entries 4 pair + corner; returns vector . what was added, float32."""
+
+    def generate(context, builder, signature, arguments):
+        lanes = _Lanes(context, builder, signature, arguments)
+        row, begin, end, entries, weights, product, vector, out = lanes.data
+        at = lanes.times(row, 4)
+        total = cgutils.alloca_once_value(builder, ir.Constant(_FOUR, [0.0] * 4))
+        with cgutils.for_range_slice(builder, begin, end, ir.Constant(_INT64, 1)) as (index, _):
+            entry = lanes.entry(entries, index)
+            pair = builder.and_(entry, ir.Constant(_INT64, -4))
+            weight = lanes.all_lanes(builder.load(builder.gep(weights, [entry])))
+            builder.store(lanes.add(builder.load(total), lanes.multiply(weight, lanes.load(product, pair))), total)
+        added = builder.load(total)
+        lanes.store(lanes.add(lanes.load(out, at), added), out, at)
+        return lanes.dot(lanes.load(vector, at), added)
+
+    kinds = (row, begin, end, entries, weights, product, vector, out)
+    return types.float32(*kinds), generate
+
+
+__all__ = ["PAD", "add_pairs", "advance", "blocks_of", "pair_product", "row_product", "turn", "vector_of"]

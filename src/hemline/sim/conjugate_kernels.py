@@ -9,27 +9,23 @@ import numpy as np
 
 from hemline.compiled import kernel, prange
 
-from .block_kernels import block_product, row_product
+from .block_kernels import add_pairs, advance, pair_product, row_product, turn
 
-CHUNK = 128
 FAST = {"contract", "nsz", "arcp"}
 
 
 @kernel(parallel=True)
-def coarse_matrix(
-    member_starts, members, label, ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, band_out
-):
+def coarse_matrix(begin, end, label, ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, band_out):
     """P^T A P, lower half: entry (r, c) lies at band[r, c - r + width - 1]."""
     width = band_out.shape[1]
-    for patch in prange(member_starts.shape[0] - 1):
+    for patch in prange(begin.shape[0]):
         for row in range(3 * patch, 3 * patch + 3):
             for c in range(width):
                 band_out[row, c] = 0.0
         here = width - 1
         row = 3 * patch
         xx = yx = yy = zx = zy = zz = 0.0
-        for entry in range(member_starts[patch], member_starts[patch + 1]):
-            i = members[entry]
+        for i in range(begin[patch], end[patch]):
             d = diagonal[9 * i : 9 * i + 9]
             xx += d[0]
             yx += d[1]
@@ -67,7 +63,7 @@ def coarse_matrix(
         band_out[row + 2, here - 2] += zx
         band_out[row + 2, here - 1] += zy
         band_out[row + 2, here] += zz
-        if member_starts[patch] == member_starts[patch + 1]:
+        if begin[patch] == end[patch]:
             for r in range(3):
                 band_out[row + r, here] = 1.0
 
@@ -116,96 +112,74 @@ def solve_band(band, values):
 
 @kernel(parallel=True, fastmath=FAST)
 def conjugate_gradients(
-    ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, inverse, member_starts, members, label,
-    band, pair_corners, pair_weights, pair_block, pair_starts, pair_entries, pair_product, right, tolerance, iterations,
-    solution_out, residual_out, search_out, product_out, partial_out, patch_sum_out, coarse_out,
+    ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, inverse, begin, end, vertex, band, pair_corners,
+    pair_weights, pair_block, pair_starts, pair_entries, pressed_out, right, tolerance, iterations, solution_out,
+    residual_out, search_out, product_out, partial_out, patch_sum_out, coarse_out, shift_out,
 ):  # fmt: skip
-    """Solve A x = right for the free vertices; the others, whose inverse is 0, stay 0.
+    """Solve A x = right for the free vertices, which are those in patches; the others stay 0.
 
     # model: A = blocks on the ring, far_bending I beyond it, diagonal, and of each pair w w^T times its block;
     #      band = factor of the coarse matrix
-    # in:  label: patch of each vertex, one past the last for fixed ones; tolerance: on sqrt(r . M r) relative to its
-    #      start; iterations: at most
-    # out: solution; the rest is working memory. Vectors and blocks are flat, see `block_kernels`; coarse has one patch
-    #      more, which stays 0.
+    # in:  begin, end: slots of each patch; vertex: of each slot; pair_corners: slots; pair_starts: by vertex;
+    #      tolerance: on sqrt(r . M r) relative to its start; iterations: at most
+    # out: solution; the rest is working memory. Vectors and blocks are flat and by slots, see `layout` and
+    #      `block_kernels`; shift has four numbers a patch.
     # Returns the number of iterations.
     """
-    count, patches = label.shape[0], member_starts.shape[0] - 1
-    chunks = (count + CHUNK - 1) // CHUNK
-    pairs = pair_corners.shape[0]
+    count, patches, pairs = solution_out.shape[0], begin.shape[0], pair_corners.shape[0]
     alpha, old, enough = np.float32(0.0), 0.0, 0.0
-    for k in prange(4 * count):
+    for k in prange(count):
         solution_out[k], residual_out[k], search_out[k], product_out[k] = 0.0, right[k], 0.0, 0.0
-    for c in range(3):
-        coarse_out[3 * patches + c] = 0.0
     for iteration in range(iterations + 1):
-        for chunk in prange(chunks):
-            first, end, total = chunk * CHUNK, min(count, (chunk + 1) * CHUNK), 0.0
-            for k in range(4 * first, 4 * end):
-                solution_out[k] += alpha * search_out[k]
-                residual_out[k] -= alpha * product_out[k]
-            for i in range(first, end):
-                # from here on `product` holds D^-1 r, until the matrix is applied
-                total += block_product(inverse, i, residual_out, product_out)
-            partial_out[chunk] = total
         for patch in prange(patches):
-            sum0, sum1, sum2 = 0.0, 0.0, 0.0
-            for entry in range(member_starts[patch], member_starts[patch + 1]):
-                k = 4 * members[entry]
-                sum0 += residual_out[k]
-                sum1 += residual_out[k + 1]
-                sum2 += residual_out[k + 2]
+            total, sum0, sum1, sum2 = 0.0, 0.0, 0.0, 0.0
+            for i in range(begin[patch], end[patch]):
+                # from here on `product` holds D^-1 r, until the matrix is applied
+                total += advance(i, alpha, search_out, product_out, solution_out, residual_out, inverse)
+                sum0 += residual_out[4 * i]
+                sum1 += residual_out[4 * i + 1]
+                sum2 += residual_out[4 * i + 2]
+            partial_out[patch] = total
             patch_sum_out[3 * patch], patch_sum_out[3 * patch + 1], patch_sum_out[3 * patch + 2] = sum0, sum1, sum2
         for k in range(3 * patches):
             coarse_out[k] = patch_sum_out[k]
         solve_band(band, coarse_out)
         new = 0.0
-        for chunk in range(chunks):
-            new += partial_out[chunk]
-        for k in range(3 * patches):
-            new += coarse_out[k] * patch_sum_out[k]
+        for patch in range(patches):
+            new += partial_out[patch]
+            for axis in range(3):
+                new += coarse_out[3 * patch + axis] * patch_sum_out[3 * patch + axis]
+                shift_out[4 * patch + axis] = coarse_out[3 * patch + axis]
         if iteration == 0:
             enough = tolerance * tolerance * new
         if iteration == iterations or not new > enough:
             return iteration
         beta = np.float32(0.0 if iteration == 0 else new / old)
         old = new
-        for chunk in prange(chunks):
-            for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
-                k, c = 4 * i, 3 * label[i]
-                for axis in range(3):
-                    z = product_out[k + axis] + np.float32(coarse_out[c + axis])
-                    search_out[k + axis] = z + beta * search_out[k + axis]
+        for patch in prange(patches):
+            for i in range(begin[patch], end[patch]):
+                turn(i, patch, beta, shift_out, product_out, search_out)
         if pairs > 0:
             for p in prange(pairs):
-                s0 = s1 = s2 = np.float32(0.0)
-                for c in range(4):
-                    k, w = 4 * pair_corners[p, c], pair_weights[p, c]
-                    s0 += w * search_out[k]
-                    s1 += w * search_out[k + 1]
-                    s2 += w * search_out[k + 2]
-                b = pair_block[6 * p : 6 * p + 6]
-                pair_product[4 * p] = b[0] * s0 + b[1] * s1 + b[2] * s2
-                pair_product[4 * p + 1] = b[1] * s0 + b[3] * s1 + b[4] * s2
-                pair_product[4 * p + 2] = b[2] * s0 + b[4] * s1 + b[5] * s2
-        for chunk in prange(chunks):
+                pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
+        for patch in prange(patches):
             total = 0.0
-            for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
+            for i in range(begin[patch], end[patch]):
                 total += row_product(
                     i, diagonal, ring, ring_starts[i], ring_starts[i + 1], blocks, far, far_starts[i],
                     far_starts[i + 1], far_bending, search_out, product_out,
                 )  # fmt: skip
-                if pairs > 0 and pair_starts[i] < pair_starts[i + 1]:
-                    for entry in range(pair_starts[i], pair_starts[i + 1]):
-                        p = pair_entries[entry] // 4
-                        w = pair_weights[p, pair_entries[entry] % 4]
-                        for c in range(3):
-                            product_out[4 * i + c] += w * pair_product[4 * p + c]
-                            total += w * pair_product[4 * p + c] * search_out[4 * i + c]
-            partial_out[chunk] = total
+                if pairs > 0:
+                    v = vertex[i]
+                    if pair_starts[v] < pair_starts[v + 1]:
+                        total += add_pairs(
+                            i, pair_starts[v], pair_starts[v + 1], pair_entries, pair_weights, pressed_out,
+                            search_out, product_out,
+                        )  # fmt: skip
+            partial_out[patch] = total
         bend = 0.0
-        for chunk in range(chunks):
-            bend += partial_out[chunk]
+        for patch in range(patches):
+            bend += partial_out[patch]
         if not bend > 0.0:
             return iteration
         alpha = np.float32(old / bend)

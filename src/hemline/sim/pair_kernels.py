@@ -107,7 +107,7 @@ def _slip(x, start, corner, weight, n0, n1, n2):
 
 @kernel(parallel=True)
 def pair_blocks(x, start, corners, weights, normal, thickness, stiffness, limit, creep, block_out):
-    """Symmetric 3 x 3 block of each pair over the vector between its nearest points: xx, xy, xz, yy, yz, zz."""
+    """Symmetric 3 x 3 block of each pair over the vector between its nearest points, flat, nine a pair."""
     for p in prange(corners.shape[0]):
         n0, n1, n2 = normal[p, 0], normal[p, 1], normal[p, 2]
         depth = thickness[p] - _along(x, corners[p], weights[p], 0) * n0
@@ -119,9 +119,11 @@ def pair_blocks(x, start, corners, weights, normal, thickness, stiffness, limit,
             _, over = slip_terms((u0 * u0 + u1 * u1 + u2 * u2) ** 0.5, creep)
             t = limit[p] * over
         # k n n^T + t (I - n n^T)
-        b = block_out[6 * p : 6 * p + 6]
-        b[0], b[1], b[2] = t + (k - t) * n0 * n0, (k - t) * n0 * n1, (k - t) * n0 * n2
-        b[3], b[4], b[5] = t + (k - t) * n1 * n1, (k - t) * n1 * n2, t + (k - t) * n2 * n2
+        b = block_out[9 * p : 9 * p + 9]
+        b[0], b[4], b[8] = t + (k - t) * n0 * n0, t + (k - t) * n1 * n1, t + (k - t) * n2 * n2
+        b[1] = b[3] = (k - t) * n0 * n1
+        b[2] = b[6] = (k - t) * n0 * n2
+        b[5] = b[7] = (k - t) * n1 * n2
 
 
 @kernel(parallel=True)
@@ -145,8 +147,13 @@ def pair_diagonal(starts, entries, weights, block, diagonal_out):
             diagonal_out[i, c] = 0.0
         for entry in range(starts[i], starts[i + 1]):
             p, w = entries[entry] // 4, weights[entries[entry] // 4, entries[entry] % 4]
-            for c in range(6):
-                diagonal_out[i, c] += w * w * block[6 * p + c]
+            b, square = block[9 * p : 9 * p + 9], w * w
+            diagonal_out[i, 0] += square * b[0]
+            diagonal_out[i, 1] += square * b[1]
+            diagonal_out[i, 2] += square * b[2]
+            diagonal_out[i, 3] += square * b[4]
+            diagonal_out[i, 4] += square * b[5]
+            diagonal_out[i, 5] += square * b[8]
 
 
 @kernel

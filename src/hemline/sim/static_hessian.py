@@ -65,12 +65,12 @@ def _placed(entries: Float[np.ndarray, "elements 12 12"], corners: Int[np.ndarra
 
 def _pair_blocks(step: StaticStep, pairs: Pairs) -> Float[np.ndarray, "pairs 12 12"]:
     """Second derivatives of the pairs of the cloth with itself: along their normals, without friction."""
-    flat = np.empty(6 * len(pairs))
+    flat = np.empty(9 * len(pairs))
     pair_blocks(
         step.x, step.x, pairs.corners, pairs.weights, pairs.normal, pairs.thickness, pairs.stiffness,
         np.zeros_like(pairs.limit), 1.0, flat,
     )  # fmt: skip
-    block = flat.reshape(-1, 6)[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
+    block = flat.reshape(-1, 3, 3)
     weights = pairs.weights.astype(np.float64)
     return np.einsum("pa,pb,pij->paibj", weights, weights, block).reshape(-1, 12, 12)
 

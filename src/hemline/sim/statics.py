@@ -129,7 +129,7 @@ class StaticStep(Step):
         super()._search()
         start, kept, energy = self.state.positions, self.x, self.energy
         way = kept - start
-        if not np.allclose(way, self.memory.solution.reshape(-1, 4)[:, :3], rtol=0, atol=1e-12):
+        if self.share < 1:
             return
         self.stretch = 1.0
         while self.stretch < FORWARD:

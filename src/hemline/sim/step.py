@@ -7,10 +7,10 @@ import numpy as np
 
 from .air_kernels import air_at_vertices, air_by_triangle
 from .block_kernels import blocks_of, vector_of
-from .clusters import Clusters
 from .conjugate_kernels import coarse_matrix, conjugate_gradients, factorise
 from .contact import Contact
 from .hinge_kernels import hinge_forces, hinges_at_vertices
+from .layout import Layout
 from .membrane_kernels import green_strain, membrane, membrane_blocks
 from .pair_kernels import CHUNK as PAIR_CHUNK
 from .pair_kernels import pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
@@ -18,7 +18,7 @@ from .self_contact import Pairs
 from .sheet import Sheet
 from .state import ClothState, Scene, StepRejected
 from .surface import Planes, no_planes
-from .vertex_kernels import CHUNK, diagonal_blocks, farther_than, gradient, moved
+from .vertex_kernels import CHUNK, diagonal_blocks, farther_than, gradient, moved, opposed
 
 if TYPE_CHECKING:
     from .stepper import Stepper
@@ -42,20 +42,19 @@ _NO_PAIRS = (
 class Memory:
     """Working arrays of one stepper."""
 
-    def __init__(self, sheet: Sheet, clusters: Clusters):
+    def __init__(self, sheet: Sheet, layout: Layout):
         faces, verts, hinges = len(sheet.faces), sheet.vertex_count, len(sheet.hinge_rest)
-        chunks, patches = (verts + CHUNK - 1) // CHUNK, len(clusters.members.starts) - 1
+        chunks, patches, slots = (verts + CHUNK - 1) // CHUNK, len(layout.begin), len(layout.vertex)
         self.strain = np.zeros((faces, 3))
         self.corner, self.frame, self.tension = np.empty((faces, 9)), np.empty((faces, 6)), np.empty((faces, 3))
         self.face_energy, self.hinge_energy = np.empty(faces), np.empty(hinges)
         self.hinge_gradient, self.bent = np.empty((hinges, 12)), np.zeros((verts, 3))
         self.pressed = np.zeros((verts, 3))
         self.gradient, self.energy, self.residual = np.empty((verts, 3)), np.empty(chunks), np.empty(chunks)
-        self.blocks, self.diagonal, self.inverse = (blocks_of(n) for n in (len(sheet.ring.columns), verts, verts))
-        self.right, self.solution, *self.vectors = (vector_of(verts) for _ in range(5))
-        self.band = np.empty((3 * patches, clusters.width))
-        self.sums = [np.empty(chunks), np.empty(3 * patches), np.empty(3 * patches + 3)]
-        self.far_bending = sheet.far_bending.astype(np.float32)
+        self.blocks, self.diagonal, self.inverse = (blocks_of(n) for n in (len(sheet.ring.columns), slots, slots))
+        self.right, self.solution, *self.vectors = (vector_of(slots) for _ in range(5))
+        self.band = np.empty((3 * patches, layout.width))
+        self.sums = [np.empty(patches), np.empty(3 * patches), np.empty(3 * patches), vector_of(patches)]
         self.air_force, self.air_matrix = np.zeros((faces, 3)), np.zeros((faces, 6))
         self.air, self.air_diagonal = np.zeros((verts, 3)), np.zeros((verts, 6))
         self.pair_diagonal = np.zeros((verts, 6))
@@ -89,7 +88,7 @@ class Step:
                 stepper.surface, then.skin, now.skin, x0, self.x, stepper.fixed, push, stepper.last_anchors
             )
             self.planes = self.contact.planes
-        self.touched, self.coarsened = self.x, False
+        self.touched, self.coarsened, self.share = self.x, False, 0.0
         self.pairs: Pairs | None = None
         if moving and stepper.self_contact is not None:
             stepper.self_contact.begin(x0, self.x)
@@ -98,28 +97,28 @@ class Step:
 
     def newton(self) -> int:
         """One Newton step with a line search; returns the steps of conjugate gradients."""
-        sheet, memory, planes, stepper, clusters = (
-            self.sheet, self.memory, self.planes, self.stepper, self.stepper.clusters
+        sheet, memory, planes, stepper, layout = (
+            self.sheet, self.memory, self.planes, self.stepper, self.stepper.layout
         )  # fmt: skip
         pairs = self._pair_blocks()
         membrane_blocks(
-            sheet.edge_corners.starts, sheet.edge_corners.columns, sheet.edge_slots, sheet.shape, sheet.area,
-            memory.frame, memory.tension, sheet.lame, sheet.shear, sheet.damping, self.over_h, sheet.ring_bending,
+            sheet.edge_corners.starts, sheet.edge_corners.columns, layout.edge_slots, sheet.shape, sheet.area,
+            memory.frame, memory.tension, sheet.lame, sheet.shear, sheet.damping, self.over_h, layout.ring_bending,
             memory.blocks,
         )  # fmt: skip
         diagonal_blocks(
-            self.x, self.pull, sheet.ring.starts, memory.blocks, sheet.far.starts, sheet.far_bending,
+            self.x, self.pull, layout.slot, layout.ring.starts, memory.blocks, layout.far.starts, layout.far_bending,
             memory.air_diagonal, memory.pair_diagonal, planes.normal, planes.point, planes.carried, planes.stiffness,
             self.limit, self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed,
             memory.diagonal, memory.inverse,
         )  # fmt: skip
         if not self.coarsened:
             self._coarsen()
-        np.negative(memory.gradient, out=memory.right.reshape(-1, 4)[:, :3], casting="same_kind")
+        opposed(memory.gradient, layout.slot, memory.right)
         steps = conjugate_gradients(
-            sheet.ring.starts, sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns,
-            memory.far_bending, memory.diagonal, memory.inverse, clusters.members.starts, clusters.members.columns,
-            clusters.label, memory.band, *pairs, memory.right, self.settings.solver_share,
+            layout.ring.starts, layout.ring.columns, memory.blocks, layout.far.starts, layout.far.columns,
+            layout.far_bending, memory.diagonal, memory.inverse, layout.begin, layout.end, layout.vertex,
+            memory.band, *pairs, memory.right, self.settings.solver_share,
             self.settings.solver_steps, memory.solution, *memory.vectors, *memory.sums,
         )  # fmt: skip
         self._search()
@@ -152,25 +151,23 @@ class Step:
         if pairs is None or not len(pairs):
             memory.pair_diagonal[:] = 0
             return _NO_PAIRS
-        block = np.empty(6 * len(pairs))
+        block = blocks_of(len(pairs))
         pair_blocks(
             self.x, self.state.positions, pairs.corners, pairs.weights, pairs.normal, pairs.thickness, pairs.stiffness,
             pairs.limit, self.creep, block,
         )  # fmt: skip
         pair_diagonal(pairs.at.starts, pairs.at.columns, pairs.weights, block, memory.pair_diagonal)
-        product = np.zeros(4 * len(pairs), np.float32)
+        slots = self.stepper.layout.slot[pairs.corners]
         return (
-            pairs.corners, pairs.weights.astype(np.float32), block.astype(np.float32), pairs.at.starts,
-            pairs.at.columns, product,
+            slots, pairs.weights.astype(np.float32), block, pairs.at.starts, pairs.at.columns, vector_of(len(pairs)),
         )  # fmt: skip
 
     def _coarsen(self) -> None:
         """The coarse level of the preconditioner: that of a step's first Hessian serves the whole step."""
-        sheet, memory, clusters = self.sheet, self.memory, self.stepper.clusters
+        memory, layout = self.memory, self.stepper.layout
         coarse_matrix(
-            clusters.members.starts, clusters.members.columns, clusters.label, sheet.ring.starts,
-            sheet.ring.columns, memory.blocks, sheet.far.starts, sheet.far.columns, memory.far_bending,
-            memory.diagonal, memory.band,
+            layout.begin, layout.end, layout.patch, layout.ring.starts, layout.ring.columns, memory.blocks,
+            layout.far.starts, layout.far.columns, layout.far_bending, memory.diagonal, memory.band,
         )  # fmt: skip
         if not factorise(memory.band):
             raise StepRejected("the Hessian is not positive")
@@ -180,11 +177,12 @@ class Step:
         before, energy = self.x, self.energy
         self.x = np.empty_like(before)
         for halving in range(8):
-            moved(before, 0.5**halving, self.memory.solution, self.x)
+            self.share = 0.5**halving
+            moved(before, self.share, self.memory.solution, self.stepper.layout.slot, self.x)
             self.evaluate()
             if self.energy <= energy + 1e-10 * abs(energy):
                 return
-        self.x = before
+        self.x, self.share = before, 0.0
         self.evaluate()
 
     def evaluate(self, *, stretched: bool = True) -> None:

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 
 from hemline.errors import BadInput, SimulationFailed
 
-from .clusters import make_clusters
+from .layout import make_layout
 from .self_contact import SelfContact
 from .settings import SimSettings
 from .sheet import Sheet, incidence
@@ -81,8 +81,8 @@ class Stepper:
         )  # fmt: skip
         self.hinge_rest = 2 * np.sin(0.5 * sheet.hinge_rest)
         self.hinge_corners = incidence(sheet.hinges.ravel(), np.arange(sheet.hinges.size), sheet.vertex_count)
-        self.clusters = make_clusters(sheet, self.fixed)
-        self.memory = Memory(sheet, self.clusters)
+        self.layout = make_layout(sheet, self.fixed)
+        self.memory = Memory(sheet, self.layout)
         self.last_anchors: Anchors | None = None
         self.self_contact = None if not self.settings.self_contact else SelfContact(
             sheet, thickness=self.settings.self_thickness, stiffness=self.settings.self_stiffness,

@@ -109,21 +109,21 @@ def gradient(
 
 @kernel(parallel=True, fastmath=FAST)
 def diagonal_blocks(
-    x, pull, ring_starts, blocks, far_starts, far_bending, air_matrix, pair_diagonal, normal, point, carried,
+    x, pull, slot, ring_starts, blocks, far_starts, far_bending, air_matrix, pair_diagonal, normal, point, carried,
     stiffness, limit, thickness, depth, creep, fixed, diagonal_out, inverse_out,
 ):  # fmt: skip
-    """Diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine a vertex.
+    """Diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine a slot.
 
-    # in:  pair_diagonal: what pairs of the cloth with itself bring; the solver applies them apart from the blocks, so
-    #      it is in the inverse only
+    # in:  slot: place of each vertex in the solver's order, in which rows and blocks are; pair_diagonal: what pairs of
+    #      the cloth with itself bring; the solver applies them apart from the blocks, so it is in the inverse only
     """
     for i in prange(x.shape[0]):
-        m = air_matrix[i]
+        m, row = air_matrix[i], slot[i]
         a = pull[i]
-        for entry in range(far_starts[i], far_starts[i + 1]):
+        for entry in range(far_starts[row], far_starts[row + 1]):
             a -= far_bending[entry]
         xx, xy, xz, yy, yz, zz = a + m[0], m[1], m[2], a + m[3], m[4], a + m[5]
-        for entry in range(ring_starts[i], ring_starts[i + 1]):
+        for entry in range(ring_starts[row], ring_starts[row + 1]):
             b = blocks[9 * entry : 9 * entry + 9]
             xx -= b[0]
             xy -= 0.5 * (b[1] + b[3])
@@ -149,7 +149,7 @@ def diagonal_blocks(
             yy += t + (k - t) * n1 * n1
             yz += (k - t) * n1 * n2
             zz += t + (k - t) * n2 * n2
-        d = diagonal_out[9 * i : 9 * i + 9]
+        d = diagonal_out[9 * row : 9 * row + 9]
         d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8] = xx, xy, xz, xy, yy, yz, xz, yz, zz
         m = pair_diagonal[i]
         xx, xy, xz, yy, yz, zz = xx + m[0], xy + m[1], xz + m[2], yy + m[3], yz + m[4], zz + m[5]
@@ -157,7 +157,7 @@ def diagonal_blocks(
         over = 0.0 if fixed[i] else 1.0 / (xx * c0 + xy * c1 + xz * c2)
         a0, a1, a2 = c0 * over, c1 * over, c2 * over
         a4, a5, a8 = (xx * zz - xz * xz) * over, (xy * xz - xx * yz) * over, (xx * yy - xy * xy) * over
-        d = inverse_out[9 * i : 9 * i + 9]
+        d = inverse_out[9 * row : 9 * row + 9]
         d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8] = a0, a1, a2, a1, a4, a5, a2, a5, a8
 
 
@@ -172,11 +172,19 @@ def farther_than(x, y, distance):
 
 
 @kernel(parallel=True)
-def moved(x, share, solution, out):
-    """out = x + share solution, the solution being a vector of the solver (four numbers a vertex)."""
+def opposed(gradient, slot, right_out):
+    """Minus the gradient as a vector of the solver: four numbers a slot."""
+    for i in prange(gradient.shape[0]):
+        for axis in range(3):
+            right_out[4 * slot[i] + axis] = -gradient[i, axis]
+
+
+@kernel(parallel=True)
+def moved(x, share, solution, slot, out):
+    """out = x + share solution, the solution being a vector of the solver."""
     for i in prange(x.shape[0]):
         for axis in range(3):
-            out[i, axis] = x[i, axis] + share * solution[4 * i + axis]
+            out[i, axis] = x[i, axis] + share * solution[4 * slot[i] + axis]
 
 
-__all__ = ["CHUNK", "contact_terms", "diagonal_blocks", "farther_than", "gradient", "moved", "slip_terms"]
+__all__ = ["CHUNK", "contact_terms", "diagonal_blocks", "farther_than", "gradient", "moved", "opposed", "slip_terms"]
