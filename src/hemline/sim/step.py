@@ -149,7 +149,8 @@ class Step:
         """The Hessian of the pairs, as the solver wants it; their diagonal blocks."""
         pairs, memory = self.pairs, self.memory
         if pairs is None or not len(pairs):
-            memory.pair_diagonal[:] = 0
+            if pairs is not None:
+                memory.pair_diagonal[:] = 0
             return _NO_PAIRS
         block = blocks_of(len(pairs))
         pair_blocks(
@@ -237,8 +238,8 @@ class Step:
         """
         if not (math.isfinite(self.energy) and np.isfinite(self.x).all()):
             raise StepRejected("positions are not finite")
-        speed = float(np.sqrt(((self.x - self.state.positions) ** 2).sum(axis=1).max())) / self.h
-        if speed > FASTEST:
+        if farther_than(self.x, self.state.positions, FASTEST * self.h):
+            speed = float(np.linalg.norm(self.x - self.state.positions, axis=1).max()) / self.h
             raise StepRejected(f"a vertex moves at {speed:.3g} m/s")
         if 9.81 * self.residual_share * self.h**2 > WORST_ERROR:
             raise StepRejected(f"the residual stays at {self.residual_share:.3g} weights")

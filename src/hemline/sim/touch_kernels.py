@@ -2,6 +2,12 @@
 
 from hemline.compiled import kernel, prange
 
+BLOCK = 32
+"""Vertices that are searched for one after the other."""
+
+STRIDE = 97
+"""Blocks from one that a thread does to its next; a prime."""
+
 
 @kernel
 def fill_grid(points, low, cell, size, starts_out, order_out):
@@ -70,60 +76,74 @@ def closest_faces(
     # in:  nearest_out holds the last nearest body vertices: they bound the search, they do not change its result
     # out: nearest body vertex (-1: none), face, weights of corners 1 and 2
     """
-    for i in prange(x.shape[0]):
-        face_out[i] = -1
-        if fixed[i]:
-            continue
-        px, py, pz = x[i, 0], x[i, 1], x[i, 2]
-        best, found = reach * reach, -1
-        known = nearest_out[i]
-        if known >= 0:
-            d0, d1, d2 = vertices[known, 0] - px, vertices[known, 1] - py, vertices[known, 2] - pz
-            d = d0 * d0 + d1 * d1 + d2 * d2
-            if d <= best:
-                best, found = d, known
-        radius = best**0.5
-        a0, a1 = int(max((px - radius - low[0]) / cell, 0.0)), int(min((px + radius - low[0]) / cell, size[0] - 1.0))
-        b0, b1 = int(max((py - radius - low[1]) / cell, 0.0)), int(min((py + radius - low[1]) / cell, size[1] - 1.0))
-        c0, c1 = int(max((pz - radius - low[2]) / cell, 0.0)), int(min((pz + radius - low[2]) / cell, size[2] - 1.0))
-        if c0 > c1:
-            # off the grid along its rows, whose ends would be read beyond them
-            a1 = a0 - 1
-        for a in range(a0, a1 + 1):
-            for b in range(b0, b1 + 1):
-                row = (a * size[1] + b) * size[2]
-                for entry in range(cell_starts[row + c0], cell_starts[row + c1 + 1]):
-                    j = order[entry]
-                    d0, d1, d2 = vertices[j, 0] - px, vertices[j, 1] - py, vertices[j, 2] - pz
-                    d = d0 * d0 + d1 * d1 + d2 * d2
-                    if d < best or (d == best and j < found):
-                        best, found = d, j
-        nearest_out[i] = found
-        if found < 0:
-            continue
-        best, face, bv, bw = 1e30, -1, 0.0, 0.0
-        centre = found
-        for _ in range(4):
-            improved = False
-            for entry in range(star_starts[centre], star_starts[centre + 1]):
-                f = star[entry]
-                v, w, d = closest_on_triangle(
-                    px, py, pz, vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
-                )
-                if d < best:
-                    best, face, bv, bw, improved = d, f, v, w, True
-            if not improved or face < 0:
-                break
-            # go on around the corner that the closest point is nearest to
-            corner = 0
-            if bv > 1.0 - bv - bw and bv >= bw:
-                corner = 1
-            elif bw > 1.0 - bv - bw and bw > bv:
-                corner = 2
-            if faces[face, corner] == centre:
-                break
-            centre = faces[face, corner]
-        face_out[i], weights_out[i, 0], weights_out[i, 1] = face, bv, bw
+    # garments lie near the body at one end of their numbering: blocks are dealt out so that each thread gets both ends
+    count, blocks = x.shape[0], (x.shape[0] + BLOCK - 1) // BLOCK
+    blocks += blocks % STRIDE == 0
+    for turn in prange(blocks):
+        first = turn * STRIDE % blocks * BLOCK
+        for i in range(first, min(first + BLOCK, count)):
+            face_out[i] = -1
+            if fixed[i]:
+                continue
+            px, py, pz = x[i, 0], x[i, 1], x[i, 2]
+            best, found = reach * reach, -1
+            known = nearest_out[i]
+            if known >= 0:
+                d0, d1, d2 = vertices[known, 0] - px, vertices[known, 1] - py, vertices[known, 2] - pz
+                d = d0 * d0 + d1 * d1 + d2 * d2
+                if d <= best:
+                    best, found = d, known
+            radius = best**0.5
+            a0, a1 = (
+                int(max((px - radius - low[0]) / cell, 0.0)),
+                int(min((px + radius - low[0]) / cell, size[0] - 1.0)),
+            )
+            b0, b1 = (
+                int(max((py - radius - low[1]) / cell, 0.0)),
+                int(min((py + radius - low[1]) / cell, size[1] - 1.0)),
+            )
+            c0, c1 = (
+                int(max((pz - radius - low[2]) / cell, 0.0)),
+                int(min((pz + radius - low[2]) / cell, size[2] - 1.0)),
+            )
+            if c0 > c1:
+                # off the grid along its rows, whose ends would be read beyond them
+                a1 = a0 - 1
+            for a in range(a0, a1 + 1):
+                for b in range(b0, b1 + 1):
+                    row = (a * size[1] + b) * size[2]
+                    for entry in range(cell_starts[row + c0], cell_starts[row + c1 + 1]):
+                        j = order[entry]
+                        d0, d1, d2 = vertices[j, 0] - px, vertices[j, 1] - py, vertices[j, 2] - pz
+                        d = d0 * d0 + d1 * d1 + d2 * d2
+                        if d < best or (d == best and j < found):
+                            best, found = d, j
+            nearest_out[i] = found
+            if found < 0:
+                continue
+            best, face, bv, bw = 1e30, -1, 0.0, 0.0
+            centre = found
+            for _ in range(4):
+                improved = False
+                for entry in range(star_starts[centre], star_starts[centre + 1]):
+                    f = star[entry]
+                    v, w, d = closest_on_triangle(
+                        px, py, pz, vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+                    )
+                    if d < best:
+                        best, face, bv, bw, improved = d, f, v, w, True
+                if not improved or face < 0:
+                    break
+                # go on around the corner that the closest point is nearest to
+                corner = 0
+                if bv > 1.0 - bv - bw and bv >= bw:
+                    corner = 1
+                elif bw > 1.0 - bv - bw and bw > bv:
+                    corner = 2
+                if faces[face, corner] == centre:
+                    break
+                centre = faces[face, corner]
+            face_out[i], weights_out[i, 0], weights_out[i, 1] = face, bv, bw
 
 
 @kernel(parallel=True)
