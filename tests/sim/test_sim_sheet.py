@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
 from hemline.errors import BadMesh
 from hemline.sim import Elastic, Stepper, make_sheet
 from hemline.sim.clusters import make_clusters
+from hemline.sim.layout import LINE, make_layout
 from hemline.sim.sheet import hinge_angles
 
 
@@ -90,6 +92,32 @@ def test_clusters_partition_the_free_vertices(square):
     assert np.array_equal(clusters.label[clusters.members.columns], patches)
     pairs = clusters.label[sheet.edges[~fixed[sheet.edges].any(axis=1)]].astype(int)
     assert 3 * (np.abs(pairs[:, 0] - pairs[:, 1]).max() + 1) <= clusters.width
+
+
+def test_the_solver_keeps_the_sheets_matrix_in_its_own_order(square):
+    sheet, _ = square(30, bending=1e-3)
+    fixed = np.zeros(sheet.vertex_count, bool)
+    fixed[:31] = True
+    layout = make_layout(sheet, fixed)
+    slot = layout.slot.astype(int)
+    assert len(np.unique(slot)) == sheet.vertex_count and np.array_equal(layout.vertex[slot], np.arange(len(slot)))
+    # each patch is one stretch of slots from a cache line's start; fixed vertices are behind all of them
+    assert not (layout.begin % LINE).any() and (layout.end[:-1] <= layout.begin[1:]).all()
+    held = np.concatenate([np.arange(*ends) for ends in zip(layout.begin, layout.end, strict=True)])
+    assert np.array_equal(np.sort(layout.vertex[held]), np.flatnonzero(~fixed))
+    assert slot[fixed].min() >= layout.end.max() and (layout.patch[slot[fixed]] == len(layout.begin)).all()
+    for own, laid, values, laid_values in (
+        (sheet.ring, layout.ring, sheet.ring_bending, layout.ring_bending),
+        (sheet.far, layout.far, sheet.far_bending, layout.far_bending),
+    ):
+        count = len(layout.vertex)
+        there = csr_array((laid_values, laid.columns, laid.starts), shape=(count, count)).toarray()
+        here = csr_array((values, own.columns, own.starts), shape=(len(slot), len(slot))).toarray()
+        assert np.allclose(there[np.ix_(slot, slot)], here, rtol=1e-6)
+    rows = np.repeat(np.arange(len(layout.vertex)), np.diff(layout.ring.starts.astype(int)))
+    assert np.array_equal(rows[layout.edge_slots[:, 0]], slot[sheet.edges[:, 0]])
+    assert np.array_equal(layout.ring.columns[layout.edge_slots[:, 0]], slot[sheet.edges[:, 1]])
+    assert np.array_equal(rows[layout.edge_slots[:, 1]], slot[sheet.edges[:, 1]])
 
 
 def test_a_triangle_without_area_is_refused():

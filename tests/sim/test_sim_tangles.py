@@ -7,9 +7,10 @@ import pytest
 
 from hemline import bodies, garments
 from hemline.errors import SimulationFailed
-from hemline.meshes import self_crossings
+from hemline.meshes import crossing_edges, self_crossings
 from hemline.sim import rest_drape
 from hemline.sim.dressed_body import sheet_of
+from hemline.sim.ironing import ironed
 from hemline.sim.tangles import refuse_tangles
 
 
@@ -28,13 +29,37 @@ def turned_up(cape, depth):
     return replace(cape, vertices=vertices)
 
 
-def test_a_hem_that_starts_through_the_cloth_is_untangled(cape):
+@pytest.mark.parametrize("depth", [0.025, 0.03, 0.035, 0.04])
+def test_a_hem_that_starts_through_the_cloth_is_untangled(cape, depth):
     body = bodies.load("anny24").shaped()
-    tangled = turned_up(cape, 0.03)
+    tangled = turned_up(cape, depth)
     assert self_crossings(tangled.vertices, tangled.faces)["pairs"] > 5
     settled = rest_drape(tangled, body)
     assert self_crossings(settled.vertices[0], tangled.faces)["pairs"] == 0
     assert settled.figures["self_crossing_percent"] == 0
+
+
+def test_ironing_opens_a_crumple_and_leaves_the_rest_as_it_is(square):
+    sheet, positions = square(12)
+    faces = sheet.faces.astype(np.int32)
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    inner, tip = (
+        int(np.linalg.norm(positions - low - share * (high - low), axis=1).argmin())
+        for share in ([0.3, 0, 0.5], [0.6, 0, 0.5])
+    )
+    crumpled = positions.copy()
+    # one vertex drawn through the wall of a tent beside it
+    crumpled[inner, [0, 2]] = positions[tip, [0, 2]]
+    crumpled[inner, 1], crumpled[tip, 1] = 0.02, 0.05
+    crossed = crossing_edges(crumpled.astype(np.float32), faces)
+    assert len(crossed)
+    free = np.ones(sheet.vertex_count, bool)
+    flat = ironed(sheet, crumpled, crossed, free)
+    assert not len(crossing_edges(flat.astype(np.float32), faces))
+    touched = np.isin(faces, crossed).any(axis=1)
+    far = np.setdiff1d(np.arange(sheet.vertex_count), faces[touched])
+    assert len(far) and np.array_equal(flat[far], crumpled[far])
+    assert np.array_equal(ironed(sheet, crumpled, crossed, ~free), crumpled)
 
 
 def test_what_stays_tangled_is_refused_and_the_place_is_named(cape):

@@ -12,6 +12,7 @@ from hemline.collide import inside
 from hemline.datasets.take import Take
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
+from hemline.meshes import crossing_edges
 from hemline.motions.motion import Pose
 
 from .carry import carried, farthest_way
@@ -19,6 +20,7 @@ from .dressed_body import DressedBody
 from .figures import strain_figures
 from .frame_end import FrameEnd
 from .grip import Grip
+from .ironing import EVERY, ironed
 from .lead_in import between
 from .rest import Rest
 from .settings import SimSettings
@@ -59,6 +61,8 @@ DRAPING = 1.0
 
 ATTEMPTS = 3
 """Searches at one station, at most."""
+
+NONE = np.empty((0, 2), np.int32)
 
 Method = Literal["newton", "draping"]
 
@@ -262,7 +266,7 @@ class _Settling:
         held = self.start.held if self.start is not None else None
         began = positions
         positions, pinched = self._cleaned(posed, positions)
-        attempts = ATTEMPTS if self.refuse else 1
+        attempts, tangled = ATTEMPTS if self.refuse else 1, False
         for attempt in range(attempts):
             search = Search(self.dressed.stepper, pinched, scene, held)
             found = search.run(positions, grip, tolerance=tolerance, newton_steps=NEWTON_STEPS)
@@ -271,10 +275,11 @@ class _Settling:
             )  # fmt: skip
             if found.residual_share <= tolerance:
                 positions, after = self._cleaned(posed, found.positions)
-                if not last or np.array_equal(after, pinched) or attempt + 1 == attempts:
+                tangled = last and len(self._crossed(positions, after)) > 0
+                if not last or attempt + 1 == attempts or (not tangled and np.array_equal(after, pinched)):
                     return search, found
                 pinched = after
-            elif attempt + 1 < attempts:
+            if attempt + 1 < attempts and (tangled or found.residual_share > tolerance):
                 self.method = "newton after dynamics"
                 state = self._swung(posed, found.positions, SHAKEN, KEPT_SPEED)
                 positions, pinched = state.positions, state.pinched
@@ -328,12 +333,25 @@ class _Settling:
                 state = dressed.fed_back(state, cleaned.positions, cleaned.pinched)
                 state = replace(state, velocities=kept * state.velocities, change=kept * state.change)
                 speed = float(np.linalg.norm(state.velocities, axis=1).mean())
-                if kept < 1 and frame > 5 and speed < still:
+                quiet = kept < 1 and frame > 5 and speed < still
+                due = kept < 1 and (quiet or frame % EVERY == EVERY - 1)
+                crossed = self._crossed(state.positions, state.pinched) if due else NONE
+                if len(crossed):
+                    free = ~state.pinched & ~dressed.pinned
+                    state = replace(state, positions=ironed(dressed.sheet, state.positions, crossed, free))
+                elif quiet:
                     break
         except SimulationFailed as reason:
             raise SimulationFailed(f"settling '{self.garment.name}': {reason}") from reason
         dressed.stepper.settings = careful
         return state
+
+    def _crossed(self, positions: Positions, pinched: Mask) -> np.ndarray:
+        """Edges that go through the cloth where it could lie otherwise, if that matters."""
+        if not self.settings.self_contact:
+            return NONE
+        crossed = crossing_edges(positions.astype(np.float32), self.garment.faces)
+        return crossed[~pinched[crossed].any(axis=1)]
 
     def _draped(self, posed: "PosedBody", positions: Positions, grip: Grip | None) -> Rest:
         state = self._swung(posed, positions, DRAPING, 1.0)

@@ -29,13 +29,20 @@ SOFT = 0.05
 """Share of the contact stiffness with which the search begins far from equilibrium."""
 
 FAR, NEAR = 1.0, 0.02
-"""Residual share above which contact is soft at first, and below which the Hessian keeps all compression."""
+"""Residual share above which contact is soft at first; below which the Hessian keeps all compression, and friction goes
+by the load itself."""
 
 LEVEL = 1e-4
 """Distance from the body below which its interpolated normal says the direction of contact [m]."""
 
+RELEASED = 0.01
+"""Distance from the side of a crease beyond which a vertex is no more held to it [m]."""
+
 TURNED, FLIPS = 0.9, 3
 """A vertex is in a crease if its contact turned by more than this cosine so often."""
+
+GROWTH, SHORT = 1.5, 1e-3
+"""A Newton step after which the residual is so many times what it was is taken again, unless h was this short [s]."""
 
 PATIENCE = 40
 """Newton steps in which the residual must fall by a tenth."""
@@ -60,6 +67,7 @@ class StaticStep(Step):
         soft: Share of the contact stiffness.
         whole: Whether the Hessian keeps all compression; otherwise what the regularisation makes harmless.
         held: Triangles of the body that vertices keep to, -1 for those that look for the closest.
+        pressed: What friction went by before: from now on the mean of that and of the load. None: the load alone.
     """
 
     def __init__(
@@ -74,6 +82,7 @@ class StaticStep(Step):
         soft: float = 1.0,
         whole: bool = False,
         held: Held | None = None,
+        pressed: Float[np.ndarray, " verts"] | None = None,
     ):
         state = replace(stepper.start(positions), pinched=pinched)
         state.positions[stepper.pinned] = scene.pinned[stepper.hard]
@@ -96,7 +105,8 @@ class StaticStep(Step):
         self.planes = replace(self.planes, stiffness=soft * self.planes.stiffness)
         self.depth = np.clip(self.settings.thickness - self.planes.gap(self.x), 0, self.settings.contact_depth)
         self.load = self.planes.stiffness * self.depth
-        self.limit = stepper.sheet.friction * self.load
+        self.pressed = self.load if pressed is None else 0.5 * (self.load + pressed)
+        self.limit = stepper.sheet.friction * self.pressed
         self.grip = grip
         if self.contact is not None and scene.skin is not None:
             faces = self.contact.surface.faces
@@ -191,7 +201,10 @@ class Search:
     halved after others, so that far from equilibrium the cloth creeps downhill and near it the steps are Newton's own.
     Contact, load and the direction of friction are found anew before each step. Far away contact is soft: stiff contact
     lets vertices through one by one and cuts every step short; the load stays when it hardens. A vertex in a crease of
-    the body is near to both sides of it: one that goes from side to side is held to the side where it is.
+    the body is near to both sides of it: one that goes from side to side is held to the side where it is. The energy
+    falls with each step, but contact that is found anew may bring back more than was won: then the step is taken again,
+    much shorter. A vertex that touches in one step and not in the next would have friction in every other: the load
+    that friction goes by changes by halves, until the balance is near; it must hold with the load itself.
 
     Args:
         stepper: The cloth; its settings must be without wind.
@@ -229,14 +242,16 @@ class Search:
             residual_share=step.residual_share, newton_steps=self.newton_steps, solver_steps=self.solver_steps,
         )  # fmt: skip
 
-    def _step(self, positions: Positions, grip: Grip | None, **options: Any) -> StaticStep:
-        options = {"h": FIRST, "held": self.held} | options
+    def _step(self, positions: Positions, grip: Grip | None, *, by_halves: bool = True, **options: Any) -> StaticStep:
+        far = by_halves and self.last is not None and self.last.residual_share > NEAR
+        pressed = self.last.pressed if far else None
+        options = {"h": FIRST, "held": self.held, "pressed": pressed} | options
         step = StaticStep(self.stepper, positions, self.pinched, self.scene, grip, **options)
         if self.last is not None:
             turned = np.einsum("vi,vi->v", step.planes.normal, self.last.planes.normal) < TURNED
             self.flips += turned & (step.load > 0) & (self.last.load > 0) & (step.face != self.last.face)
             self.held = np.where((self.flips >= FLIPS) & (self.held < 0), step.face, self.held)
-            left = (self.held >= 0) & (step.load == 0) & (self.last.load == 0)
+            left = (self.held >= 0) & (step.planes.gap(step.x) > RELEASED)
             self.held = np.where(left, -1, self.held).astype(np.int32)
         self.last = step
         return step
@@ -246,7 +261,7 @@ class Search:
         soft, h, since, mark = step.soft, FIRST, 0, step.residual_share
         least, best, grip = mark, step.x, step.grip
         while least > tolerance and self.newton_steps < newton_steps and since < PATIENCE and h > LEAST:
-            start, residual = step.x, step.residual_share
+            start, residual, gripped = step.x, step.residual_share, step.grip
             try:
                 spent = step.newton()
             except StepRejected:
@@ -256,8 +271,13 @@ class Search:
             h = min((2.0 if step.stretch else 0.5) * h, MOST) if taken else 0.25 * h
             whole = soft == 1.0 and residual < NEAR
             step = self._step(step.x if taken else start, step.grip, h=h, soft=soft, whole=whole)
+            if taken and step.residual_share > GROWTH * residual and h > SHORT:
+                h *= 0.125
+                step = self._step(start, gripped, h=h, soft=soft, whole=whole)
+            if step.residual_share <= tolerance and step.pressed is not step.load:
+                step = self._step(step.x, step.grip, by_halves=False, h=h, soft=soft, whole=whole)
             if step.residual_share < least:
                 least, best, grip = step.residual_share, step.x, step.grip
             if least < 0.9 * mark:
                 mark, since = least, 0
-        return step if step.x is best else self._step(best, grip, soft=soft)
+        return step if step.x is best else self._step(best, grip, by_halves=False, soft=soft)
