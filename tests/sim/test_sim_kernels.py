@@ -135,12 +135,13 @@ def test_conjugate_gradients_solve_the_system(square):
 
 def test_banded_factor_and_solution_are_scipys():
     rng = np.random.default_rng(3)
-    count, width = 40, 7
+    count, width = 42, 9  # whole blocks of three
     band = np.zeros((count, width))
     band[:, :-1] = rng.normal(size=(count, width - 1))
     band[:, -1] = 30
-    for row in range(width - 1):
-        band[row, : width - 1 - row] = 0
+    for row in range(count):
+        band[row, : 2 - row % 3] = 0
+        band[row, : max(0, width - 1 - row)] = 0
     lower = np.zeros((width, count))
     for row in range(count):
         for column in range(max(0, row - width + 1), row + 1):

@@ -92,22 +92,42 @@ def factorise(band):
 
 @kernel(fastmath={"contract", "reassoc", "nsz"})
 def solve_band(band, values):
-    """Solve L L^T x = values in place."""
+    """Solve L L^T x = values in place, three rows at once: the band holds whole blocks of three."""
     count, width = band.shape
     here = width - 1
-    for r in range(count):
-        first = max(0, r - here)
-        total, a, b = 0.0, band[r, first - r + here : here], values[first:r]
+    for r in range(0, count, 3):
+        one, two, three = band[r], band[r + 1], band[r + 2]
+        first = max(0, r - here + 2)
+        x0, x1, x2 = values[r], values[r + 1], values[r + 2]
+        a, b, c, before = (
+            one[first - r + here :],
+            two[first - r - 1 + here :],
+            three[first - r - 2 + here :],
+            values[first:r],
+        )
         for k in range(r - first):
-            total += a[k] * b[k]
-        values[r] = (values[r] - total) / band[r, here]
-    for r in range(count - 1, -1, -1):
-        x = values[r] / band[r, here]
-        values[r] = x
-        first = max(0, r - here)
-        a, b = band[r, first - r + here : here], values[first:r]
+            x0 -= a[k] * before[k]
+            x1 -= b[k] * before[k]
+            x2 -= c[k] * before[k]
+        x0 /= one[here]
+        x1 = (x1 - two[here - 1] * x0) / two[here]
+        x2 = (x2 - three[here - 2] * x0 - three[here - 1] * x1) / three[here]
+        values[r], values[r + 1], values[r + 2] = x0, x1, x2
+    for r in range(count - 3, -1, -3):
+        one, two, three = band[r], band[r + 1], band[r + 2]
+        first = max(0, r - here + 2)
+        x2 = values[r + 2] / three[here]
+        x1 = (values[r + 1] - three[here - 1] * x2) / two[here]
+        x0 = (values[r] - two[here - 1] * x1 - three[here - 2] * x2) / one[here]
+        values[r], values[r + 1], values[r + 2] = x0, x1, x2
+        a, b, c, before = (
+            one[first - r + here :],
+            two[first - r - 1 + here :],
+            three[first - r - 2 + here :],
+            values[first:r],
+        )
         for k in range(r - first):
-            b[k] -= a[k] * x
+            before[k] -= a[k] * x0 + b[k] * x1 + c[k] * x2
 
 
 @kernel(parallel=True, fastmath=FAST)

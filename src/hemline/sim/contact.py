@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from .surface import Anchors, Planes, Skin, Surface
+from .touch_kernels import turned_inside
 
 WIDE = 3.0
 """How much farther than usual is looked for a body that comes fast."""
@@ -54,9 +55,11 @@ class Contact:
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> None:
         """Find the planes again, where the cloth is at the step's end."""
         self.ahead = self.surface.anchors(positions, self.now, self.fixed, self.ahead)
-        planes = self.laid(self.ahead)
-        turned = np.einsum("vi,vi->v", planes.normal, self.planes.normal) < 0
-        kept = (self.planes.stiffness > 0) & (planes.gap(positions) < 0) & turned
+        planes, before = self.laid(self.ahead), self.planes
+        kept = np.empty(len(positions), bool)
+        turned_inside(
+            positions, before.normal, before.stiffness, planes.normal, planes.point, planes.stiffness, kept
+        )  # fmt: skip
         self.anchors = _chosen(kept, self.anchors, self.ahead)
         self.planes = _chosen(kept, self.planes, planes)
 

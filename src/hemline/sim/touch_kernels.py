@@ -179,4 +179,15 @@ def contact_planes(
                 normal_out[i, k] *= over
 
 
-__all__ = ["cell_of", "closest_faces", "closest_on_triangle", "contact_planes", "fill_grid"]
+@kernel(parallel=True)
+def turned_inside(x, old_normal, old_stiffness, normal, point, stiffness, turned_out):
+    """Vertices behind their new plane, whose old one looked the other way."""
+    for i in prange(x.shape[0]):
+        across = gap = 0.0
+        for k in range(3):
+            across += old_normal[i, k] * normal[i, k]
+            gap += normal[i, k] * (x[i, k] - point[i, k])
+        turned_out[i] = old_stiffness[i] > 0.0 and stiffness[i] > 0.0 and gap < 0.0 and across < 0.0
+
+
+__all__ = ["cell_of", "closest_faces", "closest_on_triangle", "contact_planes", "fill_grid", "turned_inside"]
