@@ -1,0 +1,116 @@
+"""What bounds the simulator: `python benchmarks/claims/bound.py`.
+
+One system of conjugate gradients of the cape (12,690 vertices) and of the light one is caught in a step and solved
+again and again; its bytes an iteration over its time is compared with the rate at which a plain sum reads as many
+bytes from an array of that size, on as many threads. One JSON line each goes to benchmarks/results/bound.jsonl.
+"""
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numba import njit, prange
+
+from hemline import bodies, garments, motions, sim
+from hemline.compiled import threads as available
+from hemline.compiled import use_threads
+from hemline.playback.bench import commit, machine
+from hemline.sim import step as stepping
+from hemline.sim.layout import Layout
+
+RESULTS = Path(__file__).parents[1] / "results" / "bound.jsonl"
+REPEATS, ITERATIONS = 15, 100
+TOLERANCE, MOST = -10, -9
+"""Places of those two among the arguments of the solver."""
+
+
+class Caught(Exception):
+    """The arguments of one solve."""
+
+
+def system(name: str) -> tuple[tuple, Layout]:
+    """The arguments of the first solve of a garment that starts to fall, copied, and its layout."""
+    garment = garments.load(name)
+    shaped = bodies.load(garment.body_name).shaped()
+    held, solve, step = [], stepping.conjugate_gradients, stepping.Step.newton
+
+    def catch(*arguments):
+        raise Caught(tuple(each.copy() if isinstance(each, np.ndarray) else each for each in arguments))
+
+    def newton(self):
+        held.append(self.stepper.layout)
+        return step(self)
+
+    stepping.conjugate_gradients, stepping.Step.newton = catch, newton
+    try:
+        motion = shaped.placed(motions.load("run"))[:1]
+        sim.simulate(garment, shaped, motion, sim.SimSettings(self_contact=False))
+    except Caught as caught:
+        return caught.args[0], held[-1]
+    finally:
+        stepping.conjugate_gradients, stepping.Step.newton = solve, step
+    raise RuntimeError("no step was taken")
+
+
+def bytes_of(layout: Layout) -> int:
+    """Bytes that an iteration works on: matrix, preconditioner, four vectors; each at least once."""
+    slots, ring, far = len(layout.vertex), len(layout.ring.columns), len(layout.far.columns)
+    return 40 * ring + 8 * far + 72 * slots + 4 * 16 * slots
+
+
+@njit(parallel=True, fastmath=True)
+def read(values, sums):
+    # four streams, so that no addition waits for the one before
+    for part in prange(sums.shape[0]):
+        a, b, c, d = values[part, 0], values[part, 1], values[part, 2], values[part, 3]
+        one = two = three = four = np.float32(0)
+        for k in range(256):
+            one += a[k]
+            two += b[k]
+            three += c[k]
+            four += d[k]
+        sums[part] = one + two + three + four
+
+
+def seconds(work: Callable[[], object]) -> float:
+    work()
+    spans = []
+    for _ in range(REPEATS):
+        began = time.perf_counter()
+        work()
+        spans.append(time.perf_counter() - began)
+    return float(np.median(spans))
+
+
+def row(name: str, threads: int) -> dict:
+    arguments, layout = system(name)
+    use_threads(threads)
+    solve = [*arguments]
+    solve[TOLERANCE], solve[MOST] = 1e-30, ITERATIONS
+    took = seconds(lambda: stepping.conjugate_gradients(*solve)) / ITERATIONS
+    size = bytes_of(layout)
+    values = np.zeros((size // 4096, 4, 256), np.float32)
+    sums = np.zeros(len(values), np.float32)
+    plain = seconds(lambda: [read(values, sums) for _ in range(ITERATIONS)]) / ITERATIONS
+    return {
+        "garment": name, "vertices": len(layout.slot), "threads": threads,
+        "iteration_us": round(1e6 * took, 1), "mbytes": round(size / 1e6, 2),
+        "gbytes_s": round(size / took / 1e9, 1), "plain_read_us": round(1e6 * plain, 1),
+        "plain_read_gbytes_s": round(size / plain / 1e9, 1), "share_of_bound": round(plain / took, 2),
+    }  # fmt: skip
+
+
+def main() -> None:
+    most = available()
+    with RESULTS.open("w") as stream:
+        for name in ("cape-light", "cape"):
+            for threads in range(1, most + 1):
+                line = row(name, threads)
+                print(json.dumps(line), flush=True)
+                stream.write(json.dumps(line | {"machine": machine(), "commit": commit()}) + "\n")
+
+
+if __name__ == "__main__":
+    main()
