@@ -83,6 +83,14 @@ def test_shapes_are_settled_each_from_its_neighbour_and_given_back_in_order():
     )
 
 
+def test_shapes_around_the_mean_all_find_their_equilibrium():
+    garment, shaped = shirt()
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        found = settle(garment, shaped.body.shaped(0.5 * rng.normal(size=8)), start=rest())
+        assert found.residual_share <= 0.01 and found.figures["inside"] == 0
+
+
 def test_a_hanging_strip_rests_as_the_closed_form_says():
     # F S = rho g (L - s), S = Y (F^2 - 1) / 2, as in tests/laws; thirty triangles of constant strain: 0.3 %
     garment, shaped, length = hanging_strip()
