@@ -28,9 +28,9 @@ FIRST, LEAST, MOST = 0.03, 1e-4, 1e3
 SOFT = 0.05
 """Share of the contact stiffness with which the search begins far from equilibrium."""
 
-FAR, NEAR = 1.0, 0.02
-"""Residual share above which contact is soft at first; below which the Hessian keeps all compression, and friction goes
-by the load itself."""
+FAR, ENOUGH, NEAR = 1.0, 0.3, 0.02
+"""Residual share above which contact is soft at first; at which it hardens; below which the Hessian keeps all
+compression, and friction goes by the load itself."""
 
 LEVEL = 1e-4
 """Distance from the body below which its interpolated normal says the direction of contact [m]."""
@@ -234,7 +234,7 @@ class Search:
         """
         step = self._step(positions, grip)
         if step.residual_share > FAR:
-            step = self._descend(self._step(positions, grip, soft=SOFT), max(tolerance, NEAR), newton_steps)
+            step = self._descend(self._step(positions, grip, soft=SOFT), max(tolerance, ENOUGH), newton_steps)
             step = self._step(step.x + ((1 - SOFT) * step.depth)[:, None] * step.planes.normal, step.grip)
         step = self._descend(step, tolerance, newton_steps)
         return Equilibrium(
