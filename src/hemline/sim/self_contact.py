@@ -17,7 +17,6 @@ from .pair_search_kernels import near_pairs, piercing_edges
 from .patch_kernels import element_frames, group_bounds, patch_bounds, patch_pairs
 from .patches import make_patches
 from .sheet import Rows, Sheet
-from .vertex_kernels import farther_than
 
 MARGIN = 0.001
 """Distance beyond thickness and motion up to which pairs are looked for [m]."""
@@ -85,35 +84,13 @@ class SelfContact:
         self._corners = np.empty((0, 5), np.uint32)
         self._normal = np.empty((0, 3))
         self._pulls: tuple[np.ndarray, ...] = ()
-        self._place: np.ndarray | None = None
         self.crossed = np.empty((0, 2), np.uint32)
         """Edges that went through a triangle at the start of the last step, as vertex pairs."""
 
     def begin(self, start: Float[np.ndarray, "verts 3"], guess: Float[np.ndarray, "verts 3"]) -> None:
-        """Find what may meet on the way from the start to the guess, and what crosses at the start.
-
-        Where the cloth stands still and is near to where it stood in the last search, what that found still holds.
-        """
-        moved = guess - start
-        still = not moved.any()
-        if not still or self._place is None or farther_than(start, self._place, 0.5 * MARGIN):
-            corners, crossed = self._search(start, moved)
-            self.crossed = self._edges[crossed[:, 0]]
-            if len(crossed):
-                corners = self._apart(crossed, corners)
-            self._corners, self._pulls = corners, self._pull(start, crossed)
-            self._thickness = self._thick(corners)
-            self._stiffness = self.push[corners[:, :4]].mean(axis=1)
-            self._place = start.copy() if still and not len(crossed) else None
-        corners = self._corners
-        weights, self._normal, distance = self._empty(len(corners))
-        lay_pairs(start, corners, np.zeros((len(corners), 3)), weights, self._normal, distance)
-        pressed = np.maximum(self._thickness - distance, 0.0)
-        self._limit = self.friction[corners[:, :4]].mean(axis=1) * self._stiffness * pressed**2 / self._thickness
-
-    def _search(self, start: np.ndarray, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Pairs that may meet (four vertices, 1 for edges), and crossings (edge, triangle)."""
+        """Find what may meet on the way from the start to the guess, and what crosses at the start."""
         sheet, patches, (faces, edges, normal) = self.sheet, self.patches, self._frames
+        moved = guess - start
         box, motion, cone = self._bounds
         element_frames(
             start, moved, sheet.faces, self._edges, sheet.corners.starts, sheet.corners.columns, *self._frames
@@ -141,7 +118,16 @@ class SelfContact:
                 room, count, out,
             ),
         )  # fmt: skip
-        return corners, crossed
+        self.crossed = self._edges[crossed[:, 0]]
+        if len(crossed):
+            corners = self._apart(crossed, corners)
+        self._corners, self._pulls = corners, self._pull(start, crossed)
+        weights, self._normal, distance = self._empty(len(corners))
+        lay_pairs(start, corners, np.zeros((len(corners), 3)), weights, self._normal, distance)
+        self._thickness = self._thick(corners)
+        self._stiffness = self.push[corners[:, :4]].mean(axis=1)
+        pressed = np.maximum(self._thickness - distance, 0.0)
+        self._limit = self.friction[corners[:, :4]].mean(axis=1) * self._stiffness * pressed**2 / self._thickness
 
     def lay(self, positions: Float[np.ndarray, "verts 3"]) -> Pairs:
         """The pairs where the cloth is now, on the sides that they had at the start."""
