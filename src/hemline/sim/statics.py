@@ -243,8 +243,8 @@ class Search:
         )  # fmt: skip
 
     def _step(self, positions: Positions, grip: Grip | None, *, by_halves: bool = True, **options: Any) -> StaticStep:
-        far = by_halves and self.last is not None and self.last.residual_share > NEAR
-        pressed = self.last.pressed if far else None
+        last = self.last
+        pressed = last.pressed if by_halves and last is not None and last.residual_share > NEAR else None
         options = {"h": FIRST, "held": self.held, "pressed": pressed} | options
         step = StaticStep(self.stepper, positions, self.pinched, self.scene, grip, **options)
         if self.last is not None:
