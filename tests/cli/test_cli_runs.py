@@ -54,8 +54,8 @@ def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
     options = [
         "--epochs",
         "5",
-        "--collision-epochs",
-        "1",
+        "--bridge-epochs",
+        "5",
         "--components",
         "20",
         "--shape-components",
