@@ -12,6 +12,7 @@ from hemline.sim.block_kernels import PAD
 from hemline.sim.conjugate_kernels import factorise, solve_band
 from hemline.sim.state import Scene
 from hemline.sim.step import Step
+from hemline.sim.touch_kernels import BLOCK, STRIDE, turned_inside
 from hemline.sim.vertex_kernels import contact_terms, slip_terms
 
 
@@ -182,14 +183,15 @@ def sphere(radius=0.3, detail=4):
     return ball, Skin(vertices, vertices / np.float32(radius)), Surface(np.asarray(ball.faces), reach=0.06)
 
 
-def test_closest_points_are_libigls():
+@pytest.mark.parametrize("count", [400, BLOCK * STRIDE, BLOCK * STRIDE + 1])
+def test_closest_points_are_libigls(count):
     import igl
 
     _, skin, surface = sphere()
     rng = np.random.default_rng(5)
-    direction = rng.normal(size=(400, 3))
-    points = direction / np.linalg.norm(direction, axis=1, keepdims=True) * rng.uniform(0.26, 0.34, (400, 1))
-    anchors = surface.anchors(points, skin, np.zeros(400, bool))
+    direction = rng.normal(size=(count, 3))
+    points = direction / np.linalg.norm(direction, axis=1, keepdims=True) * rng.uniform(0.26, 0.34, (count, 1))
+    anchors = surface.anchors(points, skin, np.zeros(count, bool))
     weights = np.column_stack([1 - anchors.weights.sum(axis=1), anchors.weights])
     corners = skin.vertices[surface.faces[anchors.face]].astype(float)
     found = np.einsum("pc,pcx->px", weights, corners)
@@ -209,6 +211,17 @@ def test_points_out_of_reach_have_no_anchor_and_earlier_ones_change_nothing():
     afresh = surface.anchors(moved, skin, fixed)
     assert np.array_equal(known.face, afresh.face)
     assert np.array_equal(known.weights, afresh.weights)
+
+
+def test_sides_that_turned_are_those_of_the_plain_twin():
+    rng = np.random.default_rng(2)
+    x, before, normal, point = (rng.normal(size=(300, 3)) for _ in range(4))
+    old, new = (rng.choice([0.0, 3.0], 300) for _ in range(2))
+    turned = np.empty(300, bool)
+    turned_inside(x, before, old, normal, point, new, turned)
+    gap = np.where(new > 0, np.einsum("vi,vi->v", normal, x - point), np.inf)
+    wanted = (old > 0) & (gap < 0) & (np.einsum("vi,vi->v", before, normal) < 0)
+    assert 20 < wanted.sum() < 60 and np.array_equal(turned, wanted)
 
 
 def test_planes_are_carried_by_the_surface():

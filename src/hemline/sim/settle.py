@@ -275,8 +275,10 @@ class _Settling:
             )  # fmt: skip
             if found.residual_share <= tolerance:
                 positions, after = self._cleaned(posed, found.positions)
-                tangled = last and len(self._crossed(positions, after)) > 0
-                if not last or attempt + 1 == attempts or (not tangled and np.array_equal(after, pinched)):
+                # what was at rest from the start stays as it is
+                again = last and attempt + 1 < attempts
+                tangled = again and search.newton_steps > 0 and len(self._crossed(positions, after)) > 0
+                if not again or (not tangled and np.array_equal(after, pinched)):
                     return search, found
                 pinched = after
             if attempt + 1 < attempts and (tangled or found.residual_share > tolerance):

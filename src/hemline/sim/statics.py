@@ -28,7 +28,7 @@ FIRST, LEAST, MOST = 0.03, 1e-4, 1e3
 SOFT = 0.05
 """Share of the contact stiffness with which the search begins far from equilibrium."""
 
-FAR, ENOUGH, NEAR = 1.0, 0.3, 0.02
+FAR, ENOUGH, NEAR = 1.0, 0.1, 0.02
 """Residual share above which contact is soft at first; at which it hardens; below which the Hessian keeps all
 compression, and friction goes by the load itself."""
 
@@ -280,4 +280,6 @@ class Search:
                 least, best, grip = step.residual_share, step.x, step.grip
             if least < 0.9 * mark:
                 mark, since = least, 0
-        return step if step.x is best else self._step(best, grip, by_halves=False, soft=soft)
+        if step.x is best and step.pressed is step.load:
+            return step
+        return self._step(best, grip, by_halves=False, soft=soft)
