@@ -241,7 +241,7 @@ def test_edges_hold_edges_off():
     contact = contact_of(sheet, thickness=0.002)
     contact.begin(x, x)
     assert contact._corners[:, 4].tolist() == [1]
-    pairs = contact.lay(x)
+    pairs = contact.lay(x)[0]
     assert abs(pairs.normal[0, 1]) > 0.99
     stepper = Stepper(sheet, settings=WEIGHTLESS)
     state = stepper.start(x)
@@ -284,7 +284,7 @@ def test_pairs_hold_their_own_side():
     through = x.copy()
     through[starts[1] :, 1] = -0.002
     contact.begin(x, through)
-    pairs = contact.lay(through)
+    pairs = contact.lay(through)[0]
     # of a vertex and a triangle, the nearest point within it
     within = (pairs.weights[:, 0] == 1) & (pairs.weights[:, 1:] < 0).all(axis=1)
     upper = within & np.isin(pairs.corners[:, 0], range(starts[1], len(x)))

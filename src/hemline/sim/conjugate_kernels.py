@@ -14,6 +14,10 @@ from .block_kernels import add_pairs, advance, pair_product, row_product, turn
 FAST = {"contract", "nsz", "arcp"}
 
 
+FEW = 200
+"""Pairs that one thread is done with before others have begun."""
+
+
 @kernel(parallel=True)
 def coarse_matrix(begin, end, label, ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, band_out):
     """P^T A P, lower half: entry (r, c) lies at band[r, c - r + width - 1]."""
@@ -179,8 +183,11 @@ def conjugate_gradients(
         for patch in prange(patches):
             for i in range(begin[patch], end[patch]):
                 turn(i, patch, beta, shift_out, product_out, search_out)
-        if pairs > 0:
+        if pairs > FEW:
             for p in prange(pairs):
+                pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
+        else:
+            for p in range(pairs):
                 pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
         for patch in prange(patches):
             total = 0.0

@@ -1,10 +1,11 @@
-"""Cloth that meets itself: pairs of a vertex and a triangle, or of two edges, held apart along a fixed normal.
+"""Cloth that meets itself, or a vertex of the body: pairs held apart along a fixed normal.
 
-A pair has four corners with weights w that add up to 0, so that sum w x is the vector between its two nearest points,
-and d = n . sum w x their distance. The load grows with the square of how far they are nearer than the thickness, so
-that Newton's steps do not jump between touching and not; from where they would pass through each other it stays
-constant. And Coulomb's smoothed potential of the slip u = (I - n n^T) sum(w (x - x_start)) under a lagged load.
-Normals and weights are laid anew in each Newton step.
+A pair has four corners with weights w, and r = sum w x. For a vertex and a triangle of the cloth, or two edges, the
+weights add up to 0, so that r is the vector between the two nearest points and n . r their distance; for a point of a
+triangle above the body they add up to 1. The load grows with the square of the depth reach - n . r, so that Newton's
+steps do not jump between touching and not; from a depth of the thickness on it stays constant. And Coulomb's smoothed
+potential of the slip u = (I - n n^T) (r - carried) under a lagged load. Normals, and weights of cloth with cloth, are
+laid anew in each Newton step.
 """
 
 from hemline.compiled import kernel, prange
@@ -16,12 +17,22 @@ from .vertex_kernels import slip_terms
 CHUNK = 64
 
 
+@kernel(inline="always")
+def _along(x, corner, weight, axis):
+    return (
+        weight[0] * x[corner[0], axis] + weight[1] * x[corner[1], axis]
+        + weight[2] * x[corner[2], axis] + weight[3] * x[corner[3], axis]
+    )  # fmt: skip
+
+
 @kernel(parallel=True)
-def lay_pairs(x, corners, before, weights_out, normal_out, distance_out):
+def lay_pairs(x, start, corners, before, weights_out, normal_out, distance_out, carried_out):
     """Nearest points of each pair, and the unit normal from the second of them to the first.
 
-    # in:  corners (pairs, 5): four vertices, 1 for edges; before (pairs, 3): the normal until now, 0 for none
-    # out: weights (pairs, 4), normal (pairs, 3), distance (pairs,): along the normal, negative on the wrong side.
+    # in:  start (verts, 3): positions at the step's start; corners (pairs, 5): four vertices, 1 for edges;
+    #      before (pairs, 3): the normal until now, 0 for none
+    # out: weights (pairs, 4), normal (pairs, 3), distance (pairs,): along the normal, negative on the wrong side;
+    #      carried (pairs, 3): the vector between the same points at the start.
     #      A normal that turned by more than 90 degrees means that the pair went through itself: within both elements
     #      the old side is kept, at their rims the old normal.
     """
@@ -36,9 +47,13 @@ def lay_pairs(x, corners, before, weights_out, normal_out, distance_out):
             s, t, _ = closest_on_edges(x[a], x[b], x[c], x[d])
             weight[0], weight[1], weight[2], weight[3] = 1.0 - s, s, t - 1.0, -t
             inner = 0.0 < s < 1.0 and 0.0 < t < 1.0
-        r0 = weight[0] * x[a, 0] + weight[1] * x[b, 0] + weight[2] * x[c, 0] + weight[3] * x[d, 0]
-        r1 = weight[0] * x[a, 1] + weight[1] * x[b, 1] + weight[2] * x[c, 1] + weight[3] * x[d, 1]
-        r2 = weight[0] * x[a, 2] + weight[1] * x[b, 2] + weight[2] * x[c, 2] + weight[3] * x[d, 2]
+        r0, r1, r2 = (
+            _along(x, corners[p], weight, 0),
+            _along(x, corners[p], weight, 1),
+            _along(x, corners[p], weight, 2),
+        )
+        for axis in range(3):
+            carried_out[p, axis] = _along(start, corners[p], weight, axis)
         length = (r0 * r0 + r1 * r1 + r2 * r2) ** 0.5
         n0, n1, n2 = before[p, 0], before[p, 1], before[p, 2]
         along = n0 * r0 + n1 * r1 + n2 * r2
@@ -65,20 +80,20 @@ def press_terms(depth, stiffness, thickness):
 
 
 @kernel(parallel=True)
-def pair_forces(x, start, corners, weights, normal, thickness, stiffness, limit, creep, force_out, energy_out):
-    """Gradient over the vector between the nearest points, by pair, and the energy by chunk."""
+def pair_forces(x, corners, weights, normal, reach, carried, thickness, stiffness, limit, creep, force_out, energy_out):
+    """Gradient over r, by pair, and the energy by chunk."""
     count = corners.shape[0]
     for chunk in prange(energy_out.shape[0]):
         energy = 0.0
         for p in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
             n0, n1, n2 = normal[p, 0], normal[p, 1], normal[p, 2]
-            depth = thickness[p] - _along(x, corners[p], weights[p], 0) * n0
+            depth = reach[p] - _along(x, corners[p], weights[p], 0) * n0
             depth -= _along(x, corners[p], weights[p], 1) * n1 + _along(x, corners[p], weights[p], 2) * n2
             value, load, _ = press_terms(depth, stiffness[p], thickness[p])
             energy += value
             f0, f1, f2 = -load * n0, -load * n1, -load * n2
             if limit[p] > 0.0:
-                u0, u1, u2 = _slip(x, start, corners[p], weights[p], n0, n1, n2)
+                u0, u1, u2 = _slip(x, carried[p], corners[p], weights[p], n0, n1, n2)
                 value, over = slip_terms((u0 * u0 + u1 * u1 + u2 * u2) ** 0.5, creep)
                 energy += limit[p] * value
                 f0 += limit[p] * over * u0
@@ -89,33 +104,25 @@ def pair_forces(x, start, corners, weights, normal, thickness, stiffness, limit,
 
 
 @kernel(inline="always")
-def _along(x, corner, weight, axis):
-    return (
-        weight[0] * x[corner[0], axis] + weight[1] * x[corner[1], axis]
-        + weight[2] * x[corner[2], axis] + weight[3] * x[corner[3], axis]
-    )  # fmt: skip
-
-
-@kernel(inline="always")
-def _slip(x, start, corner, weight, n0, n1, n2):
-    u0 = _along(x, corner, weight, 0) - _along(start, corner, weight, 0)
-    u1 = _along(x, corner, weight, 1) - _along(start, corner, weight, 1)
-    u2 = _along(x, corner, weight, 2) - _along(start, corner, weight, 2)
+def _slip(x, carried, corner, weight, n0, n1, n2):
+    u0 = _along(x, corner, weight, 0) - carried[0]
+    u1 = _along(x, corner, weight, 1) - carried[1]
+    u2 = _along(x, corner, weight, 2) - carried[2]
     along = u0 * n0 + u1 * n1 + u2 * n2
     return u0 - along * n0, u1 - along * n1, u2 - along * n2
 
 
 @kernel(parallel=True)
-def pair_blocks(x, start, corners, weights, normal, thickness, stiffness, limit, creep, block_out):
-    """Symmetric 3 x 3 block of each pair over the vector between its nearest points, flat, nine a pair."""
+def pair_blocks(x, corners, weights, normal, reach, carried, thickness, stiffness, limit, creep, block_out):
+    """Symmetric 3 x 3 block of each pair over r, flat, nine a pair."""
     for p in prange(corners.shape[0]):
         n0, n1, n2 = normal[p, 0], normal[p, 1], normal[p, 2]
-        depth = thickness[p] - _along(x, corners[p], weights[p], 0) * n0
+        depth = reach[p] - _along(x, corners[p], weights[p], 0) * n0
         depth -= _along(x, corners[p], weights[p], 1) * n1 + _along(x, corners[p], weights[p], 2) * n2
         _, _, k = press_terms(depth, stiffness[p], thickness[p])
         t = 0.0
         if limit[p] > 0.0:
-            u0, u1, u2 = _slip(x, start, corners[p], weights[p], n0, n1, n2)
+            u0, u1, u2 = _slip(x, carried[p], corners[p], weights[p], n0, n1, n2)
             _, over = slip_terms((u0 * u0 + u1 * u1 + u2 * u2) ** 0.5, creep)
             t = limit[p] * over
         # k n n^T + t (I - n n^T)

@@ -6,17 +6,17 @@ what is around such a place is pulled in the direction in which the curve of the
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from .contour_kernels import contour_directions
-from .pair_kernels import incidence_of_pairs, lay_pairs
+from .pair_kernels import lay_pairs
 from .pair_search_kernels import near_pairs, piercing_edges
+from .pairs import PairRows
 from .patch_kernels import element_frames, group_bounds, patch_bounds, patch_pairs
 from .patches import make_patches
-from .sheet import Rows, Sheet
+from .sheet import Sheet
 
 MARGIN = 0.001
 """Distance beyond thickness and motion up to which pairs are looked for [m]."""
@@ -29,32 +29,6 @@ GROUP = 8
 
 CHUNK = 64
 """Patch pairs worked on at a time: fixed, so that the order of what is found does not depend on the threads."""
-
-
-@dataclass(frozen=True)
-class Pairs:
-    """Pairs of elements that touch or nearly do.
-
-    Attributes:
-        corners: Four vertices of each, uint32.
-        weights: Of the corners, adding up to 0: sum w x is the vector between the nearest points.
-        normal: Unit normals, along that vector.
-        thickness: Distance to keep along the normal [m].
-        stiffness: [N/m]
-        limit: Friction that each can bear, by its load at the step's start [N].
-        at: For each vertex its pairs, each 4 pair + corner.
-    """
-
-    corners: Int[np.ndarray, "pairs 4"]
-    weights: Float[np.ndarray, "pairs 4"]
-    normal: Float[np.ndarray, "pairs 3"]
-    thickness: Float[np.ndarray, " pairs"]
-    stiffness: Float[np.ndarray, " pairs"]
-    limit: Float[np.ndarray, " pairs"]
-    at: Rows
-
-    def __len__(self) -> int:
-        return len(self.corners)
 
 
 class SelfContact:
@@ -83,7 +57,8 @@ class SelfContact:
         self._room: dict[str, int] = {"patches": 32, "near": 256, "piercing": 64}
         self._corners = np.empty((0, 5), np.uint32)
         self._normal = np.empty((0, 3))
-        self._pulls: tuple[np.ndarray, ...] = ()
+        self._start = np.empty((0, 3))
+        self._pulls: PairRows | None = None
         self.crossed = np.empty((0, 2), np.uint32)
         """Edges that went through a triangle at the start of the last step, as vertex pairs."""
 
@@ -121,27 +96,27 @@ class SelfContact:
         self.crossed = self._edges[crossed[:, 0]]
         if len(crossed):
             corners = self._apart(crossed, corners)
-        self._corners, self._pulls = corners, self._pull(start, crossed)
-        weights, self._normal, distance = self._empty(len(corners))
-        lay_pairs(start, corners, np.zeros((len(corners), 3)), weights, self._normal, distance)
+        self._corners, self._pulls = corners, self._pull(start, crossed) if len(crossed) else None
+        self._start = start
+        weights, self._normal, distance, carried = self._empty(len(corners))
+        lay_pairs(start, start, corners, np.zeros((len(corners), 3)), weights, self._normal, distance, carried)
         self._thickness = self._thick(corners)
         self._stiffness = self.push[corners[:, :4]].mean(axis=1)
         pressed = np.maximum(self._thickness - distance, 0.0)
         self._limit = self.friction[corners[:, :4]].mean(axis=1) * self._stiffness * pressed**2 / self._thickness
 
-    def lay(self, positions: Float[np.ndarray, "verts 3"]) -> Pairs:
-        """The pairs where the cloth is now, on the sides that they had at the start."""
-        weights, normal, distance = self._empty(len(self._corners))
-        lay_pairs(positions, self._corners, self._normal, weights, normal, distance)
+    def lay(self, positions: Float[np.ndarray, "verts 3"]) -> list[PairRows]:
+        """The pairs where the cloth is now, on the sides that they had at the start; and what pulls crossings apart."""
+        weights, normal, distance, carried = self._empty(len(self._corners))
+        lay_pairs(positions, self._start, self._corners, self._normal, weights, normal, distance, carried)
         self._normal = normal
         close = distance < self._thickness + MARGIN
-        kept = (self._corners[:, :4], weights, normal, self._thickness, self._stiffness, self._limit)
-        corners, weights, normal, thickness, stiffness, limit = (
-            np.concatenate([one[close], other]) for one, other in zip(kept, self._pulls, strict=True)
-        )
-        starts, entries = np.empty(self.sheet.vertex_count + 2, np.uint32), np.empty(4 * len(corners), np.uint32)
-        incidence_of_pairs(corners, starts, entries)
-        return Pairs(corners, weights, normal, thickness, stiffness, limit, Rows(starts[:-1], entries))
+        thickness = self._thickness[close]
+        rows = PairRows(
+            self._corners[close, :4], weights[close], normal[close], thickness, carried[close], thickness,
+            self._stiffness[close], self._limit[close],
+        )  # fmt: skip
+        return [rows] if self._pulls is None else [rows, self._pulls]
 
     def _thick(self, corners: np.ndarray) -> np.ndarray:
         """Distance that the elements of each pair keep."""
@@ -150,8 +125,8 @@ class SelfContact:
         return np.where(edge, np.minimum(one, two) + last, one + np.minimum(two, last))
 
     @staticmethod
-    def _empty(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return np.empty((count, 4)), np.empty((count, 3)), np.empty(count)
+    def _empty(count: int) -> tuple[np.ndarray, ...]:
+        return np.empty((count, 4)), np.empty((count, 3)), np.empty(count), np.empty((count, 3))
 
     def _patch_pairs(self, box: np.ndarray, motion: np.ndarray, cone: np.ndarray) -> np.ndarray:
         count = np.empty(self.patches.count, np.int64)
@@ -189,7 +164,7 @@ class SelfContact:
         second = touched[:, 2] | touched[:, 3] | (~edge & touched[:, 1])
         return corners[~(first & second)]
 
-    def _pull(self, start: np.ndarray, crossed: np.ndarray) -> tuple[np.ndarray, ...]:
+    def _pull(self, start: np.ndarray, crossed: np.ndarray) -> PairRows:
         """Pairs that shorten the curves of crossings: each end of the edge against the triangle."""
         count = len(crossed)
         direction, share, inner = np.empty((count, 3)), np.empty(count), np.empty((count, 2))
@@ -200,6 +175,7 @@ class SelfContact:
         corners = np.concatenate([np.column_stack([ends[:, end], face]) for end in (0, 1)]).astype(np.uint32)
         weights = np.tile(np.column_stack([np.ones(count), inner.sum(axis=1) - 1, -inner]), (2, 1))
         normal = np.tile(direction, (2, 1))
-        apart = np.einsum("pc,pcx,px->p", weights, start[corners], normal)
+        between = np.einsum("pc,pcx->px", weights, start[corners])
+        reach = np.einsum("px,px->p", between, normal) + PULL
         stiffness = self.push[corners].mean(axis=1) * np.concatenate([1 - share, share])
-        return corners, weights, normal, apart + PULL, stiffness, np.zeros(2 * count)
+        return PairRows(corners, weights, normal, reach, between, reach, stiffness, np.zeros(2 * count))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
+from hemline.arrays import Faces
 from hemline.bodies.skinning_kernels import area_normals
 from hemline.bodies.velocities import reshaping, turning
 from hemline.errors import BadInput, SimulationFailed
@@ -19,7 +20,7 @@ from .grip import Grip
 from .rest import Rest
 from .state import Positions
 from .static_hessian import sheet_hessian
-from .statics import STICK, StaticStep
+from .statics import STICK, Held, StaticStep
 from .statics_kernels import closest_on_faces
 from .surface import Skin
 
@@ -167,15 +168,26 @@ class Sensitivities:
 
     def _moved(self, velocity: Positions, pinned: Positions) -> Positions:
         """Change of the garment while skin and pins move."""
-        forces = np.zeros_like(self.rest.positions)
-        size = float(np.linalg.norm(velocity, axis=1).max())
-        if size > 0 and len(self._touching):
-            step, faces = WAY / size, self._posed.faces
-            skins = [_skin(self._skin.vertices + way * velocity, faces) for way in (step, -step)]
-            touched = self.rest.positions[self._touching]
-            first, second = (self._contact(touched, skin) for skin in skins)
-            forces[self._touching] = (first - second) / (2 * step)
-        return self._solved(forces, pinned)
+        return self._solved(self.body_forces(velocity), pinned)
+
+    def body_forces(self, velocity: Positions) -> Positions:
+        """Change of the forces on the cloth, which stays where it is, while the body's vertices move.
+
+        Args:
+            velocity: Of the body's vertices [m a unit].
+
+        Returns:
+            For each vertex of the garment [N a unit].
+        """
+        forces, size = np.zeros_like(self.rest.positions), float(np.linalg.norm(velocity, axis=1).max())
+        if size == 0:
+            return forces
+        step, faces, touched = WAY / size, self._posed.faces, self.rest.positions[self._touching]
+        for way in (step, -step):
+            skin, share = _skin(self._skin.vertices + way * velocity, faces), 1 / (2 * way)
+            forces[self._touching] += share * self._contact(touched, skin)
+            forces += share * self._point_forces(skin)
+        return forces
 
     def _solved(self, forces: Positions, pinned: Positions) -> Positions:
         """dx from df at fixed cloth, and from the way of the pins."""
@@ -194,11 +206,7 @@ class Sensitivities:
         from scipy.sparse import block_diag, csc_array
         from scipy.sparse.linalg import splu
 
-        rest, dressed = self.rest, self._dressed
-        scene = dressed.scene(self._posed)
-        step = StaticStep(
-            dressed.stepper, rest.positions, rest.pinched, scene, rest.grip, whole=True, held=rest.face
-        )  # fmt: skip
+        rest, dressed, step = self.rest, self._dressed, self._step
         blocks = np.zeros((len(rest.positions), 3, 3))
         touched = rest.positions[self._touching]
         for axis in range(3):
@@ -218,6 +226,30 @@ class Sensitivities:
             raise SimulationFailed(message)
         return matrix, factor
 
+    @cached_property
+    def _step(self) -> StaticStep:
+        rest, dressed = self.rest, self._dressed
+        scene = dressed.scene(self._posed)
+        return StaticStep(dressed.stepper, rest.positions, rest.pinched, scene, rest.grip, whole=True, held=rest.face)
+
+    def _point_forces(self, skin: Skin) -> Positions:
+        """Forces of the body's vertices on the cloth, each with its triangle of the cloth and one of the body."""
+        x, points = self.rest.positions, self._step.stepper.body_points
+        result = np.zeros_like(x)
+        if not len(points):
+            return result
+        assert points.contact is not None
+        weights, rows = np.zeros((len(points), 2)), points.lay()
+        vertices = skin.vertices[points.body_vertex].astype(np.float64)
+        closest_on_faces(vertices, np.arange(len(points), dtype=np.int32), x, points.corners, weights)
+        weights = np.column_stack([1 - weights.sum(axis=1), weights])
+        at = np.einsum("pc,pci->pi", weights, x[points.corners])
+        point, normal = _planes(at, points.contact.anchors.face, skin, self._posed.faces)
+        depth = points.distance - np.einsum("pi,pi->p", normal, at - point)
+        load = rows.stiffness * np.clip(depth, 0, rows.thickness) ** 2 / rows.thickness
+        np.add.at(result, points.corners, weights[:, :, None] * (load[:, None] * normal)[:, None])
+        return result
+
     def _contact(self, positions: Positions, skin: Skin) -> Positions:
         """Forces of contact and friction on the touching vertices, each on its own triangle of the body.
 
@@ -225,12 +257,7 @@ class Sensitivities:
         """
         rest, faces, which = self.rest, self._posed.faces, self._touching
         stepper, settings = self._dressed.stepper, rest.settings
-        face, weights = rest.face[which], np.zeros((len(which), 2))
-        closest_on_faces(positions, face, skin.vertices, faces, weights)
-        share = np.column_stack([1 - weights.sum(axis=1), weights])
-        corners = faces[face]
-        point, normal = (np.einsum("vc,vci->vi", share, each[corners]) for each in (skin.vertices, skin.normals))
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        point, normal = _planes(positions, rest.face[which], skin, faces)
         depth = settings.thickness - np.einsum("vi,vi->v", normal, positions - point)
         push = stepper.push[which] * np.where(rest.pinched[which], settings.pinched_share, 1.0)
         load = push * np.clip(depth, 0, settings.contact_depth)
@@ -240,6 +267,15 @@ class Sensitivities:
         size = np.linalg.norm(slip, axis=1)
         over = np.where(size < STICK, (2 - size / STICK) / STICK, 1 / np.maximum(size, 1e-12))
         return load[:, None] * (normal - (self._dressed.sheet.friction[which] * over)[:, None] * slip)
+
+
+def _planes(positions: Positions, face: Held, skin: Skin, faces: Faces) -> tuple[Positions, Positions]:
+    """Closest point on the given triangle for each position, and the interpolated normal there."""
+    weights = np.zeros((len(positions), 2))
+    closest_on_faces(positions, face, skin.vertices, faces, weights)
+    share = np.column_stack([1 - weights.sum(axis=1), weights])
+    point, normal = (np.einsum("vc,vci->vi", share, each[faces[face]]) for each in (skin.vertices, skin.normals))
+    return point, normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
 def _skin(vertices: Positions, faces: np.ndarray) -> Skin:

@@ -59,7 +59,7 @@ SHAKEN = 0.5
 DRAPING = 1.0
 """Time of dynamics that counts as draping in AgentDress [s]."""
 
-ATTEMPTS = 3
+ATTEMPTS = 5
 """Searches at one station, at most."""
 
 NONE = np.empty((0, 2), np.int32)

@@ -1,5 +1,6 @@
 """The whole Hessian of a sheet at rest, but for the body and pins, as a sparse matrix."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from .block_kernels import PAD
 from .hinge_kernels import hinge_forces
 from .membrane_kernels import membrane_blocks
 from .pair_kernels import pair_blocks
-from .self_contact import Pairs
+from .pairs import PairRows
 from .state import Positions
 from .statics import StaticStep
 
@@ -18,7 +19,7 @@ BEND = 1e-7
 
 
 def sheet_hessian(step: StaticStep) -> Any:
-    """Second derivatives of membrane, bending and self-contact, compression and rest angles included, without pins.
+    """Second derivatives of membrane, bending and pairs, compression and rest angles included, without pins.
 
     Args:
         step: Evaluated at the cloth's positions, with `whole`.
@@ -50,7 +51,7 @@ def sheet_hessian(step: StaticStep) -> Any:
     if len(sheet.hinge_rest):
         matrix = matrix + _placed(_hinge_blocks(step.x, step), sheet.hinges, count)
     if step.pairs is not None and len(step.pairs):
-        matrix = matrix + _placed(_pair_blocks(step, step.pairs), step.pairs.corners, count)
+        matrix = matrix + _placed(_pair_blocks(step, step.pairs.rows), step.pairs.rows.corners, count)
     return matrix
 
 
@@ -63,13 +64,10 @@ def _placed(entries: Float[np.ndarray, "elements 12 12"], corners: Int[np.ndarra
     return coo_array((entries.ravel(), pairs), shape=(3 * count, 3 * count)).tocsc()
 
 
-def _pair_blocks(step: StaticStep, pairs: Pairs) -> Float[np.ndarray, "pairs 12 12"]:
-    """Second derivatives of the pairs of the cloth with itself: along their normals, without friction."""
+def _pair_blocks(step: StaticStep, pairs: PairRows) -> Float[np.ndarray, "pairs 12 12"]:
+    """Second derivatives of the pairs, of cloth with itself and with the body: along normals, without friction."""
     flat = np.empty(9 * len(pairs))
-    pair_blocks(
-        step.x, step.x, pairs.corners, pairs.weights, pairs.normal, pairs.thickness, pairs.stiffness,
-        np.zeros_like(pairs.limit), 1.0, flat,
-    )  # fmt: skip
+    pair_blocks(step.x, *replace(pairs, limit=np.zeros_like(pairs.limit)).arrays, 1.0, flat)
     block = flat.reshape(-1, 3, 3)
     weights = pairs.weights.astype(np.float64)
     return np.einsum("pa,pb,pij->paibj", weights, weights, block).reshape(-1, 12, 12)

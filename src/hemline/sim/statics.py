@@ -42,7 +42,8 @@ TURNED, FLIPS = 0.9, 3
 """A vertex is in a crease if its contact turned by more than this cosine so often."""
 
 GROWTH, SHORT = 1.5, 1e-3
-"""A Newton step after which the residual is so many times what it was is taken again, unless h was this short [s]."""
+"""A Newton step after which the residual is so many times what it was is taken again, unless h was this short [s]; or
+unless no contact came or went and the step knew it: where cloth buckles, the energy falls and the residual grows."""
 
 PATIENCE = 40
 """Newton steps in which the residual must fall by a tenth."""
@@ -86,8 +87,9 @@ class StaticStep(Step):
     ):
         state = replace(stepper.start(positions), pinched=pinched)
         state.positions[stepper.pinned] = scene.pinned[stepper.hard]
-        super().__init__(stepper, state, h, scene, scene)
-        self.inertial, self.over_h, self.creep, self.stretch = state.positions.copy(), 0.0, STICK, 0.0
+        super().__init__(stepper, state, h, scene, scene, soft=soft)
+        self.inertial, self.over_h, self.creep = state.positions.copy(), 0.0, STICK
+        self.stretch = self.foreseen = 0.0
         spring = (stepper.spring / self.pull[stepper.held])[:, None]
         self.inertial[stepper.held] += spring * (scene.pinned[~stepper.hard] - state.positions[stepper.held])
         self.soft = soft
@@ -102,7 +104,6 @@ class StaticStep(Step):
                 closest_on_faces(self.x, here.face, self.contact.now.vertices, self.contact.surface.faces, here.weights)
                 self.planes = self.contact.laid(here)
             self.face = here.face
-        self.planes = replace(self.planes, stiffness=soft * self.planes.stiffness)
         self.depth = np.clip(self.settings.thickness - self.planes.gap(self.x), 0, self.settings.contact_depth)
         self.load = self.planes.stiffness * self.depth
         self.pressed = self.load if pressed is None else 0.5 * (self.load + pressed)
@@ -137,7 +138,7 @@ class StaticStep(Step):
     def _search(self) -> None:
         """Halve the Newton step until the energy falls; lengthen one that was taken whole while it falls further."""
         super()._search()
-        start, kept, energy = self.state.positions, self.x, self.energy
+        start, kept, energy, self.foreseen = self.state.positions, self.x, self.energy, self.residual_share
         way = kept - start
         if self.share < 1:
             return
@@ -147,7 +148,7 @@ class StaticStep(Step):
             self.evaluate()
             if not self.energy < energy:
                 break
-            self.stretch, kept, energy = 2 * self.stretch, self.x, self.energy
+            self.stretch, kept, energy, self.foreseen = 2 * self.stretch, self.x, self.energy, self.residual_share
         self.x, self.energy = kept, energy
 
     @property
@@ -261,7 +262,7 @@ class Search:
         soft, h, since, mark = step.soft, FIRST, 0, step.residual_share
         least, best, grip = mark, step.x, step.grip
         while least > tolerance and self.newton_steps < newton_steps and since < PATIENCE and h > LEAST:
-            start, residual, gripped = step.x, step.residual_share, step.grip
+            start, residual, gripped, touching = step.x, step.residual_share, step.grip, step.load > 0
             try:
                 spent = step.newton()
             except StepRejected:
@@ -269,8 +270,10 @@ class Search:
             self.newton_steps, self.solver_steps, since = self.newton_steps + 1, self.solver_steps + spent, since + 1
             taken = spent and math.isfinite(step.energy) and 0 < np.abs(step.x - start).max() < FARTHEST
             h = min((2.0 if step.stretch else 0.5) * h, MOST) if taken else 0.25 * h
-            whole = soft == 1.0 and residual < NEAR
+            whole, foreseen = soft == 1.0 and residual < NEAR, step.foreseen
             step = self._step(step.x if taken else start, step.grip, h=h, soft=soft, whole=whole)
+            if np.array_equal(step.load > 0, touching):
+                residual = max(residual, foreseen)
             if taken and step.residual_share > GROWTH * residual and h > SHORT:
                 h *= 0.125
                 step = self._step(start, gripped, h=h, soft=soft, whole=whole)

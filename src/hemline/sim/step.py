@@ -14,7 +14,7 @@ from .layout import Layout
 from .membrane_kernels import green_strain, membrane, membrane_blocks
 from .pair_kernels import CHUNK as PAIR_CHUNK
 from .pair_kernels import pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
-from .self_contact import Pairs
+from .pairs import Pairs
 from .sheet import Sheet
 from .state import ClothState, Scene, StepRejected
 from .surface import Planes, no_planes
@@ -62,9 +62,14 @@ class Memory:
 
 
 class Step:
-    """One step of length h: the iterate, its contact planes, its energy. With h infinite: elasticity alone."""
+    """One step of length h: the iterate, its contact planes, its energy. With h infinite: elasticity alone.
 
-    def __init__(self, stepper: "Stepper", state: ClothState, h: float, then: Scene, now: Scene):
+    `soft` is the share of the stiffness of contact with the body.
+    """
+
+    def __init__(
+        self, stepper: "Stepper", state: ClothState, h: float, then: Scene, now: Scene, *, soft: float = 1.0
+    ):  # fmt: skip
         self.stepper, self.state, self.h = stepper, state, h
         self.sheet, self.settings, self.memory = stepper.sheet, stepper.settings, stepper.memory
         sheet, x0 = self.sheet, state.positions
@@ -83,7 +88,7 @@ class Step:
         self.contact: Contact | None = None
         self.planes: Planes = no_planes(sheet.vertex_count)
         if stepper.surface is not None and then.skin is not None and now.skin is not None:
-            push = stepper.push * np.where(state.pinched, self.settings.pinched_share, 1.0)
+            push = soft * stepper.push * np.where(state.pinched, self.settings.pinched_share, 1.0)
             self.contact = Contact(
                 stepper.surface, then.skin, now.skin, x0, self.x, stepper.fixed, push, stepper.last_anchors
             )
@@ -92,7 +97,9 @@ class Step:
         self.pairs: Pairs | None = None
         if moving and stepper.self_contact is not None:
             stepper.self_contact.begin(x0, self.x)
-            self._meet()
+        if moving and self.contact is not None:
+            stepper.body_points.begin(self.contact, self.x)
+        self._meet()
         self.evaluate()
 
     def newton(self) -> int:
@@ -125,10 +132,16 @@ class Step:
         return steps
 
     def _meet(self) -> None:
-        """Lay the pairs of the cloth with itself where it is now."""
-        assert self.stepper.self_contact is not None
-        self.pairs = pairs = self.stepper.self_contact.lay(self.x)
-        memory = self.memory
+        """Lay the pairs of the cloth with itself and with the body where it is now."""
+        stepper, memory = self.stepper, self.memory
+        if not math.isfinite(self.h):
+            return
+        parts = [] if stepper.self_contact is None else stepper.self_contact.lay(self.x)
+        if self.contact is not None and len(stepper.body_points):
+            parts.append(stepper.body_points.lay())
+        if not parts:
+            return
+        self.pairs = pairs = Pairs.of(parts, self.sheet.vertex_count)
         memory.pair_force = np.empty((len(pairs), 3))
         memory.pair_energy = np.empty((len(pairs) + PAIR_CHUNK - 1) // PAIR_CHUNK)
 
@@ -138,30 +151,21 @@ class Step:
         np.copyto(memory.pressed, memory.bent)
         if pairs is None or not len(pairs):
             return 0.0
-        pair_forces(
-            self.x, self.state.positions, pairs.corners, pairs.weights, pairs.normal, pairs.thickness, pairs.stiffness,
-            pairs.limit, self.creep, memory.pair_force, memory.pair_energy,
-        )  # fmt: skip
-        pairs_at_vertices(pairs.at.starts, pairs.at.columns, pairs.weights, memory.pair_force, memory.pressed)
+        pair_forces(self.x, *pairs.rows.arrays, self.creep, memory.pair_force, memory.pair_energy)
+        pairs_at_vertices(pairs.at.starts, pairs.at.columns, pairs.rows.weights, memory.pair_force, memory.pressed)
         return float(memory.pair_energy.sum())
 
     def _pair_blocks(self) -> tuple[np.ndarray, ...]:
         """The Hessian of the pairs, as the solver wants it; their diagonal blocks."""
         pairs, memory = self.pairs, self.memory
         if pairs is None or not len(pairs):
-            if pairs is not None:
-                memory.pair_diagonal[:] = 0
+            memory.pair_diagonal[:] = 0
             return _NO_PAIRS
-        block = blocks_of(len(pairs))
-        pair_blocks(
-            self.x, self.state.positions, pairs.corners, pairs.weights, pairs.normal, pairs.thickness, pairs.stiffness,
-            pairs.limit, self.creep, block,
-        )  # fmt: skip
-        pair_diagonal(pairs.at.starts, pairs.at.columns, pairs.weights, block, memory.pair_diagonal)
-        slots = self.stepper.layout.slot[pairs.corners]
-        return (
-            slots, pairs.weights.astype(np.float32), block, pairs.at.starts, pairs.at.columns, vector_of(len(pairs)),
-        )  # fmt: skip
+        block, weights = blocks_of(len(pairs)), pairs.rows.weights
+        pair_blocks(self.x, *pairs.rows.arrays, self.creep, block)
+        pair_diagonal(pairs.at.starts, pairs.at.columns, weights, block, memory.pair_diagonal)
+        slots = self.stepper.layout.slot[pairs.rows.corners]
+        return slots, weights.astype(np.float32), block, pairs.at.starts, pairs.at.columns, vector_of(len(pairs))
 
     def _coarsen(self) -> None:
         """The coarse level of the preconditioner: that of a step's first Hessian serves the whole step."""
@@ -225,9 +229,9 @@ class Step:
         if self.contact is not None and pressed:
             self.contact.move(self.x)
             self.planes, self.touched = self.contact.planes, self.x
-        if self.pairs is not None:
+            self.stepper.body_points.move(self.x)
+        if pressed or self.stepper.self_contact is not None:
             self._meet()
-        if pressed or self.pairs is not None:
             self.evaluate(stretched=False)
 
     def check(self) -> None:

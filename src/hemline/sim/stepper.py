@@ -9,6 +9,7 @@ from jaxtyping import Float, Int
 
 from hemline.errors import BadInput, SimulationFailed
 
+from .body_points import BodyPoints
 from .layout import make_layout
 from .self_contact import SelfContact
 from .settings import SimSettings
@@ -84,6 +85,9 @@ class Stepper:
         self.layout = make_layout(sheet, self.fixed)
         self.memory = Memory(sheet, self.layout)
         self.last_anchors: Anchors | None = None
+        self.body_points = BodyPoints(
+            sheet, fixed=self.fixed, thickness=self.settings.thickness, friction=sheet.friction
+        )  # fmt: skip
         self.self_contact = None if not self.settings.self_contact else SelfContact(
             sheet, thickness=self.settings.self_thickness, stiffness=self.settings.self_stiffness,
             friction=sheet.friction,

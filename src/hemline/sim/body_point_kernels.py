@@ -1,0 +1,139 @@
+"""Which vertices of the body are about to go through a triangle of the cloth."""
+
+from hemline.compiled import kernel, prange
+
+from .touch_kernels import STRIDE, closest_on_triangle
+
+INNER = 0.58
+"""Radius of the circle around a triangle over its longest edge, rounded up, where that circle is the smallest one."""
+
+
+@kernel(parallel=True)
+def points_above(
+    x, faces, fixed, ahead_face, ahead_weights, carried, out_of_body, held, vertices, normals, body_faces, low, cell,
+    size, starts, order, slack, deepest, reach, chunk, room, slid_out, far_out, count_out, out, share_out,
+):  # fmt: skip
+    """Vertices of the body that nearly are, or are, on the wrong side of a triangle of the cloth.
+
+    # in:  x: the cloth as it is guessed; ahead_face, ahead_weights: closest point of the body for each of its vertices,
+    #      -1 for none; carried, held: where the body would carry each vertex, and whether it does; out_of_body: normals
+    #      there; slack: a vertex of the body counts if the triangle is not higher above it, along its normal, and not
+    #      farther off than `deepest`, both and the way towards the body; reach: nor than this; room: of each chunk of
+    #      triangles in out; there are not STRIDE chunks nor a multiple of it, as they are dealt out so that each thread
+    #      gets triangles near the body
+    # out: slid_out (verts, 3): the cloth as it slides along the body, as high above it as at the start: what is guessed
+    #      of that way changes with every touch; far_out (verts, 2): distance from the body, way towards it; count_out:
+    #      how many each chunk has, perhaps more than there is room for; out: vertex of the body, triangle; share_out:
+    #      weights of its corners 1 and 2, squared distance
+    """
+    for i in prange(x.shape[0]):
+        g, v, w = ahead_face[i], ahead_weights[i, 0], ahead_weights[i, 1]
+        away, along = reach * reach if g < 0 else 0.0, 0.0
+        for k in range(3):
+            if held[i]:
+                along += out_of_body[i, k] * (x[i, k] - carried[i, k])
+            if g >= 0:
+                on = (1.0 - v - w) * vertices[body_faces[g, 0], k]
+                on += v * vertices[body_faces[g, 1], k] + w * vertices[body_faces[g, 2], k]
+                away += (x[i, k] - on) ** 2
+        for k in range(3):
+            slid_out[i, k] = x[i, k] - along * out_of_body[i, k]
+        far_out[i, 0], far_out[i, 1] = away**0.5 - max(along, 0.0), max(-along, 0.0)
+    chunks = count_out.shape[0]
+    for turn in prange(chunks):
+        number, found = turn * STRIDE % chunks, 0
+        for f in range(number * chunk, min(faces.shape[0], (number + 1) * chunk)):
+            a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+            if fixed[a] or fixed[b] or fixed[c] or not (held[a] or held[b] or held[c]):
+                continue
+            longest = 0.0
+            for corner in range(3):
+                i, j, side = faces[f, corner], faces[f, (corner + 1) % 3], 0.0
+                for k in range(3):
+                    side += (slid_out[i, k] - slid_out[j, k]) ** 2
+                longest = max(longest, side)
+            longest = longest**0.5
+            nearest, farthest = (
+                min(far_out[a, 0], far_out[b, 0], far_out[c, 0]), max(far_out[a, 0], far_out[b, 0], far_out[c, 0]),
+            )  # fmt: skip
+            towards = max(far_out[a, 1], far_out[b, 1], far_out[c, 1])
+            limit = min(deepest + towards, reach)
+            # no point of the triangle is nearer to the body than this
+            if max(farthest - longest, nearest - INNER * longest) > limit:
+                continue
+            found = _above(
+                slid_out[a], slid_out[b], slid_out[c], f, vertices, normals, low, cell, size, starts, order,
+                slack + towards, limit, number * room, room, found, out, share_out,
+            )  # fmt: skip
+        count_out[number] = found
+
+
+@kernel
+def _above(
+    p, q, r, f, vertices, normals, low, cell, size, starts, order, slack, limit, first, room, found, out, share_out
+):  # fmt: skip
+    """Note vertices of the body within the limit of a triangle p q r; returns how many were found so far."""
+    a0, a1 = (
+        int(max((min(p[0], q[0], r[0]) - limit - low[0]) / cell, 0.0)),
+        int(min((max(p[0], q[0], r[0]) + limit - low[0]) / cell, size[0] - 1.0)),
+    )
+    b0, b1 = (
+        int(max((min(p[1], q[1], r[1]) - limit - low[1]) / cell, 0.0)),
+        int(min((max(p[1], q[1], r[1]) + limit - low[1]) / cell, size[1] - 1.0)),
+    )
+    c0, c1 = (
+        int(max((min(p[2], q[2], r[2]) - limit - low[2]) / cell, 0.0)),
+        int(min((max(p[2], q[2], r[2]) + limit - low[2]) / cell, size[2] - 1.0)),
+    )
+    if c0 > c1:
+        # off the grid along its rows, whose ends would be read beyond them
+        return found
+    u0, u1, u2 = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    v0, v1, v2 = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+    n0, n1, n2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+    double = (n0 * n0 + n1 * n1 + n2 * n2) ** 0.5
+    thick, highest = limit * double, slack * double * double
+    m0, m1, m2 = (p[0] + q[0] + r[0]) / 3.0, (p[1] + q[1] + r[1]) / 3.0, (p[2] + q[2] + r[2]) / 3.0
+    around = 0.0
+    for corner in (p, q, r):
+        around = max(around, (corner[0] - m0) ** 2 + (corner[1] - m1) ** 2 + (corner[2] - m2) ** 2)
+    around = (around**0.5 + limit) ** 2
+    for a in range(a0, a1 + 1):
+        for b in range(b0, b1 + 1):
+            row = (a * size[1] + b) * size[2]
+            for entry in range(starts[row + c0], starts[row + c1 + 1]):
+                j = order[entry]
+                d0, d1, d2 = vertices[j, 0] - m0, vertices[j, 1] - m1, vertices[j, 2] - m2
+                above = n0 * d0 + n1 * d1 + n2 * d2
+                if d0 * d0 + d1 * d1 + d2 * d2 > around or abs(above) > thick:
+                    continue
+                # how high the triangle's plane is over the vertex: its inside, if that is where the closest point is
+                if -above * (n0 * normals[j, 0] + n1 * normals[j, 1] + n2 * normals[j, 2]) > highest:
+                    continue
+                v, w, squared = closest_on_triangle(vertices[j, 0], vertices[j, 1], vertices[j, 2], p, q, r)
+                # a corner is a vertex of the cloth, which has a contact of its own
+                if squared > limit * limit or max(v, w, 1.0 - v - w) >= 1.0:
+                    continue
+                if found < room:
+                    out[first + found, 0], out[first + found, 1] = j, f
+                    share_out[first + found, 0], share_out[first + found, 1] = v, w
+                    share_out[first + found, 2] = squared
+                found += 1
+    return found
+
+
+@kernel
+def areas_around(which, vertices, faces, starts, star, out):
+    """A third of the area of the triangles around some vertices of the body; starts, star: triangles by vertex."""
+    for i in range(which.shape[0]):
+        out[i] = 0.0
+        for entry in range(starts[which[i]], starts[which[i] + 1]):
+            f = star[entry]
+            p, q, r = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+            u0, u1, u2 = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+            v0, v1, v2 = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+            n0, n1, n2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+            out[i] += (n0 * n0 + n1 * n1 + n2 * n2) ** 0.5 / 6.0
+
+
+__all__ = ["areas_around", "points_above"]
