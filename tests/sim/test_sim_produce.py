@@ -29,11 +29,11 @@ if __name__ == "__main__":
 
 
 def small_garment():
-    return garments.make_cape(bodies.load("anny24").shaped(), rows=10, columns=16, name="napkin")
+    return garments.make_cape(bodies.load("anny24").shaped(), rows=12, columns=24, name="napkin")
 
 
 def make(folder: Path, jobs: int):
-    """Two clips of a second, each in three parts, of a napkin of 160 vertices."""
+    """Two clips of a second, each in three parts, of a napkin of 288 vertices."""
     clips = [sim.Clip(motions.load(name)[:31], motions.subject_of(name)) for name in ("walk", "kick")]
     settings = sim.SimSettings(settle=0.5, lead_in=1.0)
     return sim.produce(folder, small_garment(), clips, settings=settings, jobs=jobs, part_seconds=0.4)
@@ -123,7 +123,7 @@ def test_a_damaged_take_is_made_again(unbroken, tmp_path):
 
 
 def test_another_garment_is_refused(unbroken):
-    other = garments.make_cape(bodies.load("anny24").shaped(), rows=10, columns=17, name="napkin")
+    other = garments.make_cape(bodies.load("anny24").shaped(), rows=12, columns=25, name="napkin")
     clip = sim.Clip(motions.load("walk")[:3], "06")
     with pytest.raises(BadDataset, match="was made for another garment"):
         sim.produce(unbroken[0], other, [clip])

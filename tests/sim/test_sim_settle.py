@@ -11,6 +11,7 @@ from sim_garments import hanging_strip
 
 from hemline import bodies
 from hemline.errors import BadInput, BadMotion, SimulationFailed
+from hemline.garments.pins import Pins
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 from hemline.playback.bench_sim import make_shirt
@@ -105,6 +106,33 @@ def test_a_hanging_strip_rests_as_the_closed_form_says():
 
     assert stretch == pytest.approx(quad(strain, 0, length)[0], rel=5e-3)
     assert found.residual_share <= 1e-6
+
+
+@pytest.mark.parametrize("stiffness", [2.0, 50.0])
+def test_a_strip_on_springs_rests_lower_by_its_weight_over_their_stiffness(stiffness):
+    garment, shaped, length = hanging_strip()
+    springs = replace(garment, pins=garment.pins.softened(stiffness))
+    hard, soft = (settle(each, shaped, tolerance=1e-6) for each in (garment, springs))
+    pins = garment.pins.vertices
+    lower = (hard.positions - soft.positions)[pins]
+    weight = GRAVITY * 0.15 * 0.06 * length
+    # in the mean of the springs, since all of them together carry all of it; sideways nothing pulls
+    assert lower.mean(axis=0) == pytest.approx([0.0, weight / (len(pins) * stiffness), 0.0], abs=1e-6)
+
+
+def test_a_strip_on_a_turned_joint_hangs_from_where_the_joint_takes_it():
+    garment, shaped, _ = hanging_strip()
+    number, top = JOINT_NAMES.index("spine3"), garment.vertices[garment.pins.vertices].astype(float)
+    pins = Pins.on_joint(garment.pins.vertices, top, number, shaped.joints)
+    rotations = shaped.rest_pose.rotations.astype(float)
+    rotations[0] = multiply(from_axis_angle(np.array([0.0, 0.6, 0.0])), rotations[0])
+    rest = settle(replace(garment, pins=pins), shaped, Pose(rotations, shaped.rest_pose.translation))
+    # the whole body turns about the vertical through the pelvis, and the strip with it
+    arm = top - shaped.rest_pose.translation
+    cos, sin = np.cos(0.6), np.sin(0.6)
+    turned = np.stack([cos * arm[:, 0] + sin * arm[:, 2], arm[:, 1], cos * arm[:, 2] - sin * arm[:, 0]], axis=1)
+    assert rest.positions[pins.vertices] == pytest.approx(turned + shaped.rest_pose.translation, abs=2e-6)
+    assert rest.residual_share <= 0.01
 
 
 def test_draping_is_a_second_of_dynamics_and_says_how_still_the_cloth_is():
