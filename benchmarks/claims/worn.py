@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from standing_out import standing_out
 
 from hemline import bodies, garments, motions, pictures, sim
 from hemline.bodies import ShapedBody
@@ -35,6 +36,9 @@ MESHES = {
 }  # fmt: skip
 CLIPS = {"squat kicks": "90_30.bvh", "roundhouse kick": "daz_rig/135_07.bvh", "bend over": "02_06.bvh"}
 SECONDS, FPS = 2.0, 30.0
+OUT = 0.002
+"""A vertex of the body that stands so far out of the cloth is counted [m]."""
+
 WAIST_GAP = 0.006
 """How far a waist is laid off the skin [m]."""
 
@@ -131,6 +135,12 @@ def scenes(names: list[str], shaped: ShapedBody) -> Iterator[tuple[str, str, dic
                 for key in ("edge_tension_p99", "edge_strain_max", "inside", "pinched", "residual_share",
                             "self_crossing_percent", "self_crossing_percent_max")
             }  # fmt: skip
+            bodies_then = (shaped.posed(pose) for pose in (take.motion[frame] for frame in range(len(take.motion))))
+            out = np.array([
+                (standing_out(frame, garment.faces, body.vertices, body.normals) > OUT).sum()
+                for frame, body in zip(take.vertices, bodies_then, strict=True)
+            ])  # fmt: skip
+            figures |= {"body_vertices_out": round(float(out.mean()), 2), "body_vertices_out_most": int(out.max())}
             figures |= {"settled_crossing_percent": settled, "frame_ms": round(spent, 1), "worst_frame": worst}
             posed = shaped.posed(take.motion[worst])
             drawn = [(posed.vertices, posed.faces, "body"), (take.vertices[worst], garment.faces, "cloth")]

@@ -46,7 +46,7 @@ GROWTH, SHORT = 1.5, 1e-3
 unless no contact came or went and the step knew it: where cloth buckles, the energy falls and the residual grows."""
 
 PATIENCE = 40
-"""Newton steps in which the residual must fall by a tenth."""
+"""Newton steps in which the residual must fall by a tenth, since the last valley began."""
 
 
 Held = Int[np.ndarray, " verts"]
@@ -204,7 +204,8 @@ class Search:
     lets vertices through one by one and cuts every step short; the load stays when it hardens. A vertex in a crease of
     the body is near to both sides of it: one that goes from side to side is held to the side where it is. The energy
     falls with each step, but contact that is found anew may bring back more than was won: then the step is taken again,
-    much shorter. A vertex that touches in one step and not in the next would have friction in every other: the load
+    much shorter. Where contact has no part in it, a residual that grows is cloth that leaves an equilibrium in which it
+    would not stay. A vertex that touches in one step and not in the next would have friction in every other: the load
     that friction goes by changes by halves, until the balance is near; it must hold with the load itself.
 
     Args:
@@ -260,7 +261,7 @@ class Search:
     def _descend(self, step: StaticStep, tolerance: float, newton_steps: int) -> StaticStep:
         """Newton steps until the residual is small, or falls no more; the best place, evaluated."""
         soft, h, since, mark = step.soft, FIRST, 0, step.residual_share
-        least, best, grip = mark, step.x, step.grip
+        least, best, grip, low = mark, step.x, step.grip, mark
         while least > tolerance and self.newton_steps < newton_steps and since < PATIENCE and h > LEAST:
             start, residual, gripped, touching = step.x, step.residual_share, step.grip, step.load > 0
             try:
@@ -272,17 +273,21 @@ class Search:
             h = min((2.0 if step.stretch else 0.5) * h, MOST) if taken else 0.25 * h
             whole, foreseen = soft == 1.0 and residual < NEAR, step.foreseen
             step = self._step(step.x if taken else start, step.grip, h=h, soft=soft, whole=whole)
-            if np.array_equal(step.load > 0, touching):
-                residual = max(residual, foreseen)
-            if taken and step.residual_share > GROWTH * residual and h > SHORT:
-                h *= 0.125
-                step = self._step(start, gripped, h=h, soft=soft, whole=whole)
+            if taken and step.residual_share > GROWTH * residual:
+                if np.array_equal(step.load > 0, touching) and step.residual_share <= GROWTH * foreseen:
+                    # into another valley, which is as high at first
+                    mark = low = step.residual_share
+                    since = 0
+                elif h > SHORT:
+                    h *= 0.125
+                    step = self._step(start, gripped, h=h, soft=soft, whole=whole)
             if step.residual_share <= tolerance and step.pressed is not step.load:
                 step = self._step(step.x, step.grip, by_halves=False, h=h, soft=soft, whole=whole)
             if step.residual_share < least:
                 least, best, grip = step.residual_share, step.x, step.grip
-            if least < 0.9 * mark:
-                mark, since = least, 0
+            low = min(low, step.residual_share)
+            if low < 0.9 * mark:
+                mark, since = low, 0
         if step.x is best and step.pressed is step.load:
             return step
         return self._step(best, grip, by_halves=False, soft=soft)
