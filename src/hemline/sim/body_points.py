@@ -5,6 +5,8 @@ triangle. Where a vertex of the body comes near the inside of a triangle, the po
 the body as a vertex of the cloth would be, only nearer: on smooth skin the cloth's own vertices carry it.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -61,7 +63,7 @@ class BodyPoints:
         self.contact: Contact | None = None
         self.body_vertex = np.empty(0, np.int32)
         self.corners, self.weights = np.empty((0, 3), np.uint32), np.empty((0, 3))
-        self._limit = np.empty(0)
+        self._rows: PairRows | None = None
 
     def __len__(self) -> int:
         return len(self.corners)
@@ -88,9 +90,14 @@ class BodyPoints:
         near = (height > -DEEPEST) & (gap < self.distance + MARGIN)
         self.body_vertex, self.corners, self.weights = body_vertex[near], self.corners[near], self.weights[near]
         self.contact = points.of(near, self._stiffer(contact))
-        planes = self.contact.planes
+        planes, count = self.contact.planes, len(self)
         depth = np.clip(self.distance - planes.gap(planes.carried), 0, self.thickness)
-        self._limit = self.at(self.friction) * planes.stiffness * depth**2 / self.thickness
+        self._rows = PairRows(
+            corners=np.column_stack([self.corners, self.corners[:, 2]]),
+            weights=np.column_stack([self.weights, np.zeros(count)]), normal=planes.normal, reach=depth,
+            carried=planes.carried, thickness=np.full(count, self.thickness), stiffness=planes.stiffness,
+            limit=self.at(self.friction) * planes.stiffness * depth**2 / self.thickness,
+        )  # fmt: skip
 
     def _stiffer(self, contact: Contact) -> Float[np.ndarray, " points"]:
         """Stiffness of the points over that of the cloth's vertices around."""
@@ -107,14 +114,11 @@ class BodyPoints:
 
     def lay(self) -> PairRows:
         """The points as pairs with the body."""
-        assert self.contact is not None
-        planes, count = self.contact.planes, len(self)
-        corners = np.column_stack([self.corners, self.corners[:, 2]])
-        weights = np.column_stack([self.weights, np.zeros(count)])
+        assert self.contact is not None and self._rows is not None
+        planes = self.contact.planes
         reach = np.einsum("px,px->p", planes.normal, planes.point) + self.distance
-        thickness = np.full(count, self.thickness)
-        return PairRows(
-            corners, weights, planes.normal, reach, planes.carried, thickness, planes.stiffness, self._limit
+        return replace(
+            self._rows, normal=planes.normal, reach=reach, carried=planes.carried, stiffness=planes.stiffness
         )
 
     def at(self, values: np.ndarray) -> np.ndarray:

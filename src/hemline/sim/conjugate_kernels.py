@@ -10,12 +10,9 @@ import numpy as np
 from hemline.compiled import kernel, prange
 
 from .block_kernels import add_pairs, advance, pair_product, row_product, turn
+from .pair_kernels import FEW
 
 FAST = {"contract", "nsz", "arcp"}
-
-
-FEW = 200
-"""Pairs that one thread is done with before others have begun."""
 
 
 @kernel(parallel=True)
@@ -186,9 +183,6 @@ def conjugate_gradients(
         if pairs > FEW:
             for p in prange(pairs):
                 pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
-        else:
-            for p in range(pairs):
-                pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
         for patch in prange(patches):
             total = 0.0
             for i in range(begin[patch], end[patch]):
@@ -196,7 +190,7 @@ def conjugate_gradients(
                     i, diagonal, ring, ring_starts[i], ring_starts[i + 1], blocks, far, far_starts[i],
                     far_starts[i + 1], far_bending, search_out, product_out,
                 )  # fmt: skip
-                if pairs > 0:
+                if pairs > FEW:
                     v = vertex[i]
                     if pair_starts[v] < pair_starts[v + 1]:
                         total += add_pairs(
@@ -207,6 +201,16 @@ def conjugate_gradients(
         bend = 0.0
         for patch in range(patches):
             bend += partial_out[patch]
+        if pairs <= FEW:
+            for p in range(pairs):
+                pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
+                for c in range(4):
+                    # at a fixed vertex it is added too, where nobody reads it and the search is 0
+                    row, w = 4 * pair_corners[p, c], pair_weights[p, c]
+                    for axis in range(3):
+                        added = w * pressed_out[4 * p + axis]
+                        product_out[row + axis] += added
+                        bend += search_out[row + axis] * added
         if not bend > 0.0:
             return iteration
         alpha = np.float32(old / bend)

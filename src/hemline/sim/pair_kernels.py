@@ -16,6 +16,9 @@ from .vertex_kernels import slip_terms
 
 CHUNK = 64
 
+FEW = 200
+"""Pairs that one thread is done with before others have begun."""
+
 
 @kernel(inline="always")
 def _along(x, corner, weight, axis):
@@ -134,11 +137,18 @@ def pair_blocks(x, corners, weights, normal, reach, carried, thickness, stiffnes
 
 
 @kernel(parallel=True)
-def pairs_at_vertices(starts, entries, weights, force, gradient_out):
+def pairs_at_vertices(corners, starts, entries, weights, force, gradient_out):
     """Gradient of pairs, added at vertices.
 
     # in:  starts, entries: for each vertex its pairs, 4 pair + corner
     """
+    if corners.shape[0] <= FEW:
+        for p in range(corners.shape[0]):
+            for corner in range(4):
+                i, w = corners[p, corner], weights[p, corner]
+                for c in range(3):
+                    gradient_out[i, c] += w * force[p, c]
+        return
     for i in prange(gradient_out.shape[0]):
         for entry in range(starts[i], starts[i + 1]):
             p, w = entries[entry] // 4, weights[entries[entry] // 4, entries[entry] % 4]
@@ -146,21 +156,32 @@ def pairs_at_vertices(starts, entries, weights, force, gradient_out):
                 gradient_out[i, c] += w * force[p, c]
 
 
+@kernel(inline="always")
+def _add_block(weight, block, out):
+    square = weight * weight
+    out[0] += square * block[0]
+    out[1] += square * block[1]
+    out[2] += square * block[2]
+    out[3] += square * block[4]
+    out[4] += square * block[5]
+    out[5] += square * block[8]
+
+
 @kernel(parallel=True)
-def pair_diagonal(starts, entries, weights, block, diagonal_out):
+def pair_diagonal(corners, starts, entries, weights, block, diagonal_out):
     """What pairs bring to the diagonal block of each vertex: xx, xy, xz, yy, yz, zz."""
+    if corners.shape[0] <= FEW:
+        diagonal_out[:] = 0.0
+        for p in range(corners.shape[0]):
+            for corner in range(4):
+                _add_block(weights[p, corner], block[9 * p : 9 * p + 9], diagonal_out[corners[p, corner]])
+        return
     for i in prange(diagonal_out.shape[0]):
         for c in range(6):
             diagonal_out[i, c] = 0.0
         for entry in range(starts[i], starts[i + 1]):
-            p, w = entries[entry] // 4, weights[entries[entry] // 4, entries[entry] % 4]
-            b, square = block[9 * p : 9 * p + 9], w * w
-            diagonal_out[i, 0] += square * b[0]
-            diagonal_out[i, 1] += square * b[1]
-            diagonal_out[i, 2] += square * b[2]
-            diagonal_out[i, 3] += square * b[4]
-            diagonal_out[i, 4] += square * b[5]
-            diagonal_out[i, 5] += square * b[8]
+            p = entries[entry] // 4
+            _add_block(weights[p, entries[entry] % 4], block[9 * p : 9 * p + 9], diagonal_out[i])
 
 
 @kernel
@@ -181,6 +202,6 @@ def incidence_of_pairs(corners, starts_out, entries_out):
 
 
 __all__ = [
-    "CHUNK", "incidence_of_pairs", "lay_pairs", "pair_blocks", "pair_diagonal", "pair_forces", "pairs_at_vertices",
-    "press_terms",
+    "CHUNK", "FEW", "incidence_of_pairs", "lay_pairs", "pair_blocks", "pair_diagonal", "pair_forces",
+    "pairs_at_vertices", "press_terms",
 ]  # fmt: skip

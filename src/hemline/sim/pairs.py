@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from .pair_kernels import incidence_of_pairs
+from .pair_kernels import FEW, incidence_of_pairs
 from .sheet import Rows
+
+_NOWHERE = Rows(np.empty(0, np.uint32), np.empty(0, np.uint32))
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class PairRows:
 
 @dataclass(frozen=True)
 class Pairs:
-    """All pairs of a step, and for each vertex its pairs, each 4 pair + corner."""
+    """All pairs of a step, and for each vertex its pairs, each 4 pair + corner; of a few pairs nobody asks that."""
 
     rows: PairRows
     at: Rows
@@ -60,6 +62,8 @@ class Pairs:
         rows = parts[0] if len(parts) == 1 else PairRows(
             *(np.concatenate(each) for each in zip(*(part.arrays for part in parts), strict=True))
         )  # fmt: skip
+        if len(rows) <= FEW:
+            return cls(rows, _NOWHERE)
         starts, entries = np.empty(vertex_count + 2, np.uint32), np.empty(4 * len(rows), np.uint32)
         incidence_of_pairs(rows.corners, starts, entries)
         return cls(rows, Rows(starts[:-1], entries))

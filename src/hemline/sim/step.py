@@ -152,7 +152,9 @@ class Step:
         if pairs is None or not len(pairs):
             return 0.0
         pair_forces(self.x, *pairs.rows.arrays, self.creep, memory.pair_force, memory.pair_energy)
-        pairs_at_vertices(pairs.at.starts, pairs.at.columns, pairs.rows.weights, memory.pair_force, memory.pressed)
+        pairs_at_vertices(
+            pairs.rows.corners, pairs.at.starts, pairs.at.columns, pairs.rows.weights, memory.pair_force, memory.pressed
+        )
         return float(memory.pair_energy.sum())
 
     def _pair_blocks(self) -> tuple[np.ndarray, ...]:
@@ -163,7 +165,7 @@ class Step:
             return _NO_PAIRS
         block, weights = blocks_of(len(pairs)), pairs.rows.weights
         pair_blocks(self.x, *pairs.rows.arrays, self.creep, block)
-        pair_diagonal(pairs.at.starts, pairs.at.columns, weights, block, memory.pair_diagonal)
+        pair_diagonal(pairs.rows.corners, pairs.at.starts, pairs.at.columns, weights, block, memory.pair_diagonal)
         slots = self.stepper.layout.slot[pairs.rows.corners]
         return slots, weights.astype(np.float32), block, pairs.at.starts, pairs.at.columns, vector_of(len(pairs))
 
