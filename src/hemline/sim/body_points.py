@@ -89,6 +89,8 @@ class BodyPoints:
         gap = np.minimum(points.planes.gap(ahead), points.planes.gap(points.planes.carried))
         near = (height > -DEEPEST) & (gap < self.distance + MARGIN)
         self.body_vertex, self.corners, self.weights = body_vertex[near], self.corners[near], self.weights[near]
+        if not len(self):
+            return
         self.contact = points.of(near, self._stiffer(contact))
         planes, count = self.contact.planes, len(self)
         depth = np.clip(self.distance - planes.gap(planes.carried), 0, self.thickness)
