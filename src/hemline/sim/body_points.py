@@ -128,7 +128,7 @@ class BodyPoints:
         return np.einsum("pc,pc...->p...", self.weights, values[self.corners])
 
     def _found(self, contact: Contact, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Vertices of the body that a triangle is near to, the nearest such triangle, and the place in it."""
+        """Vertices of the body that a triangle is near to, the nearest such one of each piece, and the place in it."""
         sheet, surface, ahead, planes = self.sheet, contact.surface, contact.ahead, contact.planes
         if not self.thickness:
             return _NOTHING
@@ -153,6 +153,8 @@ class BodyPoints:
             return _NOTHING
         kept = np.repeat(room * np.arange(len(count)) - np.cumsum(count) + count, count) + np.arange(total)
         (vertex, face), share = out[kept].T, share[kept]
-        order = np.lexsort((face, share[:, 2], vertex))
-        first = order[np.unique(vertex[order], return_index=True)[1]]
+        # the nearest triangle of each piece: one worn over another meets the same finger
+        kind = vertex.astype(np.int64) * (int(sheet.piece.max()) + 1) + sheet.piece[sheet.faces[face, 0]]
+        order = np.lexsort((face, share[:, 2], kind))
+        first = order[np.unique(kind[order], return_index=True)[1]]
         return vertex[first], face[first], share[first, :2]
