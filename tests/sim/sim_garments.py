@@ -1,7 +1,7 @@
 """Garments that tests of statics share."""
 
 import numpy as np
-from conftest import grid
+from sim_sheets import grid
 
 from hemline import bodies
 from hemline.garments import Garment

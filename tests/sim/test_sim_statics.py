@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import grid
+from sim_sheets import grid
 
 from hemline.sim import Elastic, Scene, SimSettings, Stepper, make_sheet
 from hemline.sim.statics import Search
