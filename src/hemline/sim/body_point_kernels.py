@@ -2,7 +2,7 @@
 
 from hemline.compiled import kernel, prange
 
-from .touch_kernels import STRIDE, closest_on_triangle
+from .touch_kernels import STRIDE, cells_between, closest_on_triangle
 
 INNER = 0.58
 """Radius of the circle around a triangle over its longest edge, rounded up, where that circle is the smallest one."""
@@ -73,18 +73,9 @@ def _above(
     p, q, r, f, vertices, normals, low, cell, size, starts, order, slack, limit, first, room, found, out, share_out
 ):  # fmt: skip
     """Note vertices of the body within the limit of a triangle p q r; returns how many were found so far."""
-    a0, a1 = (
-        int(max((min(p[0], q[0], r[0]) - limit - low[0]) / cell, 0.0)),
-        int(min((max(p[0], q[0], r[0]) + limit - low[0]) / cell, size[0] - 1.0)),
-    )
-    b0, b1 = (
-        int(max((min(p[1], q[1], r[1]) - limit - low[1]) / cell, 0.0)),
-        int(min((max(p[1], q[1], r[1]) + limit - low[1]) / cell, size[1] - 1.0)),
-    )
-    c0, c1 = (
-        int(max((min(p[2], q[2], r[2]) - limit - low[2]) / cell, 0.0)),
-        int(min((max(p[2], q[2], r[2]) + limit - low[2]) / cell, size[2] - 1.0)),
-    )
+    a0, a1 = cells_between(min(p[0], q[0], r[0]) - limit, max(p[0], q[0], r[0]) + limit, low[0], cell, size[0])
+    b0, b1 = cells_between(min(p[1], q[1], r[1]) - limit, max(p[1], q[1], r[1]) + limit, low[1], cell, size[1])
+    c0, c1 = cells_between(min(p[2], q[2], r[2]) - limit, max(p[2], q[2], r[2]) + limit, low[2], cell, size[2])
     if c0 > c1:
         # off the grid along its rows, whose ends would be read beyond them
         return found

@@ -168,17 +168,10 @@ class Sensitivities:
 
     def _moved(self, velocity: Positions, pinned: Positions) -> Positions:
         """Change of the garment while skin and pins move."""
-        return self._solved(self.body_forces(velocity), pinned)
+        return self._solved(self._body_forces(velocity), pinned)
 
-    def body_forces(self, velocity: Positions) -> Positions:
-        """Change of the forces on the cloth, which stays where it is, while the body's vertices move.
-
-        Args:
-            velocity: Of the body's vertices [m a unit].
-
-        Returns:
-            For each vertex of the garment [N a unit].
-        """
+    def _body_forces(self, velocity: Positions) -> Positions:
+        """Change of the forces on the cloth, which stays where it is, while the body's vertices move."""
         forces, size = np.zeros_like(self.rest.positions), float(np.linalg.norm(velocity, axis=1).max())
         if size == 0:
             return forces

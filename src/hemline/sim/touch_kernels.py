@@ -36,6 +36,12 @@ def cell_of(points, i, low, cell, size):
     return (int(a) * size[1] + int(b)) * size[2] + int(c)
 
 
+@kernel(inline="always")
+def cells_between(first, last, low, cell, count):
+    """First and last cell along an axis that a span reaches into; none, the last before the first, off its end."""
+    return int(max((first - low) / cell, 0.0)), int(min((last - low) / cell, count - 1.0))
+
+
 @kernel
 def closest_on_triangle(px, py, pz, a, b, c):
     """Barycentric coordinates of the point of triangle a b c closest to p, and the squared distance (Ericson 2005)."""
@@ -94,18 +100,9 @@ def closest_faces(
                 if d <= best:
                     best, found = d, known
             radius = best**0.5
-            a0, a1 = (
-                int(max((px - radius - low[0]) / cell, 0.0)),
-                int(min((px + radius - low[0]) / cell, size[0] - 1.0)),
-            )
-            b0, b1 = (
-                int(max((py - radius - low[1]) / cell, 0.0)),
-                int(min((py + radius - low[1]) / cell, size[1] - 1.0)),
-            )
-            c0, c1 = (
-                int(max((pz - radius - low[2]) / cell, 0.0)),
-                int(min((pz + radius - low[2]) / cell, size[2] - 1.0)),
-            )
+            a0, a1 = cells_between(px - radius, px + radius, low[0], cell, size[0])
+            b0, b1 = cells_between(py - radius, py + radius, low[1], cell, size[1])
+            c0, c1 = cells_between(pz - radius, pz + radius, low[2], cell, size[2])
             if c0 > c1:
                 # off the grid along its rows, whose ends would be read beyond them
                 a1 = a0 - 1
@@ -190,4 +187,12 @@ def turned_inside(x, old_normal, old_stiffness, normal, point, stiffness, turned
         turned_out[i] = old_stiffness[i] > 0.0 and stiffness[i] > 0.0 and gap < 0.0 and across < 0.0
 
 
-__all__ = ["cell_of", "closest_faces", "closest_on_triangle", "contact_planes", "fill_grid", "turned_inside"]
+__all__ = [
+    "cell_of",
+    "cells_between",
+    "closest_faces",
+    "closest_on_triangle",
+    "contact_planes",
+    "fill_grid",
+    "turned_inside",
+]
