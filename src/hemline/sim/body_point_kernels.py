@@ -1,5 +1,7 @@
 """Which vertices of the body are about to go through a triangle of the cloth."""
 
+import numpy as np
+
 from hemline.compiled import kernel, prange
 
 from .touch_kernels import STRIDE, cells_between, closest_on_triangle
@@ -114,17 +116,74 @@ def _above(
 
 
 @kernel
-def areas_around(which, vertices, faces, starts, star, out):
-    """A third of the area of the triangles around some vertices of the body; starts, star: triangles by vertex."""
-    for i in range(which.shape[0]):
-        out[i] = 0.0
-        for entry in range(starts[which[i]], starts[which[i] + 1]):
-            f = star[entry]
-            p, q, r = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
-            u0, u1, u2 = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-            v0, v1, v2 = r[0] - p[0], r[1] - p[1], r[2] - p[2]
-            n0, n1, n2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
-            out[i] += (n0 * n0 + n1 * n1 + n2 * n2) ** 0.5 / 6.0
+def nearest_points(
+    count, room, entries, share, faces, piece, pieces, vertices_then, normals_then, vertices_now, body_faces,
+    star_starts, star, start, guess, push, friction, area, deepest, stiffness, stiffest,
+    body_vertex_out, corners_out, weights_out, start_out, ahead_out, push_out, friction_out,
+):  # fmt: skip
+    """Of each vertex of the body the nearest triangle of each piece of cloth, and the values of the cloth there.
+
+    One worn over another meets the same finger. A vertex more than `deepest` above the cloth at the step's start is
+    behind the cloth that lies on this side of a finger: one of the far side.
+
+    # in:  count, room, entries, share: from `points_above`; start, guess, push, friction, area: by vertex of the cloth;
+    #      stiffness: of a point over that of a vertex of the cloth, both with the areas around them; at most stiffest
+    # out: as many as are returned
+    """
+    best = np.full(vertices_then.shape[0] * pieces, -1, np.int32)
+    for chunk in range(count.shape[0]):
+        for entry in range(chunk * room, chunk * room + count[chunk]):
+            kind = entries[entry, 0] * pieces + piece[faces[entries[entry, 1], 0]]
+            if best[kind] < 0 or share[entry, 2] < share[best[kind], 2]:
+                best[kind] = entry
+    found = 0
+    for chunk in range(count.shape[0]):
+        for entry in range(chunk * room, chunk * room + count[chunk]):
+            j, f = entries[entry, 0], entries[entry, 1]
+            if best[j * pieces + piece[faces[f, 0]]] != entry:
+                continue
+            a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+            v, w = share[entry, 0], share[entry, 1]
+            u, height = 1.0 - v - w, 0.0
+            for k in range(3):
+                start_out[found, k] = u * start[a, k] + v * start[b, k] + w * start[c, k]
+                ahead_out[found, k] = u * guess[a, k] + v * guess[b, k] + w * guess[c, k]
+                height += normals_then[j, k] * (start_out[found, k] - vertices_then[j, k])
+            if height <= -deepest:
+                continue
+            body_vertex_out[found] = j
+            corners_out[found, 0], corners_out[found, 1], corners_out[found, 2], corners_out[found, 3] = a, b, c, c
+            weights_out[found, 0], weights_out[found, 1], weights_out[found, 2], weights_out[found, 3] = u, v, w, 0.0
+            around = _area_around(j, vertices_now, body_faces, star_starts, star)
+            factor = min(stiffness * around / (u * area[a] + v * area[b] + w * area[c]), stiffest)
+            push_out[found] = factor * (u * push[a] + v * push[b] + w * push[c])
+            friction_out[found] = u * friction[a] + v * friction[b] + w * friction[c]
+            found += 1
+    return found
 
 
-__all__ = ["areas_around", "points_above"]
+@kernel
+def _area_around(j, vertices, faces, starts, star):
+    """A third of the area of the triangles around a vertex of the body; starts, star: triangles by vertex."""
+    total = 0.0
+    for entry in range(starts[j], starts[j + 1]):
+        f = star[entry]
+        p, q, r = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+        u0, u1, u2 = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+        v0, v1, v2 = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+        n0, n1, n2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+        total += (n0 * n0 + n1 * n1 + n2 * n2) ** 0.5 / 6.0
+    return total
+
+
+@kernel
+def points_on(x, corners, weights, out):
+    """Points of triangles by the weights of their corners."""
+    for p in range(corners.shape[0]):
+        for k in range(3):
+            out[p, k] = 0.0
+            for c in range(3):
+                out[p, k] += weights[p, c] * x[corners[p, c], k]
+
+
+__all__ = ["nearest_points", "points_above", "points_on"]

@@ -6,11 +6,12 @@ the body as a vertex of the cloth would be, only nearer: on smooth skin the clot
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .body_point_kernels import areas_around, points_above
+from .body_point_kernels import nearest_points, points_above, points_on
 from .contact import Contact
 from .pairs import PairRows
 from .sheet import Sheet
@@ -34,7 +35,16 @@ CHUNK = 256
 """Triangles worked on at a time: fixed, so that the order of what is found does not depend on the threads."""
 
 
-_NOTHING = np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, 2))
+class _Found(NamedTuple):
+    """What the search returns: chunk by chunk so many entries, each chunk with the same room."""
+
+    count: np.ndarray
+    room: int
+    entries: np.ndarray
+    share: np.ndarray
+
+
+_NOTHING = _Found(np.zeros(0, np.int64), 0, np.empty((0, 2), np.int32), np.empty((0, 3)))
 
 
 class BodyPoints:
@@ -48,8 +58,8 @@ class BodyPoints:
 
     Attributes:
         body_vertex: Vertex of the body under each point.
-        corners: Triangle of each point.
-        weights: Of its corners.
+        corners: Triangle of each point; its last corner stands twice.
+        weights: Of its corners, the last of them 0.
         contact: Of the points as if they were vertices; None before the first.
     """
 
@@ -62,7 +72,8 @@ class BodyPoints:
         self._room = 16
         self.contact: Contact | None = None
         self.body_vertex = np.empty(0, np.int32)
-        self.corners, self.weights = np.empty((0, 3), np.uint32), np.empty((0, 3))
+        self.corners, self.weights = np.empty((0, 4), np.uint32), np.empty((0, 4))
+        self._pieces = int(sheet.piece.max(initial=0)) + 1
         self._rows: PairRows | None = None
 
     def __len__(self) -> int:
@@ -75,38 +86,31 @@ class BodyPoints:
             contact: That of the cloth's vertices in this step.
             guess: Where the cloth is taken to go without contact [m].
         """
-        body_vertex, face, share = self._found(contact, guess)
-        self.corners = self.sheet.faces[face]
-        self.weights = np.column_stack([1 - share.sum(axis=1), share])
-        if not len(face):
+        sheet, surface, then, now = self.sheet, contact.surface, contact.then, contact.now
+        found = self._found(contact, guess)
+        total = int(found.count.sum())
+        body_vertex, corners = np.empty(total, np.int32), np.empty((total, 4), np.uint32)
+        weights, start, ahead = np.empty((total, 4)), np.empty((total, 3)), np.empty((total, 3))
+        push, friction = np.empty(total), np.empty(total)
+        kept = 0 if not total else nearest_points(
+            *found, sheet.faces, sheet.piece, self._pieces, then.vertices, then.normals, now.vertices, surface.faces,
+            surface.star.starts, surface.star.columns, contact.start, guess, contact.push, self.friction,
+            sheet.vertex_area, DEEPEST, STIFFNESS, STIFFEST, body_vertex, corners, weights, start, ahead, push,
+            friction,
+        )  # fmt: skip
+        self.body_vertex, self.corners, self.weights = body_vertex[:kept], corners[:kept], weights[:kept]
+        if not kept:
             return
-        then, start, ahead = contact.then, self.at(contact.start), self.at(guess)
-        # a vertex of the far side of a finger is behind the cloth that lies on this side
-        height = np.einsum("px,px->p", then.normals[body_vertex], start - then.vertices[body_vertex])
-        known = Anchors(body_vertex, np.full(len(face), -1, np.int32), np.zeros((len(face), 2)))
-        free = np.zeros(len(face), bool)
-        points = Contact(contact.surface, then, contact.now, start, ahead, free, self.at(contact.push), known)
-        gap = np.minimum(points.planes.gap(ahead), points.planes.gap(points.planes.carried))
-        near = (height > -DEEPEST) & (gap < self.distance + MARGIN)
-        self.body_vertex, self.corners, self.weights = body_vertex[near], self.corners[near], self.weights[near]
-        if not len(self):
-            return
-        self.contact = points.of(near, self._stiffer(contact))
-        planes, count = self.contact.planes, len(self)
+        nowhere = Anchors(self.body_vertex, np.full(kept, -1, np.int32), np.zeros((kept, 2)))
+        free = np.zeros(kept, bool)
+        self.contact = Contact(surface, then, now, start[:kept], ahead[:kept], free, push[:kept], nowhere)
+        planes = self.contact.planes
         depth = np.clip(self.distance - planes.gap(planes.carried), 0, self.thickness)
         self._rows = PairRows(
-            corners=np.column_stack([self.corners, self.corners[:, 2]]),
-            weights=np.column_stack([self.weights, np.zeros(count)]), normal=planes.normal, reach=depth,
-            carried=planes.carried, thickness=np.full(count, self.thickness), stiffness=planes.stiffness,
-            limit=self.at(self.friction) * planes.stiffness * depth**2 / self.thickness,
+            corners=self.corners, weights=self.weights, normal=planes.normal, reach=depth, carried=planes.carried,
+            thickness=np.full(kept, self.thickness), stiffness=planes.stiffness,
+            limit=friction[:kept] * planes.stiffness * depth**2 / self.thickness,
         )  # fmt: skip
-
-    def _stiffer(self, contact: Contact) -> Float[np.ndarray, " points"]:
-        """Stiffness of the points over that of the cloth's vertices around."""
-        surface, area = contact.surface, np.empty(len(self))
-        star = surface.star
-        areas_around(self.body_vertex, contact.now.vertices, surface.faces, star.starts, star.columns, area)
-        return np.minimum(STIFFNESS * area / self.at(self.sheet.vertex_area), STIFFEST)
 
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> None:
         """Find the planes again, where the cloth is at the step's end."""
@@ -123,12 +127,14 @@ class BodyPoints:
             self._rows, normal=planes.normal, reach=reach, carried=planes.carried, stiffness=planes.stiffness
         )
 
-    def at(self, values: np.ndarray) -> np.ndarray:
-        """Values of vertices, at the points."""
-        return np.einsum("pc,pc...->p...", self.weights, values[self.corners])
+    def at(self, positions: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "points 3"]:
+        """Where the points are on the cloth."""
+        out = np.empty((len(self), 3))
+        points_on(positions, self.corners, self.weights, out)
+        return out
 
-    def _found(self, contact: Contact, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Vertices of the body that a triangle is near to, the nearest such one of each piece, and the place in it."""
+    def _found(self, contact: Contact, guess: np.ndarray) -> "_Found":
+        """Vertices of the body that a triangle is near to, and the place in it."""
         sheet, surface, ahead, planes = self.sheet, contact.surface, contact.ahead, contact.planes
         if not self.thickness:
             return _NOTHING
@@ -146,15 +152,5 @@ class BodyPoints:
                 grid.order, self.distance + MARGIN, DEEPEST, surface.reach, CHUNK, room, slid, far, count, out, share,
             )  # fmt: skip
             if count.max(initial=0) <= room:
-                break
+                return _Found(count, room, out, share)
             self._room = int(1.5 * count.max())
-        total = int(count.sum())
-        if not total:
-            return _NOTHING
-        kept = np.repeat(room * np.arange(len(count)) - np.cumsum(count) + count, count) + np.arange(total)
-        (vertex, face), share = out[kept].T, share[kept]
-        # the nearest triangle of each piece: one worn over another meets the same finger
-        kind = vertex.astype(np.int64) * (int(sheet.piece.max()) + 1) + sheet.piece[sheet.faces[face, 0]]
-        order = np.lexsort((face, share[:, 2], kind))
-        first = order[np.unique(kind[order], return_index=True)[1]]
-        return vertex[first], face[first], share[first, :2]

@@ -232,15 +232,15 @@ class Sensitivities:
         if not len(points):
             return result
         assert points.contact is not None
-        weights, rows = np.zeros((len(points), 2)), points.lay()
+        weights, corners, rows = np.zeros((len(points), 2)), points.corners[:, :3].copy(), points.lay()
         vertices = skin.vertices[points.body_vertex].astype(np.float64)
-        closest_on_faces(vertices, np.arange(len(points), dtype=np.int32), x, points.corners, weights)
+        closest_on_faces(vertices, np.arange(len(points), dtype=np.int32), x, corners, weights)
         weights = np.column_stack([1 - weights.sum(axis=1), weights])
-        at = np.einsum("pc,pci->pi", weights, x[points.corners])
+        at = np.einsum("pc,pci->pi", weights, x[corners])
         point, normal = _planes(at, points.contact.anchors.face, skin, self._posed.faces)
         depth = points.distance - np.einsum("pi,pi->p", normal, at - point)
         load = rows.stiffness * np.clip(depth, 0, rows.thickness) ** 2 / rows.thickness
-        np.add.at(result, points.corners, weights[:, :, None] * (load[:, None] * normal)[:, None])
+        np.add.at(result, corners, weights[:, :, None] * (load[:, None] * normal)[:, None])
         return result
 
     def _contact(self, positions: Positions, skin: Skin) -> Positions:

@@ -138,7 +138,7 @@ class Surface:
             push: Stiffness of each vertex in contact [N/m].
         """
         count = len(start)
-        normal, point, carried, stiffness = (np.zeros(shape) for shape in ((count, 3), (count, 3), (count, 3), count))
+        normal, point, carried, stiffness = (np.empty(shape) for shape in ((count, 3), (count, 3), (count, 3), count))
         contact_planes(
             start, anchors.face, anchors.weights, self.faces, then.vertices, now.vertices, now.normals, push,
             normal, point, carried, stiffness,

@@ -150,12 +150,14 @@ def contact_planes(
 ):  # fmt: skip
     """Plane of the body under each vertex at the step's end, and where the body carries the vertex's start.
 
-    # out: unit normal (interpolated), point on the body, start + motion of that point, stiffness (0: no contact)
+    # out: unit normal (interpolated), point on the body, start + motion of that point, stiffness; all 0: no contact
     """
     for i in prange(start.shape[0]):
         f = face[i]
         stiffness_out[i] = 0.0
         if f < 0:
+            for k in range(3):
+                normal_out[i, k] = point_out[i, k] = carried_out[i, k] = 0.0
             continue
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         v, w = weights[i, 0], weights[i, 1]
