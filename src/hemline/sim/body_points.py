@@ -98,18 +98,25 @@ class BodyPoints:
             sheet.vertex_area, DEEPEST, STIFFNESS, STIFFEST, body_vertex, corners, weights, start, ahead, push,
             friction,
         )  # fmt: skip
-        self.body_vertex, self.corners, self.weights = body_vertex[:kept], corners[:kept], weights[:kept]
-        if not kept:
+        nowhere = Anchors(body_vertex[:kept], np.full(kept, -1, np.int32), np.zeros((kept, 2)))
+        free, ahead = np.zeros(kept, bool), ahead[:kept]
+        near = free
+        if kept:
+            points = Contact(surface, then, now, start[:kept], ahead, free, push[:kept], nowhere)
+            gap = np.minimum(points.planes.gap(ahead), points.planes.gap(points.planes.carried))
+            near = gap < self.distance + MARGIN
+            self.contact = points if near.all() else points.of(near)
+        which = np.flatnonzero(near)
+        self.body_vertex, self.corners, self.weights = body_vertex[which], corners[which], weights[which]
+        if not len(self):
             return
-        nowhere = Anchors(self.body_vertex, np.full(kept, -1, np.int32), np.zeros((kept, 2)))
-        free = np.zeros(kept, bool)
-        self.contact = Contact(surface, then, now, start[:kept], ahead[:kept], free, push[:kept], nowhere)
+        assert self.contact is not None
         planes = self.contact.planes
         depth = np.clip(self.distance - planes.gap(planes.carried), 0, self.thickness)
         self._rows = PairRows(
             corners=self.corners, weights=self.weights, normal=planes.normal, reach=depth, carried=planes.carried,
-            thickness=np.full(kept, self.thickness), stiffness=planes.stiffness,
-            limit=friction[:kept] * planes.stiffness * depth**2 / self.thickness,
+            thickness=np.full(len(self), self.thickness), stiffness=planes.stiffness,
+            limit=friction[which] * planes.stiffness * depth**2 / self.thickness,
         )  # fmt: skip
 
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> None:

@@ -1,5 +1,6 @@
 """Contact during one step: which point of the moving body each vertex is held off from."""
 
+from copy import copy
 from dataclasses import fields
 
 import numpy as np
@@ -63,9 +64,21 @@ class Contact:
         self.anchors = _chosen(kept, self.anchors, self.ahead)
         self.planes = _chosen(kept, self.planes, planes)
 
+    def of(self, which: Bool[np.ndarray, " verts"]) -> "Contact":
+        """That of some of the vertices."""
+        part = copy(self)
+        part.start, part.fixed, part.push = self.start[which], self.fixed[which], self.push[which]
+        part.anchors, part.ahead, part.planes = (_rows(each, which) for each in (self.anchors, self.ahead, self.planes))
+        return part
+
     def laid(self, anchors: Anchors) -> Planes:
         """The planes at those anchors."""
         return self.surface.planes(anchors, self.start, self.then, self.now, self.push)
+
+
+def _rows(of, which: Bool[np.ndarray, " verts"]):
+    """Rows of anchors or planes."""
+    return type(of)(*(getattr(of, field.name)[which] for field in fields(of)))
 
 
 def _chosen(which: Bool[np.ndarray, " verts"], first, second):
