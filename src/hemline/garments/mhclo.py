@@ -1,0 +1,150 @@
+"""MakeHuman's clothes files (`.mhclo`): how each vertex of a mesh is bound to the vertices of a base mesh."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hemline.arrays import Float, Int, Vertices
+from hemline.errors import BadGarment
+
+BASE_MESH = "hm08"
+"""The only base mesh that can be worn."""
+
+_CURE = "export it again from MakeHuman or MPFB"
+_AXES = ("x_scale", "y_scale", "z_scale")
+_SHEARS = tuple(f"{side}shear_{axis}" for side in ("", "l_", "r_") for axis in "xyz")
+_COLUMNS = (1, 6, 9)
+
+
+@dataclass(frozen=True, eq=False)
+class BoundClothes:
+    """Clothes as an `.mhclo` binds them: x_i = sum_k w_ik b_ik + s d_i, with s what each axis is scaled by."""
+
+    name: str
+    """As the file says, or its stem."""
+    mesh: Path
+    """The OBJ beside it, that has the faces."""
+    corners: Int[np.ndarray, "verts 3"]
+    """Vertices b of the base mesh that each vertex is bound to."""
+    weights: Float[np.ndarray, "verts 3"]
+    """Their weights w, sum 1."""
+    offsets: Float[np.ndarray, "verts 3"]
+    """Offset d of each vertex in the unit of the file, decimetres on the body that the clothes were made on."""
+    spans: Int[np.ndarray, "axes 2"]
+    """For each axis the two vertices of the base mesh whose distance along it scales the offsets."""
+    lengths: Float[np.ndarray, " axes"]
+    """That distance on the body that the clothes were made on, in the unit of the file."""
+    notes: tuple[str, ...] = ()
+    """What was assumed."""
+
+    def on(self, base: Vertices) -> Vertices:
+        """Vertices of the clothes on a base mesh of any shape, in its unit, float64.
+
+        Args:
+            base: All vertices of the base mesh.
+
+        Source: MakeHuman 1.2, `shared/proxy.py` (`Proxy.getCoords`, `TMatrix`).
+        """
+        spans = np.abs(base[self.spans[:, 0], range(3)] - base[self.spans[:, 1], range(3)])
+        return np.einsum("vk,vkx->vx", self.weights, base[self.corners]) + spans / self.lengths * self.offsets
+
+
+def read_mhclo(path: str | Path, base_count: int) -> BoundClothes:
+    """Read the bindings of an `.mhclo` file; materials, hidden vertices and the like are skipped.
+
+    Args:
+        path: The file.
+        base_count: Vertices of the base mesh.
+
+    Raises:
+        BadGarment: The file is missing, empty or none; it is bound to another base mesh or beyond it; a line that
+            cannot be understood; a weight, offset or scale that cannot be; it names no mesh.
+    """
+    path = Path(path)
+    said, rows = _sections(path)
+    base = said.get("basemesh", [BASE_MESH])
+    if base != [BASE_MESH]:
+        cure = f"bind the clothes to {BASE_MESH}, or export them as a mesh on the body"
+        raise BadGarment(f"{path} must be bound to the base mesh {BASE_MESH}", f"'{' '.join(base)}'", cure)
+    if sheared := [key for key in _SHEARS if key in said]:
+        raise BadGarment(f"{path} must not shear its offsets", sheared[0], "bind the clothes with scales alone")
+    if len(said.get("obj_file", ())) != 1:
+        raise BadGarment(f"{path} must name its mesh", "no file after 'obj_file'", "add: obj_file FILE.obj")
+    corners, weights, offsets = _bindings(path, rows, base_count)
+    spans, lengths = _scales(path, said, base_count)
+    assumed = () if "basemesh" in said else (f"base mesh: {BASE_MESH}, as none was named",)
+    return BoundClothes(
+        name=" ".join(said.get("name", ())) or path.stem, mesh=path.parent / said["obj_file"][0], corners=corners,
+        weights=weights, offsets=offsets, spans=spans, lengths=lengths, notes=assumed,
+    )  # fmt: skip
+
+
+def _sections(path: Path) -> tuple[dict[str, list[str]], list[tuple[int, list[str]]]]:
+    """Words after each key, and the numbered lines of the bindings; keys before them only."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except OSError as error:
+        raise BadGarment(f"cannot read {path}", error.strerror or error, "name an .mhclo file that exists") from error
+    except UnicodeDecodeError as error:
+        raise BadGarment(f"{path} is no clothes file", "bytes that are no text", _CURE) from error
+    said: dict[str, list[str]] = {}
+    numbered = iter([(number, line.split()) for number, line in enumerate(lines, 1) if line.split("#", 1)[0].strip()])
+    for _, words in numbered:
+        if words[0] == "verts":
+            return said, list(_rows(numbered))
+        said[words[0]] = words[1:]
+    got = f"{len(lines)} lines without a line 'verts'" if said else "nothing in it"
+    raise BadGarment(f"{path} is no clothes file", got, _CURE)
+
+
+def _rows(numbered: Iterator[tuple[int, list[str]]]) -> Iterator[tuple[int, list[str]]]:
+    """Lines up to the next key."""
+    for number, words in numbered:
+        if words[0][0].isalpha() and words[0].lower() not in ("nan", "inf"):
+            return
+        yield number, words
+
+
+def _bindings(path: Path, rows: list[tuple[int, list[str]]], base_count: int) -> tuple[np.ndarray, ...]:
+    table = np.zeros((len(rows), 9))
+    table[:, 3] = 1
+    for row, (number, words) in enumerate(rows):
+        if len(words) not in _COLUMNS:
+            what = f"{path}, line {number}: a binding must be a vertex, or three, three weights and an offset"
+            raise BadGarment(what, f"{len(words)} columns", _CURE)
+        try:
+            table[row, : len(words)] = [int(word) for word in words[:3]] + [float(word) for word in words[3:]]
+        except ValueError as error:
+            raise BadGarment(f"{path}, line {number} cannot be read", f"'{' '.join(words)[:60]}'", _CURE) from error
+        if len(words) == 1:
+            table[row, :3] = table[row, 0]
+    _refuse(path, rows, np.any(~np.isfinite(table), axis=1), "weights and offsets must be finite", "NaN or infinity")
+    beyond = (table[:, :3] < 0) | (table[:, :3] >= base_count)
+    got = f"vertex {int(table[:, :3][beyond][0])}" if beyond.any() else ""
+    _refuse(path, rows, np.any(beyond, axis=1), f"{BASE_MESH} has the vertices 0 to {base_count - 1}", got)
+    off = np.abs(table[:, 3:6].sum(axis=1) - 1)
+    _refuse(path, rows, off > 0.01, "weights must sum to 1", f"{off.max(initial=0):.3g} more or less")
+    return table[:, :3].astype(np.int32), table[:, 3:6], table[:, 6:]
+
+
+def _refuse(path: Path, rows: list[tuple[int, list[str]]], bad: np.ndarray, what: str, got: str) -> None:
+    if bad.any():
+        raise BadGarment(f"{path}, line {rows[int(bad.argmax())][0]}: {what}", got, _CURE)
+
+
+def _scales(path: Path, said: dict[str, list[str]], base_count: int) -> tuple[np.ndarray, np.ndarray]:
+    spans, lengths = np.zeros((3, 2), np.int32), np.zeros(3)
+    for axis, key in enumerate(_AXES):
+        words = said.get(key, [])
+        try:
+            first, second, length = int(words[0]), int(words[1]), float(words[2])
+            good = len(words) == 3 and min(first, second) >= 0 and max(first, second) < base_count and 0 < length < 1e3
+        except (IndexError, ValueError):
+            good = False
+        if not good:
+            what = f"{path}: '{key}' must be two vertices of {BASE_MESH} and their distance"
+            raise BadGarment(what, f"'{' '.join(words)}'", _CURE)
+        spans[axis], lengths[axis] = (first, second), length
+    return spans, lengths
