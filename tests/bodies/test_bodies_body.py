@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+import hemline
 from hemline import bodies
 from hemline.bodies.place import sole_vertices
 from hemline.errors import BadBody
@@ -63,6 +64,10 @@ def test_hash_depends_on_content_only(body):
     assert replace(body, template=body.template + 1).hash != body.hash
 
 
+def test_hash_of_the_body_that_ships_is_that_of_the_models_that_ship(body):
+    assert hemline.load("cape").body_hash == body.hash
+
+
 def test_loading_again_gives_the_same_object():
     assert bodies.load("anny24") is bodies.load("anny24") and bodies.names() == ("anny24",)
 
@@ -88,6 +93,7 @@ BROKEN = {
     "weights": ({"weights": np.full((13348, 6), 0.5)}, "weights of a vertex must sum to 1"),
     "parents": ({"parents": np.array([-1, 2, *PARENTS[2:]])}, "each parent must come before its child"),
     "root": ({"parents": np.array([-1, -1, *PARENTS[2:]])}, "each parent must come before its child"),
+    "posedirs": ({"posedirs": np.zeros((216, 13348, 3), np.float32)}, r"'posedirs' must have shape \(207, 13348, 3\)"),
     "offsets": ({"rest_offsets": np.ones((24, 4))}, "'rest_offsets' must be unit"),
 }
 

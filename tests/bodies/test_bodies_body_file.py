@@ -52,7 +52,7 @@ def test_wrong_kind(tmp_path):
 
 
 def test_pickle_is_never_read(tmp_path):
-    path = tmp_path / "SMPL_NEUTRAL.pkl"
+    path = tmp_path / "SMPL_NEUTRAL.safetensors"
     path.write_bytes(pickle.dumps({"v_template": [0.0] * 100}))
     with pytest.raises(BadBody, match="a pickle, which is never read"):
         bodies.read(path)
@@ -72,6 +72,20 @@ def test_scales_that_do_not_fit(file, tmp_path):
     write_tensors(tmp_path / "odd.safetensors", arrays, metadata)
     with pytest.raises(BadBody, match="int16 with one scale each"):
         bodies.read(tmp_path / "odd.safetensors")
+
+
+def test_pose_dependent_offsets_come_back(tmp_path):
+    body, path = bodies.load(), tmp_path / "offset.safetensors"
+    steps = np.random.default_rng(0).integers(-32767, 32768, (207, len(body.template), 3))
+    steps[:, 0, 0] = 32767  # the largest of each is a whole number of steps, so that nothing is rounded
+    offset = replace(body, posedirs=steps * np.float32(2**-20))
+    bodies.write(path, offset)
+    assert np.array_equal(bodies.read(path).posedirs, offset.posedirs) and bodies.read(path).hash == offset.hash
+    arrays, metadata = read_tensors(path, "body")
+    del arrays["posedirs_scales"]
+    write_tensors(path, arrays, metadata)
+    with pytest.raises(BadBody, match="posedirs must be int16 with one scale each"):
+        bodies.read(path)
 
 
 def test_unwritable(tmp_path):

@@ -2,6 +2,7 @@
 
 import difflib
 import functools
+from dataclasses import replace
 from pathlib import Path
 
 from hemline.errors import BadBody
@@ -13,11 +14,13 @@ from .overlap import overlapping as overlapping
 from .posed import PosedBody as PosedBody
 from .shaped import ShapedBody as ShapedBody
 from .skinning import skin_points as skin_points
+from .smpl import read_smpl
 from .untangling import MotionUntangling as MotionUntangling
 from .untangling import Untangling as Untangling
 from .untangling import untangle as untangle
 from .untangling import untangle_motion as untangle_motion
 
+_ENDINGS = (".safetensors", ".npz", ".pkl")
 _SHIPPED = {"anny24": Path(__file__).parents[1] / "models" / "anny24.safetensors"}
 
 
@@ -28,34 +31,42 @@ def names() -> tuple[str, ...]:
 
 @functools.cache
 def load(name: str = "anny24") -> Body:
-    """A body that ships, read once.
+    """A body that ships, or one from a file, read once.
+
+    A body from a file is called as it was asked for, so that a garment or model made on it finds it again from the
+    same folder.
 
     Args:
-        name: One of `names()`.
+        name: One of `names()`, or the path of a file that `read` reads.
 
     Raises:
-        BadBody: No such body.
+        BadBody: No such body, or as `read`.
     """
+    if Path(name).suffix.lower() in _ENDINGS:
+        return replace(read(name), name=str(name))
     if name not in _SHIPPED:
         near = difflib.get_close_matches(name, _SHIPPED, n=1, cutoff=0.0)
         raise BadBody(
             "no body of that name ships",
             repr(name),
-            f"the nearest name is '{near[0]}'; a file is read with bodies.read",
+            f"the nearest name is '{near[0]}'; or name a file that ends in {', '.join(_ENDINGS)}",
         )
     return read_body(_SHIPPED[name])
 
 
 def read(path: str | Path) -> Body:
-    """Read a body file (hemline's own `.safetensors`).
+    """Read a body file: hemline's own `.safetensors`, or SMPL, SMPL-H, SMPL-X as `.pkl` or `.npz`.
+
+    What is kept of the latter, and how pickles are read without being executed, is said in `smpl.read_smpl`.
 
     Args:
         path: The file.
 
     Raises:
-        BadBody: Missing, truncated, a pickle, of another kind or a future version, or its content contradicts itself.
+        BadBody: Missing, truncated, of another kind or a future version, its content contradicts itself, or a pickle
+            asks for anything but arrays.
     """
-    return read_body(path)
+    return read_smpl(path) if Path(path).suffix.lower() in (".npz", ".pkl") else read_body(path)
 
 
 def write(path: str | Path, body: Body) -> None:

@@ -35,6 +35,8 @@ class Body:
         parents: Parent of each joint, -1 for the pelvis; parents come before their children.
         rest_offsets: Global rotation of each joint that takes its bone from the template's own pose to the T-pose.
         licence: Terms of the data.
+        posedirs: Change of the template at rest by the rotation of each joint but the pelvis, nine each, row by row of
+            R - I, as `pose_offsets` adds it [m]; None: the skin follows the joints alone.
 
     Raises:
         BadBody: Shapes that do not fit together, NaN, indices that point nowhere, weights that do not sum to 1.
@@ -51,6 +53,7 @@ class Body:
     parents: Int[np.ndarray, " joints"]
     rest_offsets: Quaternions
     licence: str
+    posedirs: Float[np.ndarray, "features verts 3"] | None = None
 
     def __post_init__(self) -> None:
         verts, betas, joints = len(self.template), len(self.shapedirs), len(JOINT_NAMES)
@@ -64,7 +67,7 @@ class Body:
             "weights": (verts, INFLUENCES),
             "parents": (joints,),
             "rest_offsets": (joints, 4),
-        }
+        } | ({} if self.posedirs is None else {"posedirs": (9 * (joints - 1), verts, 3)})
         integers = {"faces", "weight_indices", "parents"}
         for field, shape in shapes.items():
             array = np.asarray(getattr(self, field))
@@ -98,6 +101,7 @@ class Body:
         return content_hash(
             self.template, self.faces, self.shapedirs, self.joints, self.joint_shapedirs,
             self.weight_indices, self.weights, self.parents, self.rest_offsets,
+            *(() if self.posedirs is None else (self.posedirs,)),
         )  # fmt: skip
 
     def shaped(self, betas: Betas | tuple[float, ...] | list[float] = ()) -> "ShapedBody":

@@ -17,6 +17,8 @@ _SHAPEDIRS_MAX = 32767
 def write_body(path: str | Path, body: Body) -> None:
     """Write a body; shapedirs as int16 with one scale a beta (rounded by at most 1/65534 of their largest value).
 
+    Pose-dependent offsets too, one scale for each of their features.
+
     Args:
         path: The file, `.safetensors`.
         body: The body.
@@ -30,6 +32,8 @@ def write_body(path: str | Path, body: Body) -> None:
         "weight_indices": body.weight_indices.astype(np.uint8),
         "parents": body.parents.astype(np.int8),
     }
+    if body.posedirs is not None:
+        arrays["posedirs"], arrays["posedirs_scales"] = shapedirs_in_steps(body.posedirs).values()
     write_tensors(path, arrays, {"kind": "body", "name": body.name, "licence": body.licence})
 
 
@@ -47,6 +51,10 @@ def read_body(path: str | Path) -> Body:
     if missing := sorted(needed - arrays.keys()):
         raise BadBody(f"{path} lacks arrays", ", ".join(missing), "make or copy the body file again")
     arrays["shapedirs"] = shapedirs_of_steps(arrays["shapedirs"], arrays.pop("shapedirs_scales"), path)
+    if "posedirs" in arrays:
+        needed.add("posedirs")
+        scales = arrays.pop("posedirs_scales", np.zeros(0))
+        arrays["posedirs"] = shapedirs_of_steps(arrays["posedirs"], scales, path, name="posedirs")
     integers = {field: arrays[field].astype(np.int64) for field in ("faces", "weight_indices", "parents")}
     name, licence = str(metadata.get("name", Path(path).stem)), str(metadata.get("licence", ""))
     return Body(name=name, licence=licence, **{field: arrays[field] for field in needed & arrays.keys()} | integers)
@@ -59,13 +67,15 @@ def shapedirs_in_steps(shapedirs: Float[np.ndarray, "betas verts 3"]) -> dict[st
     return {"shapedirs": np.rint(shapedirs / scales[:, None, None]).astype(np.int16), "shapedirs_scales": scales}
 
 
-def shapedirs_of_steps(steps: np.ndarray, scales: np.ndarray, path: str | Path) -> Float[np.ndarray, "betas verts 3"]:
-    """Shapedirs that a file holds in steps [m].
+def shapedirs_of_steps(
+    steps: np.ndarray, scales: np.ndarray, path: str | Path, *, name: str = "shapedirs"
+) -> Float[np.ndarray, "betas verts 3"]:
+    """Shapedirs (or posedirs, as `name` says) that a file holds in steps [m].
 
     Raises:
         BadBody: The steps are no int16, or there is not one scale for each beta.
     """
     if scales.shape != steps.shape[:1] or steps.dtype != np.int16:
         got = f"{steps.dtype} {steps.shape} and {scales.shape}"
-        raise BadBody(f"{path}: shapedirs must be int16 with one scale each", got, "make or copy the body file again")
+        raise BadBody(f"{path}: {name} must be int16 with one scale each", got, "make or copy the body file again")
     return steps * scales.astype(np.float32)[(...,) + (None,) * (steps.ndim - 1)]

@@ -8,6 +8,7 @@ from jaxtyping import Float, Int
 
 from hemline.motions import JOINT_NAMES, Motion
 
+from .pose_offsets import pose_offsets
 from .skinning import skin_points
 
 if TYPE_CHECKING:
@@ -33,7 +34,12 @@ def sole_heights(shaped: "ShapedBody", motion: Motion) -> Float[np.ndarray, " fr
     body, soles = shaped.body, sole_vertices(shaped)
     transforms, _ = shaped.transforms_of(motion.rotations, motion.translations)
     indices, weights, points = body.weight_indices[soles], body.weights[soles], shaped.vertices[soles]
-    return np.array([skin_points(each, indices, weights, points)[:, 1].min() for each in transforms])
+    if body.posedirs is None:
+        return np.array([skin_points(each, indices, weights, points)[:, 1].min() for each in transforms])
+    posedirs = np.ascontiguousarray(body.posedirs[:, soles])
+    offset = [points + pose_offsets(posedirs, rotations) for rotations in motion.rotations]
+    heights = [skin_points(each, indices, weights, at) for each, at in zip(transforms, offset, strict=True)]
+    return np.array([each[:, 1].min() for each in heights])
 
 
 def placed(shaped: "ShapedBody", motion: Motion) -> Motion:

@@ -9,6 +9,7 @@ import numpy as np
 from hemline.arrays import Faces, Joints, Normals, Transforms, Vertices
 from hemline.motions import Pose
 
+from .pose_offsets import pose_offsets
 from .skinning import Blending, skin_points
 from .skinning_kernels import area_normals, turn_normals
 
@@ -39,12 +40,20 @@ class PosedBody:
         """Triangles of the mesh."""
         return self.shaped.body.faces
 
+    @property
+    def rest_vertices(self) -> Vertices:
+        """The mesh at rest that the skin follows from: that of the shape, and its pose-dependent offsets if any [m]."""
+        posedirs = self.shaped.body.posedirs
+        if posedirs is None:
+            return self.shaped.vertices
+        return self.shaped.vertices + pose_offsets(posedirs, self.pose.rotations)
+
     @cached_property
     def vertices(self) -> Vertices:
         """The mesh in the world [m]."""
         body = self.shaped.body
         return skin_points(
-            self.transforms, body.weight_indices, body.weights, self.shaped.vertices, blending=self.blending
+            self.transforms, body.weight_indices, body.weights, self.rest_vertices, blending=self.blending
         )
 
     @cached_property
@@ -56,7 +65,10 @@ class PosedBody:
 
     @cached_property
     def skinned_normals(self) -> Normals:
-        """Rest normals turned with the joints: cheaper, without the vertices, and smooth where the skin creases."""
+        """Rest normals turned with the joints: cheaper, without the vertices, and smooth where the skin creases.
+
+        Pose-dependent offsets do not change them.
+        """
         body, normals = self.shaped.body, np.empty_like(self.shaped.normals)
         turn_normals(self.transforms, body.weight_indices, body.weights, self.shaped.normals, normals)
         return normals

@@ -7,6 +7,8 @@ from jaxtyping import Bool, Float
 
 from hemline.motions.quaternions import to_matrix
 
+from .pose_offsets import pose_offsets_turning
+
 if TYPE_CHECKING:
     from .posed import PosedBody
 
@@ -16,7 +18,7 @@ def turning(posed: "PosedBody", joint: int, axis: Float[np.ndarray, "3"]) -> Flo
 
     $$\dot v = \sum_k w_k\, \omega \times (A_k \bar v - x_j), \qquad \omega = G_j a$$
 
-    over the joint j and all joints k behind it.
+    over the joint j and all joints k behind it; pose-dependent offsets are part of $\bar v$, and their change is added.
 
     Args:
         posed: The body; its skin must follow linearly.
@@ -29,7 +31,7 @@ def turning(posed: "PosedBody", joint: int, axis: Float[np.ndarray, "3"]) -> Flo
     body, transforms = posed.shaped.body, posed.transforms.astype(np.float64)
     behind = _behind(body.parents, joint)
     weights = np.where(behind[body.weight_indices], body.weights, 0.0).astype(np.float64)
-    rest = posed.shaped.vertices.astype(np.float64)
+    rest = posed.rest_vertices.astype(np.float64)
     blended = np.zeros_like(rest)
     for influence in range(weights.shape[1]):
         used = np.flatnonzero(weights[:, influence])
@@ -38,7 +40,10 @@ def turning(posed: "PosedBody", joint: int, axis: Float[np.ndarray, "3"]) -> Flo
         blended[used] += weights[used, influence, None] * points
     offset = to_matrix(body.rest_offsets[joint].astype(np.float64))
     omega = transforms[joint, :, :3] @ offset.T @ np.asarray(axis, np.float64)
-    return np.cross(omega, blended - weights.sum(axis=1, keepdims=True) * posed.joints[joint].astype(np.float64))
+    spun = np.cross(omega, blended - weights.sum(axis=1, keepdims=True) * posed.joints[joint].astype(np.float64))
+    if body.posedirs is None:
+        return spun
+    return spun + _turned(posed, pose_offsets_turning(body.posedirs, posed.pose.rotations, joint, axis))
 
 
 def reshaping(posed: "PosedBody", beta: int) -> Float[np.ndarray, "verts 3"]:
@@ -62,6 +67,15 @@ def reshaping(posed: "PosedBody", beta: int) -> Float[np.ndarray, "verts 3"]:
     for influence in range(body.weights.shape[1]):
         index, weight = body.weight_indices[:, influence], body.weights[:, influence, None].astype(np.float64)
         result += weight * (np.einsum("vij,vj->vi", matrices[index], skin) + shift[index])
+    return result
+
+
+def _turned(posed: "PosedBody", directions: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "verts 3"]:
+    """Directions at rest, turned as the skin is."""
+    body, result = posed.shaped.body, np.zeros_like(directions)
+    for influence in range(body.weights.shape[1]):
+        matrices = posed.transforms[body.weight_indices[:, influence], :, :3].astype(np.float64)
+        result += body.weights[:, influence, None] * np.einsum("vij,vj->vi", matrices, directions)
     return result
 
 
