@@ -10,7 +10,7 @@ from hemline.bodies.base_mesh import base_mesh
 from hemline.files import read_tensors
 from hemline.garments.dressing import body_tree
 from hemline.garments.mhclo import read_mhclo
-from hemline.meshes import edges, read_obj
+from hemline.meshes import closest_points_on_mesh, edges, face_normals, read_obj
 
 DATA = Path(__file__).resolve().parents[2] / "../shared/data/garments/makehuman_cc0/mhclo"
 REFERENCE = Path(__file__).parents[1] / "bodies" / "hm08_reference.safetensors"
@@ -43,6 +43,16 @@ def shapes():
     return [np.zeros(16), *np.random.default_rng(7).normal(size=(3, 16))]
 
 
+def skin_through(garment, shaped):
+    """Vertices of the body that are more than 0.5 mm in front of the inside of a triangle, looking the same way."""
+    cloth, skin = garment.vertices.astype(float), shaped.vertices.astype(float)
+    closest = closest_points_on_mesh(skin, cloth, garment.faces)
+    normals = face_normals(cloth, garment.faces)[closest.faces]
+    inside = (closest.weights.min(axis=1) > 0.02) & (closest.distances < 0.01)
+    alike = (shaped.normals * normals).sum(axis=1) > 0.7
+    return int((inside & alike & (((skin - closest.positions) * normals).sum(axis=1) > 5e-4)).sum())
+
+
 @pytest.mark.parametrize("name", SETS)
 def test_on_the_mean_and_on_random_shapes(name):
     body, base = bodies.load("anny24"), base_mesh()
@@ -65,6 +75,7 @@ def test_on_the_mean_and_on_random_shapes(name):
         free[garment.pins.vertices] = False
         assert outside[free].min() > 0.00299 and outside.min() > 0.0029
         assert [piece.vertex_count for piece in garment.pieces] == pieces
+        assert skin_through(garment, shaped) == 0
     heights = [np.ptp(body.template[:, 1] + np.tensordot(betas, body.shapedirs[:, :, 1], 1)) for betas in shapes()]
     for length, height in zip(lengths[1:], heights[1:], strict=True):
         # cloth is as much longer as the body is taller, within a tenth; single edges where limbs differ more

@@ -15,7 +15,7 @@ from .clearance import cleared
 from .dressing import CLEARANCE, body_tree
 from .garment import Garment
 from .garment_toml import GarmentFile
-from .mhclo import BASE_MESH, BoundClothes, read_mhclo
+from .mhclo import BASE_MESH, read_mhclo
 from .pieces import worn_together
 from .pin_rules import PinGroup
 from .rest_metric import rest_edges_of_mesh
@@ -59,9 +59,9 @@ def read_clothes(path: Path, said: GarmentFile, body: "ShapedBody | None") -> Ga
     cut_for = made_on.body.shaped(said.betas or ())
     cut, worn = (bound.on(base.on(each)) for each in (cut_for, body or cut_for))
     name = said.name or bound.name
-    notes += (*bound.notes, *mesh.notes, _cut_note(said), "bindings: body vertices that the file hides are kept")
+    notes += (*bound.notes, *mesh.notes, *checked_mesh(cut, mesh.faces, name), _cut_note(said))
+    notes += ("bindings: body vertices that the file hides are kept",)
     whole = Cloth(name, worn, mesh.faces, rest_edges_of_mesh(cut, mesh.faces), False, notes)
-    checked_mesh(cut, mesh.faces, name)
     parts, left_out = _parts(whole, cut, cut_for)
     pieces = [_piece(whole, ids, number, len(parts), said, body or cut_for) for number, ids in enumerate(parts, 1)]
     garment = pieces[0] if len(pieces) == 1 else worn_together(pieces, name=name)
@@ -102,7 +102,7 @@ def _parts(
             parts.append(ids)
             continue
         got = f"{len(ids)} vertices from {ids[0]} on, {1000 * size:.0f} mm"
-        notes.append(f"left out: a button or the like ({got}), which would fall off; later vertices are renumbered")
+        notes.append(f"left out: a button or the like ({got}), which would fall off")
     if not parts:
         cure = f"name a file with a component of {100 * SMALLEST:.0f} cm or more"
         raise BadGarment(f"{whole.name} must have cloth", f"{len(notes)} components, all smaller", cure)
@@ -134,7 +134,8 @@ def _piece(whole: Cloth, ids: np.ndarray, number: int, count: int, said: Garment
     vertices = whole.vertices[ids]
     name = whole.name if count == 1 else f"{whole.name} {number}"
     height = np.ptp(vertices[:, 1])
-    note = f"component {number} of {count} from the skin outwards: {len(ids)} vertices, {height:.2f} m high"
+    size = f"{len(ids)} vertices, the first is {ids[0]} of the OBJ, {height:.2f} m high"
+    note = f"component {number} of {count} from the skin outwards: {size}"
     faces = place[whole.faces[own]].astype(np.int32)
     cloth = Cloth(name, vertices, faces, whole.rest_edges[own], False, (note,) if count > 1 else (), coarse=True)
     return assembled(cloth, _renumbered(said, place), body)
@@ -156,6 +157,3 @@ def _renumbered(said: GarmentFile, place: np.ndarray) -> GarmentFile:
         pins = tuple(group(each) for each in pins) if by_group else kept(pins)  # type: ignore[arg-type]
     chains = tuple(chain for chain in map(kept, said.chains) if chain)
     return replace(said, pins=pins, chains=chains)
-
-
-__all__ = ["SMALLEST", "BoundClothes", "read_clothes"]

@@ -118,8 +118,6 @@ def _bindings(path: Path, rows: list[tuple[int, list[str]]], base_count: int) ->
             table[row, : len(words)] = [int(word) for word in words[:3]] + [float(word) for word in words[3:]]
         except ValueError as error:
             raise BadGarment(f"{path}, line {number} cannot be read", f"'{' '.join(words)[:60]}'", _CURE) from error
-        if len(words) == 1:
-            table[row, :3] = table[row, 0]
     _refuse(path, rows, np.any(~np.isfinite(table), axis=1), "weights and offsets must be finite", "NaN or infinity")
     beyond = (table[:, :3] < 0) | (table[:, :3] >= base_count)
     got = f"vertex {int(table[:, :3][beyond][0])}" if beyond.any() else ""
