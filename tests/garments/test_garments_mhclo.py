@@ -15,7 +15,8 @@ from hemline.garments.dressing import body_tree
 from hemline.garments.mhclo import read_mhclo
 from hemline.garments.pieces import face_pieces
 from hemline.garments.rest_metric import edge_strain
-from hemline.meshes import closest_points_on_mesh
+from hemline.garments.sector import grid_faces
+from hemline.meshes import closest_points_on_mesh, vertex_normals
 
 BUTTON = np.array([[0, 0, 0], [0.02, 0, 0], [0.02, 0.02, 0], [0, 0.02, 0]])
 
@@ -111,6 +112,9 @@ def test_components_are_pieces_from_the_skin_outwards_without_buttons(shaped, tm
     (tmp_path / "own.toml").write_text("mesh = 'clothes.mhclo'\npins = [3, 440]\n")  # ids of the OBJ
     pins = garments.read(tmp_path / "own.toml", shaped).pins
     assert sorted(pins.vertices.tolist()) == [440 - 436, 432 + 3]
+    (tmp_path / "own.toml").write_text("mesh = 'clothes.mhclo'\npins = [3, 9000]\n")
+    with pytest.raises(BadGarment, match="pins name vertex 9000"):
+        garments.read(tmp_path / "own.toml", shaped)
 
 
 def test_clothes_of_buttons_alone_are_refused(shaped, tmp_path):
@@ -138,6 +142,23 @@ def test_skin_is_beneath_coarse_triangles(shaped):
     assert np.linalg.norm(raised - vertices, axis=1).max() < 0.03 and "came through triangles" in notes[0]
     again, silent = covering(raised, faces, shaped)
     assert np.abs(again - raised).max() < 1e-5 or not silent
+
+
+def test_cloth_is_raised_over_what_is_beneath_it_and_not_beside_it(shaped):
+    x, y = np.meshgrid(np.linspace(-0.1, 0.1, 6), np.linspace(-0.1, 0.1, 6))
+    sheet, faces = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3), grid_faces(6, 6)
+    side = np.sign(vertex_normals(sheet, faces)[0, 2])
+    skin, looks = np.full(shaped.vertices.shape, 9.0, np.float32), np.zeros(shaped.normals.shape, np.float32)
+    looks[:, 2] = side
+    skin[0], skin[1] = (0.01, 0.012, 0.004 * side), (0.104, 0.0, 0.004 * side)  # beneath, and beyond the rim
+    raised, notes = covering(sheet, faces, replace(shaped, vertices=skin, normals=looks))
+    closest = closest_points_on_mesh(skin[:1].astype(float), raised, faces)
+    assert closest.distances[0] > 0.8e-3 and closest.positions[0, 2] * side > 0.0045
+    np.testing.assert_array_equal(raised[sheet[:, 0] > 0.09], sheet[sheet[:, 0] > 0.09])
+    assert notes[0].startswith("1 vertices of the body came through triangles")
+    still, none = covering(sheet, faces, replace(shaped, vertices=skin, normals=-looks))  # looks the other way
+    np.testing.assert_array_equal(still, sheet)
+    assert none == ()
 
 
 @pytest.mark.parametrize(
