@@ -15,6 +15,7 @@ from hemline.bodies.place import sole_heights, sole_vertices
 from hemline.bodies.pose_offsets import pose_offsets
 from hemline.bodies.velocities import turning
 from hemline.motions import JOINT_NAMES, Pose
+from hemline.playback.record import recorded_take
 from hemline.sim import SimSettings, simulate
 
 
@@ -92,3 +93,6 @@ def test_a_cape_is_made_and_simulated(body):
     assert take.failed is None and np.isfinite(take.vertices).all()
     assert take.lead_in.sum() == 6 and len(take.vertices) == 9
     assert take.figures["edge_strain_p99"] < 0.2
+    clip = recorded_take(take, cape, shaped)
+    assert clip.skeleton is None  # by which it would lose its offsets
+    assert np.array_equal(clip.body_vertices[2], shaped.posed(take.motion[8]).vertices)

@@ -64,13 +64,13 @@ def recorded_take(take: Take, garment: Garment, body: ShapedBody, *, lead_in: bo
 def _clip(
     vertices: FramesOfVertices, faces: Faces, bodies: list[PosedBody], motion: Motion, fps: float, name: str
 ) -> Clip:
-    """Cloth and body; formats that can skin get the body's skeleton, which is half the size."""
+    """Cloth and body; formats that can skin get the skeleton that the skin follows, which is half the size."""
     shaped = bodies[0].shaped
     body = shaped.body
     skeleton = Skeleton(
         shaped.joints, body.parents, np.stack([posed.transforms for posed in bodies]), shaped.vertices,
         body.weight_indices, body.weights, JOINT_NAMES,
-    )  # fmt: skip
+    ) if body.posedirs is None else None  # fmt: skip
     return Clip(
         vertices=vertices, faces=faces, body_vertices=np.stack([posed.vertices for posed in bodies]),
         body_faces=body.faces, fps=fps, name=name, skeleton=skeleton,
