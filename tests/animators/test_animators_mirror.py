@@ -36,6 +36,14 @@ def test_shipped_capes_are_symmetric(shaped, name, columns):
     np.testing.assert_array_equal(mirror_of(garment, shaped), expected)
 
 
+@pytest.mark.parametrize("columns", [53, 60])
+def test_partners_in_a_skirt_are_across_though_its_rims_have_no_corners(shaped, columns):
+    rows = np.arange(12)[:, None] * columns
+    expected = (rows + -np.arange(columns) % columns).reshape(-1)
+    skirt = garments.make_skirt(shaped, rows=12, columns=columns)
+    np.testing.assert_array_equal(mirror_of(skirt, shaped), expected)
+
+
 def test_an_asymmetric_garment_has_no_partners(garment):
     lopsided = garment.vertices + np.array([0.05, 0, 0], np.float32)
     assert partners(lopsided, garment.faces) is None

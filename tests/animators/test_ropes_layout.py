@@ -113,6 +113,44 @@ def test_chains_by_hand_are_taken():
     np.testing.assert_allclose(ropes.embedded(tube.vertices), ropes.rest, atol=1e-6)
 
 
+def columns_of(garment, chosen, rows, columns):
+    """The garment with chains along some columns of a grid."""
+    return replace(garment, chains=tuple(tuple(row * columns + column for row in rows) for column in chosen))
+
+
+def test_chains_by_hand_all_around_are_joined_where_they_close():
+    tube = columns_of(skirt(), range(0, 40, 5), (0, 5, 10, 15), 40)
+    chains = lay_out(tube, shaped(), strain_p99=0.0).chains
+    assert len(chains.pairs) == 8 * 3
+    closing = chains.pairs[(chains.pairs >= 28).any(1) & (chains.pairs < 4).any(1)]
+    np.testing.assert_array_equal(np.sort(closing), [[1, 29], [2, 30], [3, 31]])
+    # the cloth between two of them is an arc of five edges, not the chord
+    np.testing.assert_allclose(chains.pair_spans[:, 1], 5 * 0.5 * np.sin(np.pi / 40), rtol=1e-3)
+    assert (chains.pair_spans[:, 1] > 1.02 * chains.pair_spans[:, 0]).all()
+    open_sheet = lay_out(columns_of(cape(), range(4, 80, 10), (1, 17, 33, 49), 80), shaped()).chains
+    assert len(open_sheet.pairs) == 7 * 3
+
+
+def test_chains_by_hand_on_separate_cloths_are_not_joined():
+    tube = skirt()
+    below = replace(
+        tube, vertices=np.concatenate([tube.vertices, tube.vertices - np.array([0, 1, 0], np.float32)]),
+        faces=np.concatenate([tube.faces, tube.faces + 800]), rest_edges=np.concatenate([tube.rest_edges] * 2),
+        chains=((0, 80, 160), (5, 85, 165), (800, 880, 960)),
+    )  # fmt: skip
+    chains = lay_out(below, shaped()).chains
+    np.testing.assert_array_equal(chains.pairs, [[1, 4], [2, 5]])
+    assert np.isfinite(chains.pair_spans).all()
+
+
+def test_the_skirt_of_the_paper_has_its_twenty_six_chains_of_nine_bones():
+    light = garments.load("skirt-light")
+    ropes = lay_out(light, shaped())
+    assert (np.diff(ropes.chains.offsets) == 9).all() and ropes.node_count == 26 * 9
+    assert len(ropes.chains.pairs) == 26 * 8
+    np.testing.assert_allclose(ropes.rest, light.vertices[np.concatenate(light.chains)], atol=1e-6)
+
+
 def test_points_have_the_coordinates_that_were_asked_for():
     chart = Chart(skirt())
     for share, depth in ((0.13, 0.1), (0.99, 0.31), (0.5, 0.5)):

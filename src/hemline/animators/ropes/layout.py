@@ -104,21 +104,29 @@ def _by_hand(garment: "Garment") -> _Plan:
             got = chain.tolist()[:8]
             what = f"garment '{garment.name}': a chain names two vertices or more, below {len(garment.vertices)}"
             raise BadGarment(what, got, "correct the chains")
-    lengths = []
-    for chain in used:
-        ways = [
-            geodesic_distances(garment.vertices, garment.faces, chain[i : i + 1], rest_edges=garment.rest_edges)[
-                chain[i + 1]
-            ]
-            for i in range(len(chain) - 1)
-        ]
-        lengths.append(np.concatenate([[0.0], ways]))
     offsets = np.concatenate([[0], np.cumsum([len(chain) for chain in used])]).astype(np.int32)
-    embedding = Embedding.at_vertices(np.concatenate(used))
-    pairs = _neighbours(offsets, closed=False)
-    start = embedding.embedded(garment.vertices)
-    chords = np.linalg.norm(start[pairs[:, 0]] - start[pairs[:, 1]], axis=1)
-    return _Plan(embedding, offsets, np.concatenate(lengths), pairs, chords)
+    ways = _ways_between(garment, np.concatenate(used))
+    following = np.arange(1, len(ways))
+    lengths = np.concatenate([[0.0], ways[following - 1, following]])
+    lengths[offsets[:-1]] = 0.0
+    pairs = _neighbours(offsets, _goes_round(ways[np.ix_(offsets[:-1], offsets[:-1])]))
+    across = ways[pairs[:, 0], pairs[:, 1]]
+    joined = np.isfinite(across)  # not so between pieces of cloth
+    return _Plan(Embedding.at_vertices(np.concatenate(used)), offsets, lengths, pairs[joined], across[joined])
+
+
+def _ways_between(garment: "Garment", vertices: Int[np.ndarray, " nodes"]) -> Float[np.ndarray, "nodes nodes"]:
+    """Shortest ways in the flat cloth from vertex to vertex [m]."""
+    from_each = [
+        geodesic_distances(garment.vertices, garment.faces, vertices[i : i + 1], rest_edges=garment.rest_edges)
+        for i in range(len(vertices))
+    ]
+    return np.stack([distance[vertices] for distance in from_each])
+
+
+def _goes_round(ways: Float[np.ndarray, "chains chains"]) -> bool:
+    """Whether the last root is about as near to the first one as other neighbours are: a skirt, not a cape."""
+    return bool(ways[-1, 0] <= 1.5 * np.diagonal(ways, 1).max(initial=0.0))
 
 
 def _by_geodesics(garment: "Garment", chain_count: int, bone_counts: tuple[int, int]) -> _Plan:

@@ -27,12 +27,15 @@ def partners(points: Points, faces: Faces) -> Int[np.ndarray, " points"] | None:
     """
     images = points * _SIGNS
     around = _around(faces, len(points))
+    best, farthest = None, FARTHEST
     for seed in _seeds(points, images, around):
         found = _walk(seed, points, images, around)
         paired = (found >= 0).all() and np.array_equal(found[found], np.arange(len(points)))
-        if paired and np.linalg.norm(points[found] - images, axis=1).max() <= FARTHEST:
-            return found
-    return None
+        far = float(np.linalg.norm(points[found] - images, axis=1).max())
+        # a search that begins one column aside may end all around one column aside
+        if paired and far <= farthest:
+            best, farthest = found, far
+    return best
 
 
 def _seeds(points: Points, images: Points, around: list[list[int]]) -> list[tuple[int, int]]:
@@ -42,6 +45,7 @@ def _seeds(points: Points, images: Points, around: list[list[int]]) -> list[tupl
     degree = np.array([len(each) for each in around])
     corners = np.flatnonzero(degree <= np.sort(degree)[min(3, len(degree) - 1)])
     pairs = [np.stack([corners, corners[np.asarray(KDTree(points[corners]).query(images[corners])[1])]], axis=1)]
+    pairs[0] = pairs[0][: SEEDS // 2]  # a closed rim has no corners, but many vertices that pass for one
     distances, nearest = KDTree(points).query(images)
     best = np.argsort(distances)[:SEEDS]
     pairs.append(np.stack([best, np.asarray(nearest)[best]], axis=1))
