@@ -16,6 +16,8 @@ from .shipped import explain as explain
 from .shipped import load as load
 from .shipped import names as names
 from .shipped import open_garment as open_garment
+from .skirt import SkirtCut as SkirtCut
+from .skirt import make_skirt as make_skirt
 
 
 def write(path: str | Path, garment: Garment) -> None:
@@ -28,6 +30,6 @@ def write(path: str | Path, garment: Garment) -> None:
 
 
 __all__ = [
-    "MATERIALS", "CapeCut", "Garment", "GarmentFile", "Material", "Piece", "Pins", "explain", "load", "make_cape",
-    "names", "open_garment", "read", "worn_together", "write",
+    "MATERIALS", "CapeCut", "Garment", "GarmentFile", "Material", "Piece", "Pins", "SkirtCut", "explain", "load",
+    "make_cape", "make_skirt", "names", "open_garment", "read", "worn_together", "write",
 ]  # fmt: skip

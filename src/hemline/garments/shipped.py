@@ -14,17 +14,20 @@ from .cape import LIGHT_VERTEX_COUNT, PAPER_VERTEX_COUNT, make_cape
 from .garment import Garment
 from .pins import Pins
 from .read import read
+from .skirt import LIGHT_SIZE, PAPER_SIZE, make_skirt
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
-_SIZES = {"cape": PAPER_VERTEX_COUNT, "cape-light": LIGHT_VERTEX_COUNT}
+_CAPES = {"cape": PAPER_VERTEX_COUNT, "cape-light": LIGHT_VERTEX_COUNT}
+_SKIRTS = {"skirt": PAPER_SIZE, "skirt-light": LIGHT_SIZE}
+_NAMES = (*_CAPES, *_SKIRTS)
 _ENDINGS = (".toml", ".obj", ".ply", ".glb", ".gltf", ".stl", ".mhclo", ".safetensors")
 
 
 def names() -> tuple[str, ...]:
     """Garments that can be loaded by name."""
-    return tuple(_SIZES)
+    return _NAMES
 
 
 @cache
@@ -32,17 +35,21 @@ def load(name: str = "cape") -> Garment:
     """A garment by name, made on the mean `anny24` body and kept.
 
     Args:
-        name: `cape` (12,690 vertices) or `cape-light` (4,000).
+        name: `cape` (12,690 vertices), `cape-light` (4,000), `skirt` (18,546) or `skirt-light` (3,978).
 
     Raises:
         BadGarment: Unknown name.
     """
     from hemline import bodies
 
-    if name not in _SIZES:
-        near = get_close_matches(name, _SIZES, 1, 0.0)[0]
+    if name not in _NAMES:
+        near = get_close_matches(name, _NAMES, 1, 0.0)[0]
         raise BadGarment("unknown garment", f"'{name}'", f"did you mean '{near}'; or name a file")
-    return make_cape(bodies.load("anny24").shaped(), vertex_count=_SIZES[name], name=name)
+    shaped = bodies.load("anny24").shaped()
+    if name in _CAPES:
+        return make_cape(shaped, vertex_count=_CAPES[name], name=name)
+    rows, columns = _SKIRTS[name]
+    return make_skirt(shaped, rows=rows, columns=columns, name=name)
 
 
 def open_garment(name_or_path: str | Path, body: "ShapedBody | None" = None) -> Garment:

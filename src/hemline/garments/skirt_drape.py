@@ -1,0 +1,129 @@
+"""How a skirt hangs at the start: straight lines from the waist past the hips, the rest of its width in pleats."""
+
+import numpy as np
+
+from hemline.arrays import Float, Points
+from hemline.errors import BadGarment
+from hemline.meshes import ClosestTree
+
+Lines = Float[np.ndarray, "columns 3"]
+"""One vector for each line."""
+
+_CHECKED = 60
+"""Points of a line that are held against the body."""
+_STEP = 0.02
+_STEEPEST = 1.3
+
+
+def outward_of(rim: Points) -> Lines:
+    """Level unit vectors away from a line around the body: normals of the ellipse as wide and deep as the line.
+
+    The line itself turns inward at the small of the back, where its own normals would meet.
+    """
+    low, high = rim.min(axis=0), rim.max(axis=0)
+    away = (rim - (low + high) / 2) / np.array([(high[0] - low[0]) ** 2, np.inf, (high[2] - low[2]) ** 2])
+    return away / np.linalg.norm(away, axis=1, keepdims=True)
+
+
+def line_tilts(
+    rim: Points, outward: Lines, tree: ClosestTree, *, length: float, tilt: float, clearance: float
+) -> Float[np.ndarray, " columns"]:
+    """Angle to the vertical of a straight line down from each point of a closed rim, clear of the body.
+
+    Args:
+        rim: Where lines begin [m].
+        outward: Level directions in which they lean.
+        tree: The body's surface.
+        length: Of a line [m].
+        tilt: The least angle [rad].
+        clearance: Least distance to the skin [m].
+
+    Returns:
+        Angles that change slowly around the rim [rad].
+
+    Raises:
+        BadGarment: Some line meets the body at every angle.
+    """
+    from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+
+    tilts, way = np.full(len(rim), tilt), length * np.linspace(0, 1, _CHECKED)[2:]
+    blocked = np.arange(len(rim))
+    while len(blocked):
+        points = rim[blocked, None] + way[:, None] * _down(outward[blocked], tilts[blocked])[:, None]
+        shape = points.shape[:2]
+        flat = points.reshape(-1, 3)
+        closest = tree.closest(flat)
+        height = ((flat - closest.positions) * tree.outward(closest)).sum(axis=1)
+        near = np.where(height < 0, -closest.distances, closest.distances) < clearance
+        blocked = blocked[near.reshape(shape).any(axis=1)]
+        tilts[blocked] += _STEP
+        if (tilts > _STEEPEST).any():
+            raise BadGarment("a skirt must hang past the body", "hips that no line from the waist passes", "shorten it")
+    wide = len(rim) // 12
+    return gaussian_filter1d(maximum_filter1d(tilts, 2 * wide + 1, mode="wrap"), wide / 2, mode="wrap")
+
+
+def hung(
+    rim: Points, outward: Lines, tilts: Float[np.ndarray, " columns"], ways: Float[np.ndarray, " rows"]
+) -> Float[np.ndarray, "rows columns 3"]:
+    """Points at given ways down the straight lines [m]."""
+    return rim + ways[:, None, None] * _down(outward, tilts)
+
+
+def pleated(
+    sheet: Float[np.ndarray, "rows columns 3"],
+    normals: Lines,
+    widths: Float[np.ndarray, " rows"],
+    ease: Float[np.ndarray, " rows"],
+    folds: int,
+) -> Float[np.ndarray, "rows columns 3"]:
+    """A closed sheet laid into waves on its outer side, so that each row is as wide as it was cut.
+
+    The amplitude of each row is found by bisection on its true length; points are spread evenly along the wave.
+
+    Args:
+        sheet: Rows of points, the last column beside the first [m].
+        normals: Directions of the waves, one a column.
+        widths: Width of each row as cut [m].
+        ease: Share of its amplitude that each row gets.
+        folds: Number of waves around.
+
+    Returns:
+        Points [m].
+    """
+    columns = sheet.shape[1]
+    closed = np.concatenate([sheet, sheet[:, :1]], axis=1)
+    lean = np.concatenate([normals, normals[:1]])
+    fine = np.linspace(0, 1, max(columns, 32 * folds) + 1)
+    place = np.linspace(0, 1, columns + 1)
+    base, wave = (
+        _at(closed, place, fine),
+        _at(lean[None], place, fine) * (1 - np.cos(2 * np.pi * folds * fine))[:, None],
+    )
+    low, high = np.zeros(len(sheet)), np.full(len(sheet), 0.3)
+    for _ in range(16):
+        middle = (low + high) / 2
+        short = _lengths(base + middle[:, None, None] * wave) < widths
+        low, high = np.where(short, middle, low), np.where(short, high, middle)
+    laid = base + (ease * low)[:, None, None] * wave
+    return np.stack([_evenly(line, columns) for line in laid])
+
+
+def _down(outward: Lines, tilts: np.ndarray) -> np.ndarray:
+    return outward * np.sin(tilts)[:, None] - np.array([0.0, 1.0, 0.0]) * np.cos(tilts)[:, None]
+
+
+def _at(rows: np.ndarray, place: np.ndarray, fine: np.ndarray) -> np.ndarray:
+    from scipy.interpolate import interp1d
+
+    return interp1d(place, rows, axis=1)(fine)
+
+
+def _lengths(lines: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(np.diff(lines, axis=1), axis=2).sum(axis=1)
+
+
+def _evenly(line: np.ndarray, columns: int) -> np.ndarray:
+    way = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    share = way[-1] * np.arange(columns) / columns
+    return np.stack([np.interp(share, way, line[:, axis]) for axis in range(3)], axis=1)
