@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from body_samples import random_pose, t_pose
 from scipy.sparse import csr_matrix
 from smpl_samples import (
@@ -93,6 +94,24 @@ def test_fingers_become_hands_thumbs_wrists_and_faces_heads(joints, first, tmp_p
     pivots = (arrays["J_regressor"] @ arrays["v_template"])[[0, first + 3, first + 18]]  # the middle fingers' first
     assert np.abs(body.joints[22:] - (pivots[1:] - pivots[0])).max() < 1e-6
     assert not body.posedirs[9 * 21 :].any() and body.posedirs[: 9 * 21].all()
+
+
+def test_holes_are_closed_by_triangles_after_the_others(tmp_path):
+    ball, arrays = trimesh.creation.icosphere(subdivisions=2), small_arrays(55, verts=162)
+    first, second = (np.linalg.norm(ball.triangles_center - at, axis=1) < 0.5 for at in ([0, 0.2, 1], [0, 1, -0.3]))
+    arrays |= {"v_template": ball.vertices, "f": np.asarray(ball.faces)[~(first | second)]}
+    body = bodies.read(npz(tmp_path, arrays))
+    assert np.array_equal(body.faces[: len(arrays["f"])], arrays["f"])
+    mesh = trimesh.Trimesh(ball.vertices, body.faces, process=False)
+    assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
+    assert 0.8 * ball.volume < mesh.volume < ball.volume
+    whole = arrays | {"f": np.asarray(ball.faces)}
+    assert np.array_equal(bodies.read(npz(tmp_path, whole)).faces, ball.faces)
+
+
+def test_holes_that_touch_are_left(tmp_path):
+    arrays = small_arrays() | {"f": np.array([[0, 1, 2], [0, 3, 4]])}
+    assert np.array_equal(bodies.read(npz(tmp_path, arrays)).faces, arrays["f"])
 
 
 def test_the_six_largest_weights_are_kept_and_sum_to_one(tmp_path):

@@ -11,6 +11,7 @@ from hemline.motions import JOINT_NAMES
 from .body import INFLUENCES, Body
 from .smpl_checks import CURE, check_shapes, check_values
 from .smpl_families import FAMILIES, Family
+from .smpl_holes import without_holes
 from .smpl_npz import zipped_arrays
 from .smpl_pickle import pickled_arrays
 from .smpl_stand_ins import Refused
@@ -33,6 +34,8 @@ def read_smpl(path: str | Path) -> Body:
     - The first 16 shape coefficients at most, never those of the expression; of older SMPL-X files the first 10.
     - The pelvis lies at the origin for every shape: vertices and joints are moved together.
     - Pose-dependent offsets of joints 1..23; those of fingers and face are dropped.
+    - The mesh, and triangles after its own that close its holes (the eye sockets of SMPL-X), since a vertex can only be
+      inside of a closed surface.
     - The 6 largest weights of a vertex, made to sum to 1. A vertex that more joints move is misplaced by its dropped
       share times the distance between the places that the dropped and the kept joints take it to.
 
@@ -93,7 +96,7 @@ def _reduced(name: str, arrays: dict[str, np.ndarray], family: Family) -> Body:
     return Body(
         name=name,
         template=template - joints[0],
-        faces=arrays["f"].astype(np.int64),
+        faces=without_holes(arrays["f"].astype(np.int64)),
         shapedirs=shapedirs - joint_shapedirs[:, :1],
         joints=joints - joints[0],
         joint_shapedirs=joint_shapedirs - joint_shapedirs[:, :1],
