@@ -6,6 +6,7 @@ import pytest
 from hemline import bodies, garments
 from hemline.cli import main
 from hemline.datasets import open_dataset
+from hemline.errors import BadGarment
 
 
 @pytest.fixture
@@ -35,7 +36,11 @@ def test_a_garment_of_another_body_is_refused(made, body, folder, capsys):
     assert not (folder / "takes").exists()
 
 
-def test_a_garment_by_name_is_not_quietly_simulated_on_its_own_body(folder, capsys):
-    assert main(["simulate", "cape-light", "-m", "run", "--body", "other.safetensors", "-o", "takes"]) == 2
-    assert "garment 'cape-light' was made on anny24; got --body other.safetensors" in capsys.readouterr().err
-    assert not (folder / "takes").exists()
+@pytest.mark.parametrize("name", ["cape-light", "skirt-light"])
+def test_a_garment_by_name_is_made_on_the_body_file(name, folder):
+    body = bodies.load("other.safetensors").shaped()
+    made, shipped = garments.open_garment(name, body), garments.load(name)
+    assert (made.body_name, shipped.body_name) == ("other.safetensors", "anny24")
+    assert np.array_equal(made.vertices, shipped.vertices)  # it is the same body by another name
+    with pytest.raises(BadGarment, match=f"did you mean '{name}'"):
+        garments.open_garment(name[:-1], body)

@@ -72,9 +72,6 @@ def run(arguments: Arguments) -> int:
         )
     if arguments.explain:
         note(garments.explain(garment))
-    if garment.body_name != mean.body.name:
-        what = f"garment '{garment.name}' was made on {garment.body_name}"
-        raise BadInput(what, f"--body {mean.body.name}", "name that body, or a garment's mesh or TOML")
     clips = [Clip(*_clip(path, arguments)) for path in arguments.motion]
     settings = SimSettings(fps=arguments.fps, wind=arguments.wind, gusts=arguments.gusts, gust_seed=arguments.gust_seed)
     with bars() as display:

@@ -42,10 +42,14 @@ def load(name: str = "cape") -> Garment:
     """
     from hemline import bodies
 
+    return _made(name, bodies.load("anny24").shaped())
+
+
+def _made(name: str, shaped: "ShapedBody") -> Garment:
+    """A garment by name, made on a body."""
     if name not in _NAMES:
         near = get_close_matches(name, _NAMES, 1, 0.0)[0]
         raise BadGarment("unknown garment", f"'{name}'", f"did you mean '{near}'; or name a file")
-    shaped = bodies.load("anny24").shaped()
     if name in _CAPES:
         return make_cape(shaped, vertex_count=_CAPES[name], name=name)
     rows, columns = _SKIRTS[name]
@@ -57,7 +61,8 @@ def open_garment(name_or_path: str | Path, body: "ShapedBody | None" = None) -> 
 
     Args:
         name_or_path: A name of `names()`, or a path with a known ending.
-        body: The body to wear it; None: the one it was made on.
+        body: The body to wear it; None: the one it was made on. A garment by name is made anew on another body than
+            `anny24`.
 
     Raises:
         BadGarment: Unknown name, or as `read`.
@@ -65,6 +70,8 @@ def open_garment(name_or_path: str | Path, body: "ShapedBody | None" = None) -> 
     """
     if Path(name_or_path).suffix.lower() in _ENDINGS:
         return read(name_or_path, body)
+    if body is not None and body.body.name != "anny24":
+        return _made(str(name_or_path), body)
     garment = load(str(name_or_path))
     return garment if body is None or not body.betas.any() else garment.dressed(body)
 
