@@ -6,7 +6,7 @@ import igl
 import numpy as np
 import pytest
 
-from hemline import bodies, garments
+from hemline import bodies, garments, sim
 from hemline.errors import BadGarment
 from hemline.garments import SkirtCut, make_skirt
 from hemline.garments.rest_metric import edge_lengths, edge_strain
@@ -141,6 +141,18 @@ def test_pins_are_the_first_two_rows_on_the_skin(shaped):
     assert skirt.pins.heights.min() > 0.0035 and skirt.pins.heights.max() < 0.012
     found = skirt.pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
     np.testing.assert_allclose(found, skirt.vertices[skirt.pins.vertices], atol=2e-6)
+
+
+def test_it_settles_on_the_waist_and_does_not_fall(shaped):
+    skirt = make_skirt(shaped, rows=18, columns=60)
+    rest = sim.rest_drape(skirt, shaped)
+    rows = rest.vertices[0].reshape(18, 60, 3)
+    np.testing.assert_allclose(rows[:2].reshape(-1, 3), skirt.vertices[:120], atol=1e-5)
+    assert np.diff(rows[:, :, 1].mean(axis=1)).min() > -0.045  # 4.2 cm of cloth from row to row
+    assert rows[-1, :, 1].min() > rows[0, :, 1].max() - 0.75
+    assert rows[-1, :, 1].mean() < height_of(shaped, "left_knee")
+    assert distances(shaped, rest.vertices[0]).min() > 0
+    assert self_crossings(rest.vertices[0], skirt.faces)["pairs"] == 0
 
 
 def test_outside_is_the_side_away_from_the_body():
