@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 SURFACE = "surface"
 """What a group hangs on unless it names a joint."""
 
+NO_PINS = Pins(
+    np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, 3), np.float32), np.empty(0, np.float32)
+)  # fmt: skip
+"""Of a garment that nothing is pinned of."""
+
 _CURE = "use vertex ids, 'top_rim', 'boundary:0', 'above:0.4' or 'none'"
 
 

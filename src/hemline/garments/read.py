@@ -63,6 +63,23 @@ def _padded(betas: np.ndarray) -> np.ndarray:
 
 def _placed(path: Path, said: GarmentFile, body: "ShapedBody", unit: str | None) -> Cloth:
     """The mesh of a garment on the body it was made on."""
+    cloth = cloth_of(path, said, unit)
+    vertices, placed = on_body(cloth.vertices, body_tree(body), said.origin, cloth.name)
+    return replace(cloth, vertices=vertices, notes=cloth.notes + placed)
+
+
+def cloth_of(path: Path, said: GarmentFile, unit: str | None) -> Cloth:
+    """The mesh of a garment as it is in its file, in metres and y up, wherever it is.
+
+    Args:
+        path: The mesh, or the TOML that names it.
+        said: What the TOML says.
+        unit: Unit of the mesh; None: guessed.
+
+    Raises:
+        BadGarment: The unit contradicts the size, or the pattern is asked for and there is none.
+        BadMesh: The mesh cannot be read, or no cloth can be made of it.
+    """
     name = said.name or path.stem
     mesh = read_mesh(path.parent / said.mesh)
     notes = mesh.notes + checked_mesh(mesh.vertices, mesh.faces, name)
@@ -72,5 +89,4 @@ def _placed(path: Path, said: GarmentFile, body: "ShapedBody", unit: str | None)
     if said.up == "z":
         vertices = vertices[:, [0, 2, 1]] * (1, 1, -1)
     rest_edges, from_pattern, metric_notes = rest_shape(mesh, vertices, scale, said.pattern, name)
-    vertices, placed = on_body(vertices, body_tree(body), said.origin, name)
-    return Cloth(name, vertices, mesh.faces, rest_edges, from_pattern, notes + unit_notes + metric_notes + placed)
+    return Cloth(name, vertices, mesh.faces, rest_edges, from_pattern, notes + unit_notes + metric_notes)

@@ -1,0 +1,247 @@
+"""Where a garment that was made on an unknown body sits on ours: its place, its scale and the pose it was made for."""
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.arrays import Faces, Float, Int, Vertices
+from hemline.bodies import skin_points
+from hemline.meshes import boundary_loops
+from hemline.motions.motion import JOINT_NAMES, PARENTS, Pose
+from hemline.motions.quaternions import from_axis_angle, inverse, multiply
+
+from .crossing_segment_kernels import crossings_of_segments
+from .skeleton import Skeleton
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+SAMPLES, BODY_SAMPLES = 400, 2500
+"""Vertices of the cloth and of the body that are looked at."""
+
+BOUNDS = ((-0.3, 0.3), (-0.15, 0.15), (-0.35, 0.35), (-0.9, 1.2), (-0.5, 0.5), (-0.9, 1.6), (-0.1, 0.4))
+"""Of what is sought: up, forward [m], logarithm of the scale, arms up, arms forward, elbows, legs apart [rad]."""
+
+ROUNDS, STARTS = 600, 3
+"""Placements tried from each start, and starts with either origin."""
+
+SMALL_RIM = 6
+"""Rims of fewer vertices are holes, not openings."""
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """How a garment is laid on the body, and the body is posed, so that limbs go through its openings.
+
+    Attributes:
+        vertices: The garment [m].
+        pose: The body's pose.
+        scale: Factor on the garment.
+        moved: Way of its centre [m].
+        angles: Arms up, arms forward, elbows bent, legs apart, from the rest pose [rad].
+        through: Names of body parts whose lines go through cloth; none where all is well.
+        empty: Number of openings that nothing goes through.
+        rims: Number of openings.
+    """
+
+    vertices: Vertices
+    pose: Pose
+    scale: float
+    moved: Float[np.ndarray, "3"]
+    angles: tuple[float, float, float, float]
+    through: tuple[str, ...]
+    empty: int
+    rims: int
+
+
+def aligned(vertices: Vertices, faces: Faces, shaped: "ShapedBody", *, scaled: bool = True) -> Alignment:
+    """Place, scale and pose that fit a garment and a body to each other.
+
+    Sought is the least of: cloth inside the body, cloth far from it, openings whose centre is far from a limb,
+    openings that no limb goes through, segments of the skeleton that go through cloth, and change of the pose, the
+    place and the scale. From a grid of places and poses the best go on by Powell's method.
+
+    Args:
+        vertices: The garment, y up, in metres, its origin at the pelvis or on the floor.
+        faces: Triangles.
+        shaped: The body.
+        scaled: Whether the scale is sought too.
+    """
+    search = _Search(np.asarray(vertices, np.float64), np.ascontiguousarray(faces), shaped)
+    bounds = [*BOUNDS]
+    if not scaled:
+        bounds[2] = (-1e-9, 1e-9)
+    found = [search.descended(start, lift, bounds) for lift, start in search.starts()]
+    _, x, lift = min(found, key=lambda each: each[0])
+    # Powell's method goes along one direction at a time: once more without what it did to the scale
+    again = search.descended(np.where(np.arange(len(x)) == 2, 0.0, x), lift, bounds)
+    _, x, lift = min((again, *found), key=lambda each: each[0])
+    return search.result(x, lift)
+
+
+class _Search:
+    """One garment and one body."""
+
+    def __init__(self, vertices: Vertices, faces: Faces, shaped: "ShapedBody"):
+        self.vertices, self.faces, self.shaped = vertices, faces, shaped
+        self.centre = vertices.mean(axis=0)
+        self.some = np.linspace(0, len(vertices) - 1, min(SAMPLES, len(vertices))).astype(int)
+        self.skin = np.linspace(0, len(shaped.vertices) - 1, BODY_SAMPLES).astype(int)
+        self.rims = [_Rim.of(loop, vertices) for loop in boundary_loops(faces) if len(loop) >= SMALL_RIM]
+        self.body = lru_cache(maxsize=4096)(self._body)
+
+    def starts(self) -> list[tuple[float, np.ndarray]]:
+        """The best places and poses of a grid, far apart from each other."""
+        floor = float(self.shaped.vertices[:, 1].min())
+        grid = [
+            (lift, np.array([up, 0, 0, arms, 0, elbows, 0], np.float64))
+            for lift in (0.0, floor) for arms in (-0.6, -0.3, 0.0, 0.35, 0.7) for elbows in (-0.6, 0.0, 1.0)
+            for up in (-0.1, -0.05, 0.0, 0.05)
+        ]  # fmt: skip
+        grid.sort(key=lambda each: self.cost(each[1], each[0]))
+        picked: list[tuple[float, np.ndarray]] = []
+        for lift, start in grid:
+            alike = [place for other, place in picked if lift == other]
+            if len(alike) < STARTS and all(np.abs(start - place).max() > 0.31 for place in alike):
+                picked.append((lift, start))
+        # a garment that is nowhere near with one of the origins is not sought there
+        least = self.cost(picked[0][1], picked[0][0])
+        return [(lift, start) for lift, start in picked if self.cost(start, lift) < 2 * least + 1]
+
+    def descended(self, start: np.ndarray, lift: float, bounds: list) -> tuple[float, np.ndarray, float]:
+        """The least cost on the way down from a start, where it is, and the origin."""
+        from scipy.optimize import minimize
+
+        options = {"maxfev": ROUNDS, "xtol": 1e-3, "ftol": 1e-4}
+        found = minimize(self.cost, start, (lift,), method="Powell", bounds=bounds, options=options)
+        return float(found.fun), np.asarray(found.x), lift
+
+    def cost(self, x: np.ndarray, lift: float) -> float:
+        """What is least where the garment fits, see `aligned`."""
+        placed = self.placed(x, lift)
+        skeleton, height = self.heights(x, placed[self.some])
+        inside = (np.clip(-height, 0, 0.08) ** 2).mean() / 0.02**2
+        far = np.clip(height - 0.005, 0, 0.3).mean() / 0.05
+        changed = 40 * x[2] ** 2 + 0.04 * float((x[3:] ** 2).sum()) + 2 * float((x[:2] ** 2).sum())
+        rims = [rim.at(placed) for rim in self.rims]
+        off = sum(
+            min(d / (rim.radius + 0.05), 3.0) ** 2 for rim, d in zip(rims, _centres_off(rims, skeleton), strict=True)
+        )
+        empty = sum(not rim.passed(skeleton) for rim in rims)
+        crossed = min(int(self.crossed(placed, skeleton).sum()), 20)
+        return float(inside + 0.1 * far + changed + 2 * off / max(len(rims), 1) + 1.0 * empty + 0.3 * crossed)
+
+    def placed(self, x: np.ndarray, lift: float) -> Vertices:
+        """The garment, scaled about its centre and moved."""
+        return np.exp(x[2]) * (self.vertices - self.centre) + self.centre + (0, x[0] + lift, x[1])
+
+    def heights(self, x: np.ndarray, points: np.ndarray) -> tuple[Skeleton, np.ndarray]:
+        """The posed skeleton, and how far points are from the skin, about; negative inside."""
+        skeleton, skin, normals, tree = self.body(*(round(float(angle), 3) for angle in x[3:]))
+        distance, nearest = tree.query(points)
+        height = ((points - skin[nearest]) * normals[nearest]).sum(axis=1)
+        return skeleton, np.where(height < 0, -distance, distance)
+
+    def _body(self, *angles: float):
+        from scipy.spatial import KDTree
+
+        shaped, body = self.shaped, self.shaped.body
+        pose = posed_for(shaped, angles)
+        transforms, joints = shaped.transforms_of(pose.rotations[None], pose.translation[None])
+        of = (body.weight_indices[self.skin], body.weights[self.skin])
+        points = shaped.vertices[self.skin]
+        skin = skin_points(transforms[0], *of, points).astype(np.float64)
+        raised = skin_points(transforms[0], *of, points + shaped.normals[self.skin])
+        return Skeleton.of(joints[0]), skin, raised - skin, KDTree(skin)
+
+    def crossed(self, placed: Vertices, skeleton: Skeleton) -> Int[np.ndarray, " segments"]:
+        """How much cloth each inner segment goes through."""
+        count = np.empty(len(skeleton.inner), np.int64)
+        crossings_of_segments(skeleton.points, skeleton.inner, placed, self.faces, count)
+        return count
+
+    def result(self, x: np.ndarray, lift: float) -> Alignment:
+        """The alignment at what was found."""
+        placed = self.placed(x, lift)
+        skeleton, _ = self.heights(x, placed[self.some])
+        through = tuple(dict.fromkeys(skeleton.name(int(s)) for s in np.flatnonzero(self.crossed(placed, skeleton))))
+        empty = sum(not rim.at(placed).passed(skeleton) for rim in self.rims)
+        return Alignment(
+            placed, posed_for(self.shaped, tuple(x[3:])), float(np.exp(x[2])), placed.mean(axis=0) - self.centre,
+            (float(x[3]), float(x[4]), float(x[5]), float(x[6])), through, empty, len(self.rims),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Rim:
+    """An opening of the garment."""
+
+    loop: np.ndarray
+    shares: np.ndarray
+    """Of each vertex in the length of the rim."""
+    points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    """The rim and its centre, once placed."""
+    radius: float = 0.0
+
+    @classmethod
+    def of(cls, loop: np.ndarray, vertices: Vertices) -> "_Rim":
+        length = np.linalg.norm(vertices[loop] - vertices[np.roll(loop, -1)], axis=1)
+        share = length + np.roll(length, 1)
+        return cls(loop, share / share.sum())
+
+    def at(self, placed: Vertices) -> "_Rim":
+        points = placed[self.loop]
+        centre = self.shares @ points
+        return _Rim(
+            self.loop, self.shares, np.concatenate([points, centre[None]]),
+            float(self.shares @ np.linalg.norm(points - centre, axis=1)),
+        )  # fmt: skip
+
+    def passed(self, skeleton: Skeleton) -> bool:
+        """Whether a limb goes through it."""
+        count, order = np.empty(len(skeleton.limbs), np.int64), np.arange(len(self.loop))
+        fan = np.stack([order, np.roll(order, -1), np.full(len(order), len(order))], axis=1)
+        crossings_of_segments(skeleton.points, skeleton.limbs, self.points, fan, count)
+        return bool(count.any())
+
+
+def _centres_off(rims: list[_Rim], skeleton: Skeleton) -> np.ndarray:
+    centres = np.array([rim.points[-1] for rim in rims]).reshape(-1, 3)
+    return np.linalg.norm(centres - skeleton.nearest(centres), axis=1)
+
+
+def posed_for(shaped: "ShapedBody", angles: tuple[float, ...]) -> Pose:
+    """The rest pose with both arms turned up and forward, elbows bent and legs apart.
+
+    Args:
+        shaped: The body.
+        angles: Arms up, arms forward, elbows, legs [rad].
+    """
+    up, forward, bend, apart = angles
+    rest = shaped.rest_pose
+    before, rotations = rest.rotations.astype(np.float64), rest.rotations.astype(np.float64)
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        numbers = {each: JOINT_NAMES.index(f"{side}_{each}") for each in ("shoulder", "elbow", "wrist", "hip")}
+        shoulder, elbow, wrist = (shaped.joints[numbers[each]] for each in ("shoulder", "elbow", "wrist"))
+        hinge = np.cross(elbow - shoulder, wrist - elbow).astype(np.float64)
+        turns = {
+            "shoulder": np.array([0, -sign * forward, sign * up]),
+            "elbow": bend * hinge / max(float(np.linalg.norm(hinge)), 1e-12),
+            "hip": np.array([0, 0, sign * apart]),
+        }
+        for name, turn in turns.items():
+            # turned about axes of the world at rest, so within the frame of its parent there
+            parent = _global(before, PARENTS[numbers[name]])
+            local = multiply(multiply(inverse(parent), from_axis_angle(turn)), parent)
+            rotations[numbers[name]] = multiply(local, before[numbers[name]])
+    return Pose(rotations.astype(np.float32), rest.translation)
+
+
+def _global(rotations: np.ndarray, joint: int) -> np.ndarray:
+    result = rotations[joint]
+    while PARENTS[joint] >= 0:
+        joint = PARENTS[joint]
+        result = multiply(rotations[joint], result)
+    return result

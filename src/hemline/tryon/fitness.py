@@ -1,0 +1,95 @@
+"""Whether a garment that settled on a body is worn: not inside it, not torn, not tangled, not on the floor."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.collide import inside
+from hemline.errors import SimulationFailed
+from hemline.garments.garment import Garment
+from hemline.meshes import self_crossings
+from hemline.sim import SimSettings, rest_drape
+from hemline.sim.frame_end import FrameEnd
+
+from .crossing_segment_kernels import crossings_of_segments
+from .skeleton import Skeleton
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+    from hemline.datasets.take import Take
+
+TIGHTEST_MEDIAN, TIGHTEST = 0.10, 0.40
+"""Strain of the median edge, and of the hundredth that is stretched most, beyond which a garment is too small."""
+
+MOST_CROSSED = 0.5
+"""Edges that may go through the garment's own cloth, in percent."""
+
+FARTHEST_FALL = 0.15
+"""How far the cloth may sink on average while it settles [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fitness:
+    """How a garment is worn.
+
+    Attributes:
+        reason: Why it cannot be worn; None: it can.
+        figures: `edge_strain_p50`, `edge_strain_p99`, `residual_share`, `inside`, `pinched`,
+            `self_crossing_percent`, `fall_mm`.
+        rest: The settled garment; None where it could not be settled.
+    """
+
+    reason: str | None
+    figures: dict[str, float]
+    rest: "Take | None"
+
+
+def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Fitness:
+    """Settle a garment on a body and judge it.
+
+    Args:
+        garment: Already on this body.
+        shaped: The body.
+        settings: Settings of the simulator.
+    """
+    try:
+        rest = rest_drape(garment, shaped, settings)
+    except SimulationFailed as failure:
+        return Fitness(str(failure), {}, None)
+    # as at the end of each frame of a take
+    posed = shaped.posed(shaped.rest_pose)
+    cleaned = FrameEnd(garment, shaped).clean(posed, rest.vertices[0].astype(np.float64), 1.0)
+    vertices = cleaned.positions.astype(np.float32)
+    within = inside(posed.vertices, posed.faces, vertices)
+    within[cleaned.pinched] = False
+    fall = float((garment.vertices[:, 1] - vertices[:, 1]).mean())
+    figures = {key: float(rest.figures[key]) for key in ("edge_strain_p50", "edge_strain_p99", "residual_share")} | {
+        "inside": float(within.sum()), "pinched": float(len(cleaned.pinched)),
+        "self_crossing_percent": self_crossings(vertices, garment.faces)["edge_percent"], "fall_mm": 1000 * fall,
+    }  # fmt: skip
+    return Fitness(_reason(garment, shaped, vertices, figures), figures, rest)
+
+
+def _reason(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figures: dict[str, float]) -> str | None:
+    through = pierced(vertices, garment.faces, shaped)
+    if through:
+        return f"the body goes through its cloth at the {', the '.join(through)}: no opening leads there"
+    if figures["fall_mm"] > 1000 * FARTHEST_FALL:
+        return f"nothing holds it up: it fell by {figures['fall_mm']:.0f} mm; name 'pins' in its TOML"
+    if figures["inside"]:
+        return f"{figures['inside']:.0f} vertices stay inside the body"
+    if figures["edge_strain_p50"] > TIGHTEST_MEDIAN or figures["edge_strain_p99"] > TIGHTEST:
+        median, most = (100 * figures[key] for key in ("edge_strain_p50", "edge_strain_p99"))
+        return f"it is too small: the median edge is off its length by {median:.0f} %, one in a hundred by {most:.0f} %"
+    if figures["self_crossing_percent"] > MOST_CROSSED:
+        return f"it is tangled: {figures['self_crossing_percent']:.2f} % of its edges go through its own cloth"
+    return None
+
+
+def pierced(vertices: np.ndarray, faces: np.ndarray, shaped: "ShapedBody") -> tuple[str, ...]:
+    """Names of the joints from which a line inside the body, at rest, goes through cloth."""
+    skeleton = Skeleton.of(shaped.joints)
+    count = np.empty(len(skeleton.inner), np.int64)
+    crossings_of_segments(skeleton.points, skeleton.inner, vertices.astype(np.float64), faces, count)
+    return tuple(dict.fromkeys(skeleton.name(int(segment)) for segment in np.flatnonzero(count)))

@@ -1,0 +1,69 @@
+"""The body as lines: what has to pass through a garment's openings and never through its cloth."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hemline.arrays import Float, Int, Joints
+from hemline.motions.motion import JOINT_NAMES, PARENTS
+
+_TRUNK = (("pelvis", "neck"),)
+_SIDE = (("neck", "shoulder"), ("neck", "collar"), ("collar", "hip"))
+_TIPS = (("wrist", "elbow", 0.8), ("ankle", "knee", 0.3))
+_HEAD = 0.25
+
+
+def _number(name: str) -> int:
+    return JOINT_NAMES.index(name)
+
+
+def _bones() -> list[tuple[int, int]]:
+    ends = {"head", "left_hand", "right_hand"}
+    return [(PARENTS[j], j) for j in range(1, len(JOINT_NAMES)) if JOINT_NAMES[j] not in ends] + [
+        (_number("neck"), _number("head"))
+    ]
+
+
+def _braces() -> list[tuple[int, int]]:
+    sides = [(a if a == "neck" else f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in _SIDE]
+    across = [(f"left_{each}", f"right_{each}") for each in ("shoulder", "hip")]
+    return [(_number(a), _number(b)) for a, b in (*_TRUNK, *sides, *across)]
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """Segments inside a posed body.
+
+    Attributes:
+        points: The joints; behind them the crown of the head, finger tips and heels [m].
+        limbs: Segments that openings go around: bones, and from the last joints to those tips.
+        inner: Segments inside the body: limbs, and braces from neck to shoulders, from collars to hips, across.
+    """
+
+    points: Float[np.ndarray, "points 3"]
+    limbs: Int[np.ndarray, "limbs 2"]
+    inner: Int[np.ndarray, "segments 2"]
+
+    @classmethod
+    def of(cls, joints: Joints) -> "Skeleton":
+        """The skeleton of a body whose joints are there."""
+        at = np.asarray(joints, np.float64)
+        points, limbs = [at, at[[_number("head")]] + (0, _HEAD, 0)], [*_bones(), (_number("head"), len(at))]
+        for end, before, share in _TIPS:
+            for side in ("left", "right"):
+                last, previous = _number(f"{side}_{end}"), _number(f"{side}_{before}")
+                limbs.append((last, sum(len(each) for each in points)))
+                points.append(at[[last]] + share * (at[[last]] - at[[previous]]))
+        return cls(np.concatenate(points), np.array(limbs), np.array([*limbs, *_braces()]))
+
+    def name(self, segment: int) -> str:
+        """What an inner segment is called: the joint where it begins."""
+        return JOINT_NAMES[int(self.inner[segment, 0])]
+
+    def nearest(self, points: Float[np.ndarray, "queries 3"]) -> Float[np.ndarray, "queries 3"]:
+        """The point of the limbs that is nearest to each point [m]."""
+        start, way = self.points[self.limbs[:, 0]], self.points[self.limbs[:, 1]] - self.points[self.limbs[:, 0]]
+        queries = np.asarray(points, np.float64)[:, None]
+        share = np.clip(((queries - start) * way).sum(axis=2) / np.maximum((way * way).sum(axis=1), 1e-12), 0, 1)
+        on = start + share[:, :, None] * way
+        return on[np.arange(len(on)), np.linalg.norm(queries - on, axis=2).argmin(axis=1)]

@@ -1,0 +1,154 @@
+"""A garment of unknown origin, put on a body: read, placed, posed for, grown into, settled, judged."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.errors import BadGarment, SimulationFailed
+from hemline.garments.assembly import Cloth, assembled, body_made_on
+from hemline.garments.garment import Garment
+from hemline.garments.garment_toml import GarmentFile, read_garment_toml
+from hemline.garments.material import Material
+from hemline.garments.pin_rules import NO_PINS
+from hemline.garments.read import cloth_of
+from hemline.garments.rest_shape import rewound
+from hemline.meshes import consistent_winding, face_normals
+from hemline.motions.motion import JOINT_NAMES
+
+from .alignment import Alignment, aligned
+from .fitness import Fitness, fitness
+from .growing import Grown, grown
+from .skeleton import Skeleton
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+SCALED = 0.02
+"""Change of size that is taken seriously; below it the garment keeps its own."""
+
+ON_SHOULDERS = 0.06
+"""Cloth that is so near to the line from neck to shoulder lies on it [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class TryOn:
+    """What came of trying a garment on.
+
+    Attributes:
+        garment: On the body, with what was done to it in its notes.
+        fitness: How it is worn once settled, and the reason where it is not.
+        alignment: Where it was laid, and for which pose of the body.
+        grown: How the body grew into it.
+    """
+
+    garment: Garment
+    fitness: Fitness
+    alignment: Alignment
+    grown: Grown
+
+
+def try_on(
+    path: str | Path,
+    shaped: "ShapedBody",
+    *,
+    unit: str | None = None,
+    scaled: bool = True,
+    progress: Callable[[int, int], None] | None = None,
+) -> TryOn:
+    """Put a garment that was made on an unknown body onto this one.
+
+    The body's skeleton, its pose and the garment's place and size are sought so that limbs go through openings
+    (`alignment`); the body, made thin, then grows inside the cloth and turns to its rest pose (`growing`); the cloth
+    keeps the rest metric of its own mesh or pattern. At last it settles under gravity (`fitness`).
+
+    Args:
+        path: A mesh, or a TOML that names one.
+        shaped: The body.
+        unit: Unit of the mesh; None: as the TOML says, or guessed.
+        scaled: Whether its size may change by up to 40 % when it was plainly made for a body of another size.
+        progress: Called with frames done and frames in all.
+
+    Returns:
+        The garment and how it is worn; `fitness.reason` says why it is not.
+
+    Raises:
+        BadGarment: Unit, material or pins contradict each other, or it could not be put around the body at all.
+        BadMesh: The mesh cannot be read, or no cloth can be made of it.
+    """
+    path = Path(path)
+    said = read_garment_toml(path) if path.suffix == ".toml" else GarmentFile(mesh=path.name)
+    made_on, notes = body_made_on(said, shaped, path)
+    cloth = cloth_of(path, said, unit or said.unit)
+    alignment = aligned(cloth.vertices, cloth.faces, made_on, scaled=scaled)
+    loose = _around(cloth, said, made_on, alignment)
+    try:
+        result = grown(loose, made_on, alignment, progress)
+    except SimulationFailed as failure:
+        what = f"{cloth.name} must fit around the body"
+        raise BadGarment(
+            what, failure, "place it on the body at rest (y up, facing +z), or check its unit"
+        ) from failure
+    on_body = Cloth(
+        cloth.name, result.vertices, loose.faces, loose.rest_edges, cloth.from_pattern,
+        notes + cloth.notes + _said(alignment, result),
+    )  # fmt: skip
+    if said.pins is None and on_shoulders(result.vertices, made_on):
+        said = replace(said, pins="none")
+        on_body = replace(on_body, notes=(*on_body.notes, "pins: none, as the shoulders carry it"))
+    garment = assembled(on_body, said, made_on)
+    if made_on is not shaped and not np.array_equal(made_on.betas, shaped.betas):
+        garment = garment.dressed(shaped)
+    return TryOn(garment, fitness(garment, shaped), alignment, result)
+
+
+def _around(cloth: Cloth, said: GarmentFile, shaped: "ShapedBody", alignment: Alignment) -> Garment:
+    """The garment where it was laid, wound outward, its rest metric scaled, without pins."""
+    scale = alignment.scale if abs(alignment.scale - 1) > SCALED else 1.0
+    faces, _ = consistent_winding(cloth.faces)
+    centre = alignment.vertices[faces].mean(axis=1)
+    joints = shaped.transforms_of(alignment.pose.rotations[None], alignment.pose.translation[None])[1][0]
+    away = centre - Skeleton.of(joints).nearest(centre)
+    if ((away * face_normals(alignment.vertices, faces)).sum(axis=1) > 0).mean() < 0.5:
+        faces = np.ascontiguousarray(faces[:, [0, 2, 1]])
+    return Garment(
+        name=cloth.name, vertices=alignment.vertices.astype(np.float32), faces=faces,
+        rest_edges=scale * rewound(cloth.rest_edges, cloth.faces, faces),
+        material=Material.of(said.material if said.material is not None else "cotton"), pins=NO_PINS,
+        key_joint="pelvis", body_name=shaped.body.name, body_betas=np.array(shaped.betas, np.float32),
+        flat_rest=cloth.from_pattern if said.flat_rest is None else said.flat_rest,
+    )  # fmt: skip
+
+
+def on_shoulders(vertices: np.ndarray, shaped: "ShapedBody") -> bool:
+    """Whether cloth lies on both shoulders, between neck and arm."""
+    for side in ("left", "right"):
+        neck, shoulder = (shaped.joints[JOINT_NAMES.index(each)] for each in ("neck", f"{side}_shoulder"))
+        middle = 0.3 * neck + 0.7 * shoulder
+        tall = shaped.vertices[np.linalg.norm(shaped.vertices[:, [0, 2]] - middle[[0, 2]], axis=1) < 0.03]
+        top = np.array([middle[0], tall[tall[:, 1] < neck[1] + 0.1][:, 1].max(), middle[2]])
+        if np.linalg.norm(vertices - top, axis=1).min() > ON_SHOULDERS:
+            return False
+    return True
+
+
+def _said(alignment: Alignment, result: Grown) -> tuple[str, ...]:
+    """What was done, in words."""
+    up, forward, bend, apart = np.degrees(alignment.angles)
+    notes = [f"place: moved by ({', '.join(f'{value:.2f}' for value in alignment.moved)}) m"]
+    if abs(alignment.scale - 1) > SCALED:
+        notes.append(f"size: {100 * (alignment.scale - 1):+.0f} %, cloth and all, as it was made for another body")
+    if max(abs(up), abs(forward), abs(bend), abs(apart)) > 5:
+        notes.append(
+            f"pose: put on with arms turned up by {up:.0f} and forward by {forward:.0f} degrees, elbows by {bend:.0f}, "
+            f"legs apart by {apart:.0f}, then turned to the rest pose"
+        )
+    if result.girth < 1:
+        notes.append(f"body: grown from {100 * result.girth:.0f} % of its girth inside the garment")
+    if result.stretched > 1.5:
+        notes.append(f"seams: closed, some edges were {result.stretched:.0f} times too long")
+    if alignment.empty:
+        notes.append(f"openings: {alignment.empty} of {alignment.rims} had no limb to go through them")
+    return tuple(notes)
