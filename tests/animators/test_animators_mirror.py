@@ -36,7 +36,7 @@ def test_shipped_capes_are_symmetric(shaped, name, columns):
     np.testing.assert_array_equal(mirror_of(garment, shaped), expected)
 
 
-@pytest.mark.parametrize("columns", [53, 60])
+@pytest.mark.parametrize("columns", [53, 60, 281])
 def test_partners_in_a_skirt_are_across_though_its_rims_have_no_corners(shaped, columns):
     rows = np.arange(12)[:, None] * columns
     expected = (rows + -np.arange(columns) % columns).reshape(-1)

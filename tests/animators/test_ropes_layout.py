@@ -122,6 +122,7 @@ def test_chains_by_hand_all_around_are_joined_where_they_close():
     tube = columns_of(skirt(), range(0, 40, 5), (0, 5, 10, 15), 40)
     chains = lay_out(tube, shaped(), strain_p99=0.0).chains
     assert len(chains.pairs) == 8 * 3
+    assert (chains.lengths[chains.offsets[:-1]] == 0).all()
     closing = chains.pairs[(chains.pairs >= 28).any(1) & (chains.pairs < 4).any(1)]
     np.testing.assert_array_equal(np.sort(closing), [[1, 29], [2, 30], [3, 31]])
     # the cloth between two of them is an arc of five edges, not the chord
