@@ -3,7 +3,7 @@
 Meshes are tried on (`hemline.tryon`), `.mhclo` clothes are read by their bindings; then each is dressed on eight random
 shapes (betas of one standard deviation). One JSON line a mesh and shape goes to benchmarks/results/wearing.jsonl;
 lines that are there are not made again, so a run that was stopped goes on. `--table` prints what is there,
-`--shapes N` limits the shapes, names of files limit the meshes. Pictures go to docs/wardrobe/.
+`--shapes N` and `--largest MB` limit shapes and meshes, names of files limit the meshes. Pictures go to docs/wardrobe/.
 """
 
 import argparse
@@ -142,9 +142,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help="file names; none: all")
     parser.add_argument("--shapes", type=int, default=SHAPES)
+    parser.add_argument("--largest", type=float, default=np.inf, help="size of a mesh file, at most [MB]")
     parser.add_argument("--table", action="store_true", help="only print what is there")
     arguments = parser.parse_args()
     paths = [path for path in meshes() if not arguments.names or path.name in arguments.names]
+    paths = [path for path in paths if path.with_suffix(".obj").stat().st_size < 1e6 * arguments.largest]
     if not arguments.table:
         work(paths, arguments.shapes)
         sheet(paths)

@@ -15,13 +15,14 @@ from .garment import Garment
 from .pins import Pins
 from .read import read
 from .skirt import LIGHT_SIZE, PAPER_SIZE, make_skirt
+from .wardrobe import wardrobe_garment, wardrobe_names
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 _CAPES = {"cape": PAPER_VERTEX_COUNT, "cape-light": LIGHT_VERTEX_COUNT}
 _SKIRTS = {"skirt": PAPER_SIZE, "skirt-light": LIGHT_SIZE}
-_NAMES = (*_CAPES, *_SKIRTS)
+_NAMES = (*_CAPES, *_SKIRTS, *wardrobe_names())
 _ENDINGS = (".toml", ".obj", ".ply", ".glb", ".gltf", ".stl", ".mhclo", ".safetensors")
 
 
@@ -35,7 +36,8 @@ def load(name: str = "cape") -> Garment:
     """A garment by name, made on the mean `anny24` body and kept.
 
     Args:
-        name: `cape` (12,690 vertices), `cape-light` (4,000), `skirt` (18,546) or `skirt-light` (3,978).
+        name: `cape` (12,690 vertices), `cape-light` (4,000), `skirt` (18,546), `skirt-light` (3,978); `tshirt`,
+            `longsleeve`, `trousers`, `dress`, each of which has four times the triangles of `tshirt-light` and so on.
 
     Raises:
         BadGarment: Unknown name.
@@ -52,6 +54,8 @@ def _made(name: str, shaped: "ShapedBody") -> Garment:
         raise BadGarment("unknown garment", f"'{name}'", f"did you mean '{near}'; or name a file")
     if name in _CAPES:
         return make_cape(shaped, vertex_count=_CAPES[name], name=name)
+    if name in wardrobe_names():
+        return wardrobe_garment(name, shaped)
     rows, columns = _SKIRTS[name]
     return make_skirt(shaped, rows=rows, columns=columns, name=name)
 

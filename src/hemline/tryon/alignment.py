@@ -1,6 +1,6 @@
 """Where a garment that was made on an unknown body sits on ours: its place, its scale and the pose it was made for."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -8,11 +8,11 @@ import numpy as np
 
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.bodies import skin_points
-from hemline.meshes import boundary_loops
 from hemline.motions.motion import JOINT_NAMES, PARENTS, Pose
 from hemline.motions.quaternions import from_axis_angle, inverse, multiply
 
 from .crossing_segment_kernels import crossings_of_segments
+from .rims import Rim, rims_of
 from .skeleton import Skeleton
 
 if TYPE_CHECKING:
@@ -26,9 +26,6 @@ BOUNDS = ((-0.3, 0.3), (-0.15, 0.15), (-0.35, 0.35), (-0.9, 1.2), (-0.5, 0.5), (
 
 ROUNDS, STARTS = 600, 3
 """Placements tried from each start, and starts with either origin."""
-
-SMALL_RIM = 6
-"""Rims of fewer vertices are holes, not openings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +86,7 @@ class _Search:
         self.centre = vertices.mean(axis=0)
         self.some = np.linspace(0, len(vertices) - 1, min(SAMPLES, len(vertices))).astype(int)
         self.skin = np.linspace(0, len(shaped.vertices) - 1, BODY_SAMPLES).astype(int)
-        self.rims = [_Rim.of(loop, vertices) for loop in boundary_loops(faces) if len(loop) >= SMALL_RIM]
+        self.rims = rims_of(vertices, faces)
         self.body = lru_cache(maxsize=4096)(self._body)
 
     def starts(self) -> list[tuple[float, np.ndarray]]:
@@ -174,40 +171,7 @@ class _Search:
         )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class _Rim:
-    """An opening of the garment."""
-
-    loop: np.ndarray
-    shares: np.ndarray
-    """Of each vertex in the length of the rim."""
-    points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
-    """The rim and its centre, once placed."""
-    radius: float = 0.0
-
-    @classmethod
-    def of(cls, loop: np.ndarray, vertices: Vertices) -> "_Rim":
-        length = np.linalg.norm(vertices[loop] - vertices[np.roll(loop, -1)], axis=1)
-        share = length + np.roll(length, 1)
-        return cls(loop, share / share.sum())
-
-    def at(self, placed: Vertices) -> "_Rim":
-        points = placed[self.loop]
-        centre = self.shares @ points
-        return _Rim(
-            self.loop, self.shares, np.concatenate([points, centre[None]]),
-            float(self.shares @ np.linalg.norm(points - centre, axis=1)),
-        )  # fmt: skip
-
-    def passed(self, skeleton: Skeleton) -> bool:
-        """Whether a limb goes through it."""
-        count, order = np.empty(len(skeleton.limbs), np.int64), np.arange(len(self.loop))
-        fan = np.stack([order, np.roll(order, -1), np.full(len(order), len(order))], axis=1)
-        crossings_of_segments(skeleton.points, skeleton.limbs, self.points, fan, count)
-        return bool(count.any())
-
-
-def _centres_off(rims: list[_Rim], skeleton: Skeleton) -> np.ndarray:
+def _centres_off(rims: list[Rim], skeleton: Skeleton) -> np.ndarray:
     centres = np.array([rim.points[-1] for rim in rims]).reshape(-1, 3)
     return np.linalg.norm(centres - skeleton.nearest(centres), axis=1)
 

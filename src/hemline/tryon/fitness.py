@@ -9,10 +9,12 @@ from hemline.collide import inside
 from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.meshes import self_crossings
+from hemline.motions.motion import JOINT_NAMES
 from hemline.sim import SimSettings, rest_drape
 from hemline.sim.frame_end import FrameEnd
 
 from .crossing_segment_kernels import crossings_of_segments
+from .rims import rims_of
 from .skeleton import Skeleton
 
 if TYPE_CHECKING:
@@ -75,6 +77,9 @@ def _reason(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figure
     through = pierced(vertices, garment.faces, shaped)
     if through:
         return f"the body goes through its cloth at the {', the '.join(through)}: no opening leads there"
+    empty = unused(vertices, garment.faces, shaped)
+    if empty:
+        return f"nothing goes through {len(empty)} of its openings, near the {' and the '.join(empty)}"
     if figures["fall_mm"] > 1000 * FARTHEST_FALL:
         return f"nothing holds it up: it fell by {figures['fall_mm']:.0f} mm; name 'pins' in its TOML"
     if figures["inside"]:
@@ -88,8 +93,19 @@ def _reason(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figure
 
 
 def pierced(vertices: np.ndarray, faces: np.ndarray, shaped: "ShapedBody") -> tuple[str, ...]:
-    """Names of the joints from which a line inside the body, at rest, goes through cloth."""
+    """Names of the joints from which a line inside the body, at rest, goes through cloth; feet and hands apart, on
+    which too long a leg or sleeve lies in folds.
+    """
     skeleton = Skeleton.of(shaped.joints)
     count = np.empty(len(skeleton.inner), np.int64)
     crossings_of_segments(skeleton.points, skeleton.inner, vertices.astype(np.float64), faces, count)
-    return tuple(dict.fromkeys(skeleton.name(int(segment)) for segment in np.flatnonzero(count)))
+    names = dict.fromkeys(skeleton.name(int(segment)) for segment in np.flatnonzero(count))
+    return tuple(name for name in names if not name.endswith(("ankle", "foot", "wrist", "hand")))
+
+
+def unused(vertices: np.ndarray, faces: np.ndarray, shaped: "ShapedBody") -> tuple[str, ...]:
+    """Of each opening that no limb goes through, the joint that is nearest to it."""
+    placed, skeleton = vertices.astype(np.float64), Skeleton.of(shaped.joints)
+    rims = [rim.at(placed) for rim in rims_of(placed, faces)]
+    empty = [rim.points[-1] for rim in rims if not rim.passed(skeleton)]
+    return tuple(JOINT_NAMES[int(np.linalg.norm(shaped.joints - centre, axis=1).argmin())] for centre in empty)
