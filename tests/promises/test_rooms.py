@@ -13,6 +13,7 @@ LEVELS = [
     {"garments", "collide"},
     {"datasets"},
     {"sim", "animators"},
+    {"tryon"},
     {"metrics", "pictures", "export"},
     {"playback"},
     {"cli", "__main__"},

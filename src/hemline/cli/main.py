@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from hemline.errors import BadInput, HemlineError, SimulationFailed
 
 VERBS = {
+    "tryon": "a garment made on another body onto this one, or why it cannot be worn",
     "simulate": "a garment against clips, into a dataset of takes",
     "fit": "an animator to a dataset, into one model file",
     "animate": "a model on a motion, into a file for Blender, Unity, the web",

@@ -17,7 +17,7 @@ class Arguments:
     """Simulate a garment against clips."""
 
     garment: Annotated[str, tyro.conf.Positional]
-    """A garment by name (cape, cape-light), or a mesh or TOML file."""
+    """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...), or a file."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])]
     """Clips: BVH or AMASS files, or names of shipped excerpts."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]

@@ -43,6 +43,12 @@ class GarmentFile:
     flat_rest: bool | None = None
     """Whether the cloth is flat when nothing bends it."""
 
+    @property
+    def names_vertices(self) -> bool:
+        """Whether it names vertices by their ids, which then must stay as they are."""
+        groups = self.pins if isinstance(self.pins, tuple) else ()
+        return bool(self.chains) or any(not isinstance(getattr(each, "vertices", each), str | None) for each in groups)
+
 
 def read_garment_toml(path: str | Path) -> GarmentFile:
     """Read a garment's TOML.

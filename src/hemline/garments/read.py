@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.meshes import read_mesh
+from hemline.meshes import read_mesh, welded
 
 from .assembly import Cloth, assembled, body_made_on, checked_mesh
 from .clothes import read_clothes
@@ -82,6 +82,8 @@ def cloth_of(path: Path, said: GarmentFile, unit: str | None) -> Cloth:
     """
     name = said.name or path.stem
     mesh = read_mesh(path.parent / said.mesh)
+    if not said.names_vertices:
+        mesh = welded(mesh)
     notes = mesh.notes + checked_mesh(mesh.vertices, mesh.faces, name)
     found_unit, unit_notes = unit_of(mesh.vertices, unit, name)
     scale = UNITS[found_unit]

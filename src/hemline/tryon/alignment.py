@@ -21,11 +21,21 @@ if TYPE_CHECKING:
 SAMPLES, BODY_SAMPLES = 400, 2500
 """Vertices of the cloth and of the body that are looked at."""
 
-BOUNDS = ((-0.3, 0.3), (-0.15, 0.15), (-0.35, 0.35), (-0.9, 1.2), (-0.5, 0.5), (-0.9, 1.6), (-0.1, 0.4))
+BOUNDS = ((-0.3, 0.3), (-0.15, 0.15), (-0.4, 0.4), (-0.9, 1.2), (-0.5, 0.5), (-0.9, 1.6), (-0.1, 0.4))
 """Of what is sought: up, forward [m], logarithm of the scale, arms up, arms forward, elbows, legs apart [rad]."""
 
 ROUNDS, STARTS = 600, 3
 """Placements tried from each start, and starts with either origin."""
+
+
+SIZES = (-0.25, 0.0, 0.3)
+"""Logarithms of the scale from which the search starts."""
+
+EASY = 0.05
+"""Logarithm of the scale from which on its cost no more grows with its square."""
+
+OFF_BODY = 0.2
+"""A garment farther than this from the body, with either origin, has its origin elsewhere [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +71,13 @@ def aligned(vertices: Vertices, faces: Faces, shaped: "ShapedBody", *, scaled: b
     place and the scale. From a grid of places and poses the best go on by Powell's method.
 
     Args:
-        vertices: The garment, y up, in metres, its origin at the pelvis or on the floor.
+        vertices: The garment, y up, in metres; its origin at the pelvis or on the floor, or else anywhere.
         faces: Triangles.
         shaped: The body.
         scaled: Whether the scale is sought too.
     """
-    search = _Search(np.asarray(vertices, np.float64), np.ascontiguousarray(faces), shaped)
+    sizes = SIZES if scaled else (0.0,)
+    search = _Search(np.asarray(vertices, np.float64), np.ascontiguousarray(faces), shaped, sizes)
     bounds = [*BOUNDS]
     if not scaled:
         bounds[2] = (-1e-9, 1e-9)
@@ -81,33 +92,45 @@ def aligned(vertices: Vertices, faces: Faces, shaped: "ShapedBody", *, scaled: b
 class _Search:
     """One garment and one body."""
 
-    def __init__(self, vertices: Vertices, faces: Faces, shaped: "ShapedBody"):
-        self.vertices, self.faces, self.shaped = vertices, faces, shaped
+    def __init__(self, vertices: Vertices, faces: Faces, shaped: "ShapedBody", sizes: tuple[float, ...]):
+        self.vertices, self.faces, self.shaped, self.sizes = vertices, faces, shaped, sizes
         self.centre = vertices.mean(axis=0)
         self.some = np.linspace(0, len(vertices) - 1, min(SAMPLES, len(vertices))).astype(int)
         self.skin = np.linspace(0, len(shaped.vertices) - 1, BODY_SAMPLES).astype(int)
         self.rims = rims_of(vertices, faces)
         self.body = lru_cache(maxsize=4096)(self._body)
+        self.origins = self._origins()
 
-    def starts(self) -> list[tuple[float, np.ndarray]]:
+    def _origins(self) -> list[np.ndarray]:
+        """Where the garment's origin may be: the pelvis, the floor; where both are far off, its middle, by its top."""
+        shaped, joints = self.shaped, self.shaped.joints
+        known = [np.zeros(3), np.array([0, float(shaped.vertices[:, 1].min()), 0])]
+        points = self.vertices[self.some]
+        tree = self.body(0.0, 0.0, 0.0, 0.0)[3]
+        if min(tree.query(points + origin)[0].min() for origin in known) < OFF_BODY:
+            return known
+        middle = 0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0))
+        tops = [float(joints[JOINT_NAMES.index(name)][1]) for name in ("neck", "spine2")]
+        return [np.array([-middle[0], top - self.vertices[:, 1].max(), -middle[2]]) for top in tops]
+
+    def starts(self) -> list[tuple[int, np.ndarray]]:
         """The best places and poses of a grid, far apart from each other."""
-        floor = float(self.shaped.vertices[:, 1].min())
         grid = [
-            (lift, np.array([up, 0, 0, arms, 0, elbows, 0], np.float64))
-            for lift in (0.0, floor) for arms in (-0.6, -0.3, 0.0, 0.35, 0.7) for elbows in (-0.6, 0.0, 1.0)
-            for up in (-0.1, -0.05, 0.0, 0.05)
+            (lift, np.array([up, 0, size, arms, 0, elbows, 0], np.float64))
+            for lift in range(len(self.origins)) for arms in (-0.6, -0.3, 0.0, 0.35, 0.7) for elbows in (-0.6, 0.0, 1.0)
+            for up in (-0.1, -0.05, 0.0, 0.05) for size in self.sizes
         ]  # fmt: skip
         grid.sort(key=lambda each: self.cost(each[1], each[0]))
-        picked: list[tuple[float, np.ndarray]] = []
+        picked: list[tuple[int, np.ndarray]] = []
         for lift, start in grid:
             alike = [place for other, place in picked if lift == other]
-            if len(alike) < STARTS and all(np.abs(start - place).max() > 0.31 for place in alike):
+            if len(alike) < STARTS and all(np.abs(start - place).max() > 0.24 for place in alike):
                 picked.append((lift, start))
         # a garment that is nowhere near with one of the origins is not sought there
         least = self.cost(picked[0][1], picked[0][0])
         return [(lift, start) for lift, start in picked if self.cost(start, lift) < 2 * least + 1]
 
-    def descended(self, start: np.ndarray, lift: float, bounds: list) -> tuple[float, np.ndarray, float]:
+    def descended(self, start: np.ndarray, lift: int, bounds: list) -> tuple[float, np.ndarray, int]:
         """The least cost on the way down from a start, where it is, and the origin."""
         from scipy.optimize import minimize
 
@@ -115,13 +138,13 @@ class _Search:
         found = minimize(self.cost, start, (lift,), method="Powell", bounds=bounds, options=options)
         return float(found.fun), np.asarray(found.x), lift
 
-    def cost(self, x: np.ndarray, lift: float) -> float:
+    def cost(self, x: np.ndarray, lift: int) -> float:
         """What is least where the garment fits, see `aligned`."""
         placed = self.placed(x, lift)
         skeleton, height = self.heights(x, placed[self.some])
         inside = (np.clip(-height, 0, 0.08) ** 2).mean() / 0.02**2
         far = np.clip(height - 0.005, 0, 0.3).mean() / 0.05
-        changed = 40 * x[2] ** 2 + 0.04 * float((x[3:] ** 2).sum()) + 2 * float((x[:2] ** 2).sum())
+        changed = _reluctance(x[2]) + 0.04 * float((x[3:] ** 2).sum()) + 2 * float((x[:2] ** 2).sum())
         rims = [rim.at(placed) for rim in self.rims]
         off = sum(
             min(d / (rim.radius + 0.05), 3.0) ** 2 for rim, d in zip(rims, _centres_off(rims, skeleton), strict=True)
@@ -130,9 +153,10 @@ class _Search:
         crossed = min(int(self.crossed(placed, skeleton).sum()), 20)
         return float(inside + 0.1 * far + changed + 2 * off / max(len(rims), 1) + 1.0 * empty + 0.3 * crossed)
 
-    def placed(self, x: np.ndarray, lift: float) -> Vertices:
+    def placed(self, x: np.ndarray, lift: int) -> Vertices:
         """The garment, scaled about its centre and moved."""
-        return np.exp(x[2]) * (self.vertices - self.centre) + self.centre + (0, x[0] + lift, x[1])
+        way = self.origins[lift] + (0, x[0], x[1])
+        return np.exp(x[2]) * (self.vertices - self.centre) + self.centre + way
 
     def heights(self, x: np.ndarray, points: np.ndarray) -> tuple[Skeleton, np.ndarray]:
         """The posed skeleton, and how far points are from the skin, about; negative inside."""
@@ -159,7 +183,7 @@ class _Search:
         crossings_of_segments(skeleton.points, skeleton.inner, placed, self.faces, count)
         return count
 
-    def result(self, x: np.ndarray, lift: float) -> Alignment:
+    def result(self, x: np.ndarray, lift: int) -> Alignment:
         """The alignment at what was found."""
         placed = self.placed(x, lift)
         skeleton, _ = self.heights(x, placed[self.some])
@@ -169,6 +193,12 @@ class _Search:
             placed, posed_for(self.shaped, tuple(x[3:])), float(np.exp(x[2])), placed.mean(axis=0) - self.centre,
             (float(x[3]), float(x[4]), float(x[5]), float(x[6])), through, empty, len(self.rims),
         )  # fmt: skip
+
+
+def _reluctance(logarithm: float) -> float:
+    """What a change of size costs: hardly anything at first, then in proportion."""
+    way = abs(logarithm)
+    return 40 * way**2 if way < EASY else 40 * EASY * (2 * way - EASY)
 
 
 def _centres_off(rims: list[Rim], skeleton: Skeleton) -> np.ndarray:

@@ -74,14 +74,14 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
 
 
 def _reason(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figures: dict[str, float]) -> str | None:
+    if figures["fall_mm"] > 1000 * FARTHEST_FALL:
+        return f"nothing holds it up: it fell by {figures['fall_mm']:.0f} mm; name 'pins' in its TOML"
     through = pierced(vertices, garment.faces, shaped)
     if through:
         return f"the body goes through its cloth at the {', the '.join(through)}: no opening leads there"
     empty = unused(vertices, garment.faces, shaped)
     if empty:
         return f"nothing goes through {len(empty)} of its openings, near the {' and the '.join(empty)}"
-    if figures["fall_mm"] > 1000 * FARTHEST_FALL:
-        return f"nothing holds it up: it fell by {figures['fall_mm']:.0f} mm; name 'pins' in its TOML"
     if figures["inside"]:
         return f"{figures['inside']:.0f} vertices stay inside the body"
     if figures["edge_strain_p50"] > TIGHTEST_MEDIAN or figures["edge_strain_p99"] > TIGHTEST:

@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 SCALED = 0.02
 """Change of size that is taken seriously; below it the garment keeps its own."""
 
+MANY, COST = 30_000, 0.008
+"""Vertices from which on the cost is said before; time for each of them, about [s]."""
+
 ON_SHOULDERS = 0.06
 """Cloth that is so near to the line from neck to shoulder lies on it [m]."""
 
@@ -56,6 +59,7 @@ def try_on(
     *,
     unit: str | None = None,
     scaled: bool = True,
+    say: Callable[[str], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> TryOn:
     """Put a garment that was made on an unknown body onto this one.
@@ -69,6 +73,7 @@ def try_on(
         shaped: The body.
         unit: Unit of the mesh; None: as the TOML says, or guessed.
         scaled: Whether its size may change by up to 40 % when it was plainly made for a body of another size.
+        say: Called with what is worth knowing before it takes long.
         progress: Called with frames done and frames in all.
 
     Returns:
@@ -82,6 +87,9 @@ def try_on(
     said = read_garment_toml(path) if path.suffix == ".toml" else GarmentFile(mesh=path.name)
     made_on, notes = body_made_on(said, shaped, path)
     cloth = cloth_of(path, said, unit or said.unit)
+    if say and len(cloth.vertices) > MANY:
+        minutes = max(1, round(len(cloth.vertices) * COST / 60))
+        say(f"{cloth.name} has {len(cloth.vertices)} vertices: this takes {minutes} minutes or more")
     alignment = aligned(cloth.vertices, cloth.faces, made_on, scaled=scaled)
     loose = _around(cloth, said, made_on, alignment)
     try:

@@ -1,0 +1,61 @@
+"""`hemline tryon GARMENT -o GARMENT.safetensors`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from .progress import bars, note
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Put a garment that was made on another body onto this one."""
+
+    garment: Annotated[Path, tyro.conf.Positional]
+    """A mesh, or a TOML that names one."""
+    output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
+    """The garment on the body, .safetensors: what simulate takes."""
+    picture: Path | None = None
+    """A picture of it, settled, .png."""
+    betas: tuple[float, ...] = ()
+    """Shape of the body; what is left out is 0."""
+    body: str = "anny24"
+    """The body by name, or a body file."""
+    unit: str | None = None
+    """Unit of the mesh (m, dm, cm, mm, in, ft); guessed unless given."""
+    scaled: bool = True
+    """Change its size when it was plainly made for a body of another size."""
+
+
+def run(arguments: Arguments) -> int:
+    """Try on; status 1 when it cannot be worn, and nothing is written then."""
+    from hemline import bodies, garments, pictures
+    from hemline.errors import BadOutput, SimulationFailed
+    from hemline.files import check_writable
+    from hemline.tryon import try_on
+
+    for path, ending in ((arguments.output, ".safetensors"), (arguments.picture, ".png")):
+        if path is not None and path.suffix != ending:
+            raise BadOutput(f"{path} must end in {ending}", path.suffix or "no ending", f"name it {path.stem}{ending}")
+        if path is not None:
+            check_writable(path)
+    shaped = bodies.load(arguments.body).shaped(arguments.betas)
+    with bars() as display:
+        task = display.add_task("try on", total=None)
+        tried = try_on(
+            arguments.garment, shaped, unit=arguments.unit, scaled=arguments.scaled,
+            say=note,
+            progress=lambda done, total: display.update(task, completed=done, total=total),
+        )  # fmt: skip
+    note(garments.explain(tried.garment))
+    if tried.fitness.reason or tried.fitness.rest is None:
+        raise SimulationFailed(f"{tried.garment.name} cannot be worn: {tried.fitness.reason}")
+    tried.garment.save(arguments.output)
+    vertices = tried.fitness.rest.vertices[0]
+    if arguments.picture is not None:
+        drawn = [(shaped.vertices, shaped.body.faces, "body"), (vertices, tried.garment.faces, "cloth")]
+        pictures.write_png(arguments.picture, pictures.picture_of(drawn, size=(480, 640)))
+    print("worn: " + "  ".join(f"{key} {value:.3g}" for key, value in tried.fitness.figures.items()))
+    return 0

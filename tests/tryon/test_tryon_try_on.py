@@ -1,0 +1,153 @@
+"""Clothes of unknown origin, worn or refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hemline import garments
+from hemline.bodies import skin_points
+from hemline.cli.main import main
+from hemline.garments.clearance import smoothed_field
+from hemline.garments.dressing import body_tree
+from hemline.meshes import ClosestTree
+from hemline.tryon import fitness, try_on
+from hemline.tryon.alignment import aligned, posed_for
+from hemline.tryon.try_on import on_shoulders
+
+
+def posed_with(garment, shaped, angles):
+    """The garment as it would have been modelled on that body in another pose."""
+    closest = body_tree(shaped).closest(garment.vertices)
+    posed = shaped.posed(posed_for(shaped, angles))
+    body = shaped.body
+    corner = body.faces[closest.faces]
+    moved = np.zeros((len(corner), 3))
+    for c in range(3):
+        at = skin_points(
+            posed.transforms, body.weight_indices[corner[:, c]], body.weights[corner[:, c]], garment.vertices
+        )
+        moved += closest.weights[:, [c]] * at
+    # smooth, as the nearest points jump where arm and trunk are near to each other
+    field = smoothed_field(moved - garment.vertices, garment.faces, np.ones(len(moved)), 5.0)
+    return garment.vertices + field
+
+
+def apart(one, other):
+    """Mean distance of vertices of one from the surface of the other [m]."""
+    return float(ClosestTree(other.vertices.astype(float), other.faces).closest(one.vertices).distances.mean())
+
+
+def test_a_shirt_in_centimetres_on_the_floor_is_worn_where_it_was(shaped, worn, as_obj):
+    shirt = worn["tshirt"]
+    floor = float(shaped.vertices[:, 1].min())
+    tried = try_on(as_obj("shirt", 100 * (shirt.vertices - (0, floor, 0)), shirt.faces), shaped)
+    assert tried.fitness.reason is None and tried.fitness.figures["inside"] == 0
+    assert apart(tried.garment, shirt) < 0.015 and abs(tried.alignment.scale - 1) < 0.05
+    notes = " ".join(tried.garment.notes)
+    assert "cm and were converted" in notes and "pins: none, as the shoulders carry it" in notes
+    assert len(tried.garment.pins) == 0 and np.array_equal(tried.garment.body_betas, shaped.betas)
+
+
+def test_trousers_keep_pins_at_their_waist(shaped, worn, as_obj):
+    trousers = worn["trousers"]
+    tried = try_on(as_obj("trousers", trousers.vertices + (0, 0.03, 0.02), trousers.faces), shaped)
+    assert tried.fitness.reason is None
+    assert 40 < len(tried.garment.pins) < 70 and tried.garment.vertices[tried.garment.pins.vertices, 1].min() > 0
+
+
+def test_a_shirt_made_in_t_pose_is_put_on_in_t_pose(shaped, worn, as_obj):
+    shirt = worn["tshirt"]
+    modelled = posed_with(shirt, shaped, (0.75, 0, 0, 0))
+    path = as_obj("t_pose", modelled, shirt.faces)
+    tried = try_on(path, shaped)
+    assert tried.fitness.reason is None and tried.alignment.angles[0] > 0.35
+    assert any(note.startswith("pose: put on with arms turned up by") for note in tried.garment.notes)
+    assert apart(tried.garment, shirt) < 0.025
+
+
+def without_pins(path):
+    """A TOML beside a mesh that pins nothing."""
+    toml = path.with_suffix(".toml")
+    toml.write_text(f'mesh = "{path.name}"\npins = "none"\norigin = "pelvis"\n')
+    return toml
+
+
+def test_a_garment_whose_origin_is_its_own_middle_is_found(shaped, worn, as_obj):
+    shirt = worn["tshirt"]
+    middle = 0.5 * (shirt.vertices.min(axis=0) + shirt.vertices.max(axis=0))
+    alignment = aligned((shirt.vertices - middle + (3, 5, -2)).astype(float), shirt.faces, shaped)
+    assert np.linalg.norm(alignment.vertices - shirt.vertices, axis=1).mean() < 0.05
+    assert alignment.through == () and alignment.empty == 0 and alignment.rims == 4
+
+
+def test_a_childs_shirt_is_scaled_aloud_or_too_small(shaped, worn, as_obj):
+    shirt = worn["tshirt"]
+    path = as_obj("child", 0.72 * shirt.vertices + (0, 0.1, 0), shirt.faces)
+    tried = try_on(path, shaped)
+    assert tried.fitness.reason is None and 1.2 < tried.alignment.scale < 1.45
+    assert any(note.startswith("size: +") for note in tried.garment.notes)
+    small = try_on(path, shaped, scaled=False).fitness.reason
+    assert small is not None and (
+        "it is too small" in small or "the body goes through" in small or "nothing goes" in small
+    )
+
+
+def test_a_wide_tube_without_pins_falls(shaped, as_obj):
+    around, rows = 60, 20
+    angle, height = np.meshgrid(2 * np.pi * np.arange(around) / around, np.linspace(0.1, -0.3, rows))
+    vertices = np.stack([0.3 * np.sin(angle), height, 0.3 * np.cos(angle)], axis=-1).reshape(-1, 3)
+    index = np.arange(rows * around).reshape(rows, around)
+    a, b = index[:-1], np.roll(index[:-1], -1, axis=1)
+    c, d = np.roll(index[1:], -1, axis=1), index[1:]
+    faces = np.concatenate([np.stack([each.ravel() for each in three], 1) for three in ((a, d, c), (a, c, b))])
+    path = as_obj("tube", vertices, faces.astype(np.int32))
+    reason = try_on(without_pins(path), shaped).fitness.reason
+    assert reason is not None and reason.startswith("nothing holds it up: it fell by")
+
+
+def test_what_lies_on_the_shoulders(shaped, worn):
+    assert on_shoulders(worn["tshirt"].vertices, shaped) and not on_shoulders(worn["trousers"].vertices, shaped)
+
+
+def test_a_torn_shirt_is_not_worn(shaped, worn):
+    shirt = worn["tshirt"]
+    stretched = replace(shirt, rest_edges=0.75 * shirt.rest_edges)
+    reason = fitness(stretched, shaped).reason
+    assert reason is not None and reason.startswith("it is too small: the median edge is off its length by")
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", ["garmentcode_mit/dress_mean_all.obj", "style3d_bsd3/sweatshirt_12k.obj"])
+def test_meshes_of_other_makers_are_worn(shaped, mesh_of, name):
+    tried = try_on(mesh_of(name), shaped)
+    assert tried.fitness.reason is None and tried.alignment.through == ()
+    assert tried.fitness.figures["edge_strain_p99"] < 0.15 and tried.fitness.figures["self_crossing_percent"] < 0.1
+
+
+def test_the_command_writes_a_garment_that_can_be_simulated(shaped, worn, as_obj, tmp_path, capsys):
+    trousers = worn["trousers"]
+    path, output = as_obj("trousers", 10 * trousers.vertices, trousers.faces), tmp_path / "mine.safetensors"
+    assert main(["tryon", str(path), "-o", str(output), "--picture", str(tmp_path / "mine.png")]) == 0
+    out = capsys.readouterr()
+    assert "worn: edge_strain_p50" in out.out and "so they are dm" in out.err
+    assert (tmp_path / "mine.png").stat().st_size > 10_000
+    assert garments.read(output, shaped).hash == garments.Garment.load(output).hash
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (["-o", "shirt.obj"], "must end in .safetensors"),
+    (["-o", "a.safetensors", "--picture", "a.jpg"], "must end in .png"),
+    (["-o", "nowhere/a.safetensors"], "nowhere"),
+])  # fmt: skip
+def test_the_command_refuses_outputs_before_any_work(words, said, capsys):
+    assert main(["tryon", "no_such.obj", *words]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_the_command_writes_nothing_for_what_cannot_be_worn(worn, as_obj, tmp_path, capsys):
+    shirt = worn["tshirt"]
+    path = as_obj("tiny", 0.5 * shirt.vertices + (0, 0.2, 0), shirt.faces)
+    output = tmp_path / "tiny.safetensors"
+    assert main(["tryon", str(path), "-o", str(output), "--no-scaled"]) == 1
+    assert "cannot be worn" in capsys.readouterr().err and not output.exists()
