@@ -81,16 +81,12 @@ def test_a_garment_whose_origin_is_its_own_middle_is_found(shaped, worn, as_obj)
     assert alignment.through == () and alignment.empty == 0 and alignment.rims == 4
 
 
-def test_a_childs_shirt_is_scaled_aloud_or_too_small(shaped, worn, as_obj):
+def test_a_childs_shirt_is_scaled_aloud(shaped, worn, as_obj):
     shirt = worn["tshirt"]
     path = as_obj("child", 0.72 * shirt.vertices + (0, 0.1, 0), shirt.faces)
     tried = try_on(path, shaped)
     assert tried.fitness.reason is None and 1.2 < tried.alignment.scale < 1.45
     assert any(note.startswith("size: +") for note in tried.garment.notes)
-    small = try_on(path, shaped, scaled=False).fitness.reason
-    assert small is not None and (
-        "it is too small" in small or "the body goes through" in small or "nothing goes" in small
-    )
 
 
 def test_a_wide_tube_without_pins_falls(shaped, as_obj):
@@ -150,4 +146,5 @@ def test_the_command_writes_nothing_for_what_cannot_be_worn(worn, as_obj, tmp_pa
     path = as_obj("tiny", 0.5 * shirt.vertices + (0, 0.2, 0), shirt.faces)
     output = tmp_path / "tiny.safetensors"
     assert main(["tryon", str(path), "-o", str(output), "--no-scaled"]) == 1
-    assert "cannot be worn" in capsys.readouterr().err and not output.exists()
+    said = capsys.readouterr().err
+    assert "cannot be worn: " in said and ("too small" in said or "opening" in said) and not output.exists()

@@ -8,12 +8,15 @@ import numpy as np
 from hemline.meshes import subdivided
 
 from .clearance import cleared
-from .dressing import CLEARANCE, body_tree
+from .dressing import body_tree
 from .garment import Garment
 from .pins import Pins
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
+
+CLEARANCE = 0.001
+"""Least distance of a middle from the skin: more would push cloth that lies in an armpit through itself [m]."""
 
 
 def finer(garment: Garment, shaped: "ShapedBody") -> Garment:

@@ -1,6 +1,6 @@
 """Whether a garment that settled on a body is worn: not inside it, not torn, not tangled, not on the floor."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from hemline.collide import inside
 from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
+from hemline.garments.rest_metric import edge_strain
 from hemline.meshes import self_crossings
 from hemline.motions.motion import JOINT_NAMES
 from hemline.sim import SimSettings, rest_drape
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 TIGHTEST_MEDIAN, TIGHTEST = 0.10, 0.40
 """Strain of the median edge, and of the hundredth that is stretched most, beyond which a garment is too small."""
+
+HOPELESS = 1.5
+"""A median strain so many times too large before it settles is not settled at all."""
 
 MOST_CROSSED = 0.5
 """Edges that may go through the garment's own cloth, in percent."""
@@ -55,10 +59,14 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
         shaped: The body.
         settings: Settings of the simulator.
     """
+    settings = settings or SimSettings()
+    hopeless = _misplaced(garment, shaped, garment.vertices) or _far_too_small(garment)
+    if hopeless:
+        return Fitness(hopeless, {}, None)
     try:
         rest = rest_drape(garment, shaped, settings)
     except SimulationFailed as failure:
-        return Fitness(str(failure), {}, None)
+        return Fitness(_why_unsettled(garment, shaped, settings, str(failure)), {}, None)
     # as at the end of each frame of a take
     posed = shaped.posed(shaped.rest_pose)
     cleaned = FrameEnd(garment, shaped).clean(posed, rest.vertices[0].astype(np.float64), 1.0)
@@ -73,20 +81,53 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
     return Fitness(_reason(garment, shaped, vertices, figures), figures, rest)
 
 
-def _reason(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figures: dict[str, float]) -> str | None:
-    if figures["fall_mm"] > 1000 * FARTHEST_FALL:
-        return f"nothing holds it up: it fell by {figures['fall_mm']:.0f} mm; name 'pins' in its TOML"
+def _far_too_small(garment: Garment) -> str | None:
+    """Before it settles: whether it is stretched beyond what settling could mend."""
+    strain = np.abs(edge_strain(garment.vertices, garment.faces, garment.rest_edges))
+    middle, most = np.percentile(strain, [50, 99])
+    return _too_small(float(middle), float(most)) if middle > HOPELESS * TIGHTEST_MEDIAN else None
+
+
+def _too_small(median: float, most: float) -> str:
+    return (
+        f"it is too small: the median edge is off its length by {100 * median:.0f} %, "
+        f"one in a hundred by {100 * most:.0f} %"
+    )
+
+
+def _why_unsettled(garment: Garment, shaped: "ShapedBody", settings: SimSettings, failure: str) -> str:
+    """What falls crumples on the floor, or on nothing: then the fall is the reason, not the crumples."""
+    try:
+        vertices = rest_drape(garment, shaped, replace(settings, self_contact=False)).vertices[0]
+    except SimulationFailed:
+        return failure
+    return _fallen(1000 * float((garment.vertices[:, 1] - vertices[:, 1]).mean())) or failure
+
+
+def _fallen(fall_mm: float) -> str | None:
+    if fall_mm <= 1000 * FARTHEST_FALL:
+        return None
+    return f"nothing holds it up: it fell by {fall_mm:.0f} mm and more; name 'pins' in its TOML"
+
+
+def _misplaced(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray) -> str | None:
     through = pierced(vertices, garment.faces, shaped)
     if through:
         return f"the body goes through its cloth at the {', the '.join(through)}: no opening leads there"
     empty = unused(vertices, garment.faces, shaped)
     if empty:
         return f"nothing goes through {len(empty)} of its openings, near the {' and the '.join(empty)}"
+    return None
+
+
+def _reason(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figures: dict[str, float]) -> str | None:
+    misplaced = _fallen(figures["fall_mm"]) or _misplaced(garment, shaped, vertices)
+    if misplaced:
+        return misplaced
     if figures["inside"]:
         return f"{figures['inside']:.0f} vertices stay inside the body"
     if figures["edge_strain_p50"] > TIGHTEST_MEDIAN or figures["edge_strain_p99"] > TIGHTEST:
-        median, most = (100 * figures[key] for key in ("edge_strain_p50", "edge_strain_p99"))
-        return f"it is too small: the median edge is off its length by {median:.0f} %, one in a hundred by {most:.0f} %"
+        return _too_small(figures["edge_strain_p50"], figures["edge_strain_p99"])
     if figures["self_crossing_percent"] > MOST_CROSSED:
         return f"it is tangled: {figures['self_crossing_percent']:.2f} % of its edges go through its own cloth"
     return None
