@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 TIGHTEST_MEDIAN, TIGHTEST = 0.10, 0.40
 """Strain of the median edge, and of the hundredth that is stretched most, beyond which a garment is too small."""
 
+ENDS = ("ankle", "foot", "wrist", "hand")
+"""Where too long a leg or sleeve lies in folds."""
+
 HOPELESS = 1.5
 """A median strain so many times too large before it settles is not settled at all."""
 
@@ -141,12 +144,13 @@ def pierced(vertices: np.ndarray, faces: np.ndarray, shaped: "ShapedBody") -> tu
     count = np.empty(len(skeleton.inner), np.int64)
     crossings_of_segments(skeleton.points, skeleton.inner, vertices.astype(np.float64), faces, count)
     names = dict.fromkeys(skeleton.name(int(segment)) for segment in np.flatnonzero(count))
-    return tuple(name for name in names if not name.endswith(("ankle", "foot", "wrist", "hand")))
+    return tuple(name for name in names if not name.endswith(ENDS))
 
 
 def unused(vertices: np.ndarray, faces: np.ndarray, shaped: "ShapedBody") -> tuple[str, ...]:
-    """Of each opening that no limb goes through, the joint that is nearest to it."""
+    """Of each opening that no limb goes through, the joint that is nearest to it; beyond hands and feet it may lie."""
     placed, skeleton = vertices.astype(np.float64), Skeleton.of(shaped.joints)
     rims = [rim.at(placed) for rim in rims_of(placed, faces)]
     empty = [rim.points[-1] for rim in rims if not rim.passed(skeleton)]
-    return tuple(JOINT_NAMES[int(np.linalg.norm(shaped.joints - centre, axis=1).argmin())] for centre in empty)
+    names = [JOINT_NAMES[int(np.linalg.norm(shaped.joints - centre, axis=1).argmin())] for centre in empty]
+    return tuple(name for name in names if not name.endswith(ENDS))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hemline.arrays import Faces, Vertices
-from hemline.meshes import boundary_loops
+from hemline.meshes import boundary_loops, components
 
 from .crossing_segment_kernels import crossings_of_segments
 from .skeleton import Skeleton
@@ -15,9 +15,11 @@ SMALLEST = 0.12
 
 
 def rims_of(vertices: Vertices, faces: Faces) -> list["Rim"]:
-    """The openings of a garment."""
-    rims = [Rim.of(loop, vertices) for loop in boundary_loops(faces)]
-    return [rim for rim in rims if rim.length >= SMALLEST]
+    """The openings of a garment; the one rim of a sheet, such as a cape's, is none."""
+    rims = [rim for loop in boundary_loops(faces) if (rim := Rim.of(loop, vertices)).length >= SMALLEST]
+    part = components(faces, len(vertices))
+    owner = [int(part[rim.loop[0]]) for rim in rims]
+    return [rim for rim, each in zip(rims, owner, strict=True) if owner.count(each) > 1]
 
 
 @dataclass(frozen=True, eq=False)
