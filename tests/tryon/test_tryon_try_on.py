@@ -113,6 +113,13 @@ def test_a_torn_shirt_is_not_worn(shaped, worn):
     assert reason is not None and reason.startswith("it is too small: the median edge is off its length by")
 
 
+def test_wide_trousers_are_not_too_small(shaped, worn):
+    # cut a fifth wider than they lie: every edge starts shortened by 17 %
+    wide = replace(worn["trousers"], rest_edges=1.2 * worn["trousers"].rest_edges)
+    reason = fitness(wide, shaped).reason
+    assert reason is None or "too small" not in reason
+
+
 @pytest.mark.data
 @pytest.mark.parametrize("name", ["garmentcode_mit/dress_mean_all.obj", "style3d_bsd3/sweatshirt_12k.obj"])
 def test_meshes_of_other_makers_are_worn(shaped, mesh_of, name):

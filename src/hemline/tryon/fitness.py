@@ -86,7 +86,8 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
 
 def _far_too_small(garment: Garment) -> str | None:
     """Before it settles: whether it is stretched beyond what settling could mend."""
-    strain = np.abs(edge_strain(garment.vertices, garment.faces, garment.rest_edges))
+    # cloth that is too wide starts shortened, and unfolds
+    strain = np.clip(edge_strain(garment.vertices, garment.faces, garment.rest_edges), 0, None)
     middle, most = np.percentile(strain, [50, 99])
     return _too_small(float(middle), float(most)) if middle > HOPELESS * TIGHTEST_MEDIAN else None
 
