@@ -36,6 +36,13 @@ def test_a_seam_whose_vertices_stand_twice_is_closed():
     assert mesh.pattern_faces is not None and len(mesh.pattern_faces) == len(mesh.faces)
 
 
+def test_a_seam_is_closed_whichever_way_triangles_are_wound():
+    mesh = two_sheets(0.0)
+    turned = mesh.faces.copy()
+    turned[::3] = turned[::3, ::-1]
+    assert len(welded(ReadMesh(mesh.vertices, turned)).vertices) == 45
+
+
 def test_sheets_that_do_not_touch_stay_apart():
     mesh = two_sheets(1e-3)
     assert welded(mesh) is mesh

@@ -12,10 +12,9 @@ from .cape_rim import cape_rim, joint
 from .clearance import cleared
 from .dressing import CLEARANCE, body_tree
 from .garment import Garment
+from .grid_garment import grid_garment, rows_and_columns
 from .material import Material
-from .pins import Pins
-from .rest_metric import rest_edges_of_mesh
-from .sector import grid_faces, grid_size, sector_pattern
+from .sector import grid_faces, sector_pattern
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -26,7 +25,6 @@ LIGHT_VERTEX_COUNT = 4000
 """Vertices of the light cape: 50 rows of 80."""
 
 _ASPECT = 141 / 90
-_PINNED_ROWS = 2
 _FLAT = 0.06
 """Way behind the pins in which folds begin [m]."""
 
@@ -82,14 +80,7 @@ def make_cape(
     Source: Jin et al., "Rope chains", 2024, Fig. 2 (12,690 vertices; its cut is not given, this one is ours).
     """
     cut = cut or CapeCut()
-    if (rows is None) != (columns is None):
-        raise BadGarment("a cape's size must be rows and columns, or vertex_count", "only one of the two", "give both")
-    if rows is None or columns is None:
-        rows, columns = grid_size(vertex_count, _ASPECT) if vertex_count > 0 else (0, 0)
-    if rows < 6 or columns < 10:
-        raise BadGarment(
-            "a cape needs at least 6 rows and 10 columns", f"{rows} rows, {columns} columns", "ask for more vertices"
-        )
+    rows, columns = rows_and_columns("cape", vertex_count, rows, columns, aspect=_ASPECT, least=(6, 10))
     if not (0.3 <= cut.opening <= 3.0 and 0 < cut.tilt < 1.2 and cut.folds >= 1 and cut.height >= 0.001):
         raise BadGarment("a cape's cut cannot be made", cut, "stay near the defaults of CapeCut")
     tree = body_tree(shaped)
@@ -105,22 +96,8 @@ def make_cape(
     laid = folded(sheet, width + cut.opening * way, ease * ease * (3 - 2 * ease), min(cut.folds, columns // 10))
     vertices = cleared(laid.reshape(-1, 3), tree, CLEARANCE + 0.0002)
     faces = grid_faces(rows, columns)
-    # rounded, as the vertices below, so that another machine's last bits give the same garment and hash
-    flat = sector_pattern(rows, columns, rim=width, length=length, opening=cut.opening).round(8)
-    ids = np.arange(_PINNED_ROWS * columns)
-    pins = Pins.bound(ids, vertices[ids], tree, shaped.normals)
-    vertices[ids] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
-    asked = f"size: {vertex_count} vertices were asked for, {rows} rows of {columns} are {rows * columns}"
-    return Garment(
-        name=name,
-        vertices=vertices.round(6).astype(np.float32),
-        faces=faces,
-        rest_edges=rest_edges_of_mesh(np.concatenate([flat, np.zeros((len(flat), 1))], axis=1), faces),
-        material=material if isinstance(material, Material) else Material.of(material),
-        pins=pins,
-        key_joint="neck",
-        body_name=shaped.body.name,
-        body_betas=np.array(shaped.betas, np.float32),
-        flat_rest=True,
-        notes=() if rows * columns == vertex_count or vertex_count == PAPER_VERTEX_COUNT else (asked,),
-    )
+    return grid_garment(
+        vertices, faces, flat=sector_pattern(rows, columns, rim=width, length=length, opening=cut.opening),
+        flat_faces=faces, columns=columns, shaped=shaped, tree=tree, material=material, name=name, key_joint="neck",
+        asked=None if vertex_count == PAPER_VERTEX_COUNT else vertex_count,
+    )  # fmt: skip

@@ -13,10 +13,8 @@ from .clearance import cleared
 from .cone import cone_chains, cone_faces, cone_pattern, row_ways
 from .dressing import CLEARANCE, body_tree
 from .garment import Garment
+from .grid_garment import PINNED_ROWS, grid_garment, rows_and_columns
 from .material import Material
-from .pins import Pins
-from .rest_metric import rest_edges_of_mesh
-from .sector import grid_size
 from .skirt_drape import hung, line_tilts, outward_of, pleated
 from .waist import waist_line
 
@@ -30,7 +28,6 @@ LIGHT_SIZE = (34, 117)
 CHAINS, NODES = 26, 9
 """Rope chains around it, and vertices of each (Fig. 2)."""
 
-_PINNED_ROWS = 2
 _BAND = 0.005
 """Between the two pinned rows [m]."""
 _FLAT = 0.06
@@ -90,7 +87,8 @@ def make_skirt(
         one is ours).
     """
     cut = cut or SkirtCut()
-    rows, columns = _size(vertex_count, rows, columns)
+    aspect, least = PAPER_SIZE[1] / PAPER_SIZE[0], (NODES + 1, 2 * CHAINS)
+    rows, columns = rows_and_columns("skirt", vertex_count, rows, columns, aspect=aspect, least=least)
     _check(cut)
     tree = body_tree(shaped)
     rim = waist_line(shaped, tree, columns, cut.height)
@@ -98,38 +96,12 @@ def make_skirt(
     ways = row_ways(rows, band=_BAND, length=cut.length or _length_to_calf(shaped, float(rim[:, 1].mean())))
     vertices = cleared(_laid(rim, width, ways, cut, tree).reshape(-1, 3), tree, CLEARANCE + 0.0002)
     faces, unrolled = cone_faces(rows, columns)
-    # rounded, as the vertices below, so that another machine's last bits give the same garment and hash
-    flat = cone_pattern(ways, columns, rim=width, opening=cut.opening).round(8)
-    ids = np.arange(_PINNED_ROWS * columns)
-    pins = Pins.bound(ids, vertices[ids], tree, shaped.normals)
-    vertices[ids] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
-    asked = f"size: {vertex_count} vertices were asked for, {rows} rows of {columns} are {rows * columns}"
-    return Garment(
-        name=name,
-        vertices=vertices.round(6).astype(np.float32),
-        faces=faces,
-        rest_edges=rest_edges_of_mesh(np.concatenate([flat, np.zeros((len(flat), 1))], axis=1), unrolled),
-        material=material if isinstance(material, Material) else Material.of(material),
-        pins=pins,
-        key_joint="pelvis",
-        chains=cone_chains(rows, columns, first=_PINNED_ROWS - 1, chains=CHAINS, nodes=NODES),
-        body_name=shaped.body.name,
-        body_betas=np.array(shaped.betas, np.float32),
-        flat_rest=True,
-        notes=() if rows * columns == vertex_count or vertex_count == PAPER_SIZE[0] * PAPER_SIZE[1] else (asked,),
-    )
-
-
-def _size(vertex_count: int, rows: int | None, columns: int | None) -> tuple[int, int]:
-    if (rows is None) != (columns is None):
-        raise BadGarment("a skirt's size must be rows and columns, or vertex_count", "only one of the two", "give both")
-    if rows is None or columns is None:
-        rows, columns = grid_size(vertex_count, PAPER_SIZE[1] / PAPER_SIZE[0]) if vertex_count > 0 else (0, 0)
-    if rows < NODES + 1 or columns < 2 * CHAINS:
-        raise BadGarment(
-            "a skirt needs at least 10 rows and 52 columns", f"{rows} rows, {columns} columns", "ask for more vertices"
-        )
-    return rows, columns
+    return grid_garment(
+        vertices, faces, flat=cone_pattern(ways, columns, rim=width, opening=cut.opening), flat_faces=unrolled,
+        columns=columns, shaped=shaped, tree=tree, material=material, name=name, key_joint="pelvis",
+        chains=cone_chains(rows, columns, first=PINNED_ROWS - 1, chains=CHAINS, nodes=NODES),
+        asked=None if vertex_count == PAPER_SIZE[0] * PAPER_SIZE[1] else vertex_count,
+    )  # fmt: skip
 
 
 def _check(cut: SkirtCut) -> None:

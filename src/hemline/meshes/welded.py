@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from .boundary_loops import boundary_loops
 from .edges import directed_edges
 from .mesh import ReadMesh
 
@@ -25,7 +24,8 @@ def welded(mesh: ReadMesh) -> ReadMesh:
     Returns:
         The mesh, with a note that says how many vertices went; itself where there is nothing to weld, or NaN.
     """
-    rim = np.unique(np.concatenate([np.empty(0, np.int64), *boundary_loops(mesh.faces)])).astype(np.int64)
+    pairs, count = _edges_counted(mesh.faces)
+    rim = np.unique(pairs[count == 1]).astype(np.int64)
     if not len(rim) or not np.isfinite(mesh.vertices).all():
         return mesh
     size = float(np.ptp(mesh.vertices, axis=0).max())
@@ -46,5 +46,9 @@ def _manifold(faces: np.ndarray) -> bool:
     """Whether every triangle has three corners and every edge at most two triangles."""
     if (faces == np.roll(faces, 1, axis=1)).any():
         return False
-    _, count = np.unique(np.sort(directed_edges(faces), axis=1), axis=0, return_counts=True)
-    return bool(count.max() <= 2)
+    return bool(_edges_counted(faces)[1].max() <= 2)
+
+
+def _edges_counted(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Edges, whichever way their triangles are wound, and the triangles at each."""
+    return np.unique(np.sort(directed_edges(faces), axis=1), axis=0, return_counts=True)

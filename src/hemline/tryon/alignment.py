@@ -27,7 +27,6 @@ BOUNDS = ((-0.3, 0.3), (-0.15, 0.15), (-0.4, 0.4), (-0.9, 1.2), (-0.5, 0.5), (-0
 ROUNDS, STARTS = 600, 3
 """Placements tried from each start, and starts with either origin."""
 
-
 SIZES = (-0.25, 0.0, 0.3)
 """Logarithms of the scale from which the search starts."""
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hemline.datasets.take import Take
 
 TIGHTEST_MEDIAN, TIGHTEST = 0.10, 0.40
-"""Strain of the median edge, and of the hundredth that is stretched most, beyond which a garment is too small."""
+"""Strain of the median edge beyond which a garment is too small, and of the hundredth beyond which it is torn."""
 
 ENDS = ("ankle", "foot", "wrist", "hand")
 """Where too long a leg or sleeve lies in folds."""
@@ -130,8 +130,11 @@ def _reason(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figure
         return misplaced
     if figures["inside"]:
         return f"{figures['inside']:.0f} vertices stay inside the body"
-    if figures["edge_strain_p50"] > TIGHTEST_MEDIAN or figures["edge_strain_p99"] > TIGHTEST:
+    if figures["edge_strain_p50"] > TIGHTEST_MEDIAN:
         return _too_small(figures["edge_strain_p50"], figures["edge_strain_p99"])
+    if figures["edge_strain_p99"] > TIGHTEST:
+        most = 100 * figures["edge_strain_p99"]
+        return f"it is torn in places: one edge in a hundred is off its length by {most:.0f} % or more"
     if figures["self_crossing_percent"] > MOST_CROSSED:
         return f"it is tangled: {figures['self_crossing_percent']:.2f} % of its edges go through its own cloth"
     return None

@@ -49,7 +49,6 @@ class Grown:
         stretched: Greatest stretch of an edge at the start, as a factor: seams that were open.
         crossed_before: Edges that went through its cloth at the start.
         crossed_after: Those at the end.
-        pinched: Vertices that found no free place.
     """
 
     vertices: Vertices
@@ -57,7 +56,6 @@ class Grown:
     stretched: float
     crossed_before: int
     crossed_after: int
-    pinched: int
 
 
 def grown(
@@ -97,7 +95,7 @@ def grown(
     cleaned = FrameEnd(garment, shaped).clean(shaped.posed(shaped.rest_pose), state.positions, 1.0)
     vertices = cleaned.positions
     after = len(crossing_edges(vertices.astype(np.float32), garment.faces))
-    return Grown(vertices, girth, stretched, crossed, after, len(cleaned.pinched))
+    return Grown(vertices, girth, stretched, crossed, after)
 
 
 def _girth(thin: ThinBody, alignment: Alignment, positions: Vertices) -> tuple[float, Vertices]:

@@ -90,6 +90,7 @@ def try_on(
     if say and len(cloth.vertices) > MANY:
         minutes = max(1, round(len(cloth.vertices) * COST / 60))
         say(f"{cloth.name} has {len(cloth.vertices)} vertices: this takes {minutes} minutes or more")
+    cloth = _evenly_wound(cloth)
     alignment = aligned(cloth.vertices, cloth.faces, made_on, scaled=scaled)
     loose = _around(cloth, said, made_on, alignment)
     try:
@@ -112,10 +113,20 @@ def try_on(
     return TryOn(garment, fitness(garment, shaped), alignment, result)
 
 
+def _evenly_wound(cloth: Cloth) -> Cloth:
+    """The same cloth, its triangles wound alike: rims are found by that."""
+    faces, turned = consistent_winding(cloth.faces)
+    if not turned:
+        return cloth
+    note = f"winding: {turned} triangles were turned to agree with their neighbours"
+    rest_edges = rewound(cloth.rest_edges, cloth.faces, faces)
+    return replace(cloth, faces=faces, rest_edges=rest_edges, notes=(*cloth.notes, note))
+
+
 def _around(cloth: Cloth, said: GarmentFile, shaped: "ShapedBody", alignment: Alignment) -> Garment:
-    """The garment where it was laid, wound outward, its rest metric scaled, without pins."""
+    """The garment where it was laid, turned outward, its rest metric scaled, without pins."""
     scale = alignment.scale if abs(alignment.scale - 1) > SCALED else 1.0
-    faces, _ = consistent_winding(cloth.faces)
+    faces = cloth.faces
     centre = alignment.vertices[faces].mean(axis=1)
     joints = shaped.transforms_of(alignment.pose.rotations[None], alignment.pose.translation[None])[1][0]
     away = centre - Skeleton.of(joints).nearest(centre)
