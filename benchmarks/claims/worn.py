@@ -15,9 +15,10 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from clips import MOTION, fastest
 from standing_out import standing_out
 
-from hemline import bodies, garments, motions, pictures, sim
+from hemline import bodies, garments, pictures, sim
 from hemline.bodies import ShapedBody
 from hemline.garments import Garment
 from hemline.garments.clearance import cleared, smoothed_field
@@ -55,15 +56,8 @@ def spin(shaped: ShapedBody, turns_a_second: float = 1.5) -> Motion:
 
 
 def recorded(shaped: ShapedBody, name: str) -> Motion:
-    """The fastest stretch of a recording that is long enough, placed on the body."""
-    motion = motions.read(DATA / "motion" / CLIPS[name])
-    first, last = motions.longest_clean(motion)
-    motion = shaped.placed(motion[first:last].resampled(FPS))
-    count = min(round(SECONDS * FPS), len(motion))
-    turned = np.abs(np.diff(motion.rotations, axis=0)).sum(axis=(1, 2))
-    window = np.convolve(turned, np.ones(count - 1), "valid")
-    start = int(window.argmax()) if len(window) else 0
-    return shaped.untangled_motion(motion[start : start + count])
+    """The fastest stretch of a recording, placed on the body."""
+    return shaped.untangled_motion(shaped.placed(fastest(MOTION / CLIPS[name], SECONDS, FPS)))
 
 
 def worn(name: str, shaped: ShapedBody) -> Garment:
