@@ -43,14 +43,13 @@ def shapes(body) -> list[ShapedBody]:
 
 def worn(path: Path, shaped: ShapedBody) -> tuple[Garment, Fitness, dict]:
     """A garment on the mean body."""
-    if path.suffix == ".mhclo":
-        garment = garments.read(path, shaped)
-        return garment, fitness(garment, shaped), {}
     tried = try_on(path, shaped)
-    more = {
-        "scale": round(tried.alignment.scale, 3), "girth": tried.grown.girth,
-        "crossed": [tried.grown.crossed_before, tried.grown.crossed_after],
-    }  # fmt: skip
+    more = {}
+    if tried.alignment and tried.grown:
+        more = {
+            "scale": round(tried.alignment.scale, 3), "girth": tried.grown.girth,
+            "crossed": [tried.grown.crossed_before, tried.grown.crossed_after],
+        }  # fmt: skip
     return tried.garment, tried.fitness, more
 
 

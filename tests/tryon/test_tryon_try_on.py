@@ -8,6 +8,7 @@ import pytest
 from hemline import garments
 from hemline.bodies import skin_points
 from hemline.cli.main import main
+from hemline.errors import BadGarment
 from hemline.garments.clearance import smoothed_field
 from hemline.garments.dressing import body_tree
 from hemline.meshes import ClosestTree
@@ -155,3 +156,23 @@ def test_the_command_writes_nothing_for_what_cannot_be_worn(worn, as_obj, tmp_pa
     assert main(["tryon", str(path), "-o", str(output), "--no-scaled"]) == 1
     said = capsys.readouterr().err
     assert "cannot be worn: " in said and ("too small" in said or "opening" in said) and not output.exists()
+
+
+def test_a_garment_that_lies_on_the_body_is_only_judged(shaped, worn, tmp_path):
+    path = tmp_path / "own.safetensors"
+    worn["trousers"].save(path)
+    tried = try_on(path, shaped)
+    assert tried.fitness.reason is None and tried.alignment is None and tried.grown is None
+    assert np.array_equal(tried.garment.vertices, worn["trousers"].vertices)
+
+
+def test_clothes_with_bindings_lie_where_they_say(shaped, mesh_of):
+    path = mesh_of("makehuman_cc0/mhclo/skirthelper.mhclo")
+    tried = try_on(path, shaped)
+    assert tried.fitness.reason is None and tried.alignment is None
+    assert np.array_equal(tried.garment.vertices, garments.read(path, shaped).vertices)
+
+
+def test_a_unit_for_what_is_in_metres_is_refused(shaped):
+    with pytest.raises(BadGarment, match="cape-light is in metres; got unit 'cm'"):
+        try_on("cape-light", shaped, unit="cm")

@@ -14,7 +14,7 @@ class Arguments:
     """Put a garment that was made on another body onto this one."""
 
     garment: Annotated[Path, tyro.conf.Positional]
-    """A mesh, or a TOML that names one."""
+    """A mesh, a TOML that names one, a .mhclo; or a garment by name, to see it on a body."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The garment on the body, .safetensors: what simulate takes."""
     picture: Path | None = None

@@ -13,8 +13,9 @@ from hemline.garments.garment import Garment
 from hemline.garments.garment_toml import GarmentFile, read_garment_toml
 from hemline.garments.material import Material
 from hemline.garments.pin_rules import NO_PINS
-from hemline.garments.read import cloth_of
+from hemline.garments.read import cloth_of, read
 from hemline.garments.rest_shape import rewound
+from hemline.garments.shipped import names, open_garment
 from hemline.meshes import consistent_winding, face_normals
 from hemline.motions.motion import JOINT_NAMES
 
@@ -43,14 +44,14 @@ class TryOn:
     Attributes:
         garment: On the body, with what was done to it in its notes.
         fitness: How it is worn once settled, and the reason where it is not.
-        alignment: Where it was laid, and for which pose of the body.
-        grown: How the body grew into it.
+        alignment: Where it was laid, and for which pose of the body; None: where it lies is part of its file.
+        grown: How the body grew into it; None as well then.
     """
 
     garment: Garment
     fitness: Fitness
-    alignment: Alignment
-    grown: Grown
+    alignment: Alignment | None = None
+    grown: Grown | None = None
 
 
 def try_on(
@@ -66,10 +67,11 @@ def try_on(
 
     The body's skeleton, its pose and the garment's place and size are sought so that limbs go through openings
     (`alignment`); the body, made thin, then grows inside the cloth and turns to its rest pose (`growing`); the cloth
-    keeps the rest metric of its own mesh or pattern. At last it settles under gravity (`fitness`).
+    keeps the rest metric of its own mesh or pattern. At last it settles under gravity (`fitness`). Clothes of MakeHuman
+    (`.mhclo`) and hemline's own lie where their bindings or pins say, and are only settled and judged.
 
     Args:
-        path: A mesh, or a TOML that names one.
+        path: A mesh, a TOML that names one, a `.mhclo`, or a garment of hemline's own, by name or file.
         shaped: The body.
         unit: Unit of the mesh; None: as the TOML says, or guessed.
         scaled: Whether its size may change by up to 40 % when it was plainly made for a body of another size.
@@ -84,7 +86,15 @@ def try_on(
         BadMesh: The mesh cannot be read, or no cloth can be made of it.
     """
     path = Path(path)
+    if str(path) in names() or path.suffix.lower() == ".safetensors":
+        if unit is not None:
+            raise BadGarment(f"{path} is in metres", f"unit '{unit}'", "leave out the unit")
+        garment = open_garment(path, shaped)
+        return TryOn(garment, fitness(garment, shaped))
     said = read_garment_toml(path) if path.suffix == ".toml" else GarmentFile(mesh=path.name)
+    if Path(said.mesh).suffix.lower() == ".mhclo":
+        garment = read(path, shaped, unit)
+        return TryOn(garment, fitness(garment, shaped))
     made_on, notes = body_made_on(said, shaped, path)
     cloth = cloth_of(path, said, unit or said.unit)
     if say and len(cloth.vertices) > MANY:
