@@ -77,9 +77,7 @@ def work(paths: list[Path], count: int) -> None:
                     garment, found, more = worn(path, shaped)
                     garment.save(kept)
                 else:
-                    garment = (
-                        garments.read(path, shaped) if path.suffix == ".mhclo" else Garment.load(kept).dressed(shaped)
-                    )
+                    garment = garments.read(path, shaped) if path.suffix == ".mhclo" else Garment.load(kept)
                     found = fitness(garment, shaped)
             except HemlineError as error:
                 garment, found = None, Fitness(str(error), {}, None)

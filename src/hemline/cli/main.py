@@ -13,6 +13,7 @@ from hemline.errors import BadInput, HemlineError, SimulationFailed
 VERBS = {
     "tryon": "a garment made on another body onto this one, or why it cannot be worn",
     "simulate": "a garment against clips, into a dataset of takes",
+    "drape": "a garment at rest on bodies of many shapes, into a dataset",
     "fit": "an animator to a dataset, into one model file",
     "animate": "a model on a motion, into a file for Blender, Unity, the web",
     "export": "one simulated take, into any format that animate knows",

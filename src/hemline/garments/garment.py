@@ -179,7 +179,8 @@ class Garment:
             shaped: The body to wear it.
 
         Returns:
-            A garment whose start positions are outside that body and whose pins are on it.
+            A garment whose start positions are outside that body and whose pins are on it; itself where it is made on
+            that shape.
 
         Raises:
             BadGarment: Another body than the one it was made on.
@@ -189,6 +190,8 @@ class Garment:
         if shaped.body.name != self.body_name:
             what = f"garment '{self.name}' was made on {self.body_name}"
             raise BadGarment(what, f"a body called {shaped.body.name}", "read its mesh again with that body")
+        if np.array_equal(np.trim_zeros(self.body_betas, "b"), np.trim_zeros(shaped.betas, "b")):
+            return self
         vertices = dressed_vertices(self, shaped)
         worn = replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))
         return layered(worn) if self.pieces else worn

@@ -4,8 +4,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from hemline.meshes import read_mesh, welded
 
 from .assembly import Cloth, assembled, body_made_on, checked_mesh
@@ -42,23 +40,14 @@ def read(path: str | Path, body: "ShapedBody | None" = None, unit: str | None = 
     path = Path(path)
     if path.suffix == ".safetensors":
         garment = Garment.load(path)
-        return garment if body is None else _worn(garment, body)
+        return garment if body is None else garment.dressed(body)
     said = read_garment_toml(path) if path.suffix == ".toml" else GarmentFile(mesh=path.name)
     if Path(said.mesh).suffix.lower() == ".mhclo":
         return read_clothes(path, replace(said, unit=unit or said.unit), body)
     made_on, notes = body_made_on(said, body, path)
     cloth = _placed(path, said, made_on, unit or said.unit)
     garment = assembled(replace(cloth, notes=notes + cloth.notes), said, made_on)
-    return garment if body is None else _worn(garment, body)
-
-
-def _worn(garment: Garment, body: "ShapedBody") -> Garment:
-    same = garment.body_name == body.body.name and np.array_equal(_padded(garment.body_betas), _padded(body.betas))
-    return garment if same else garment.dressed(body)
-
-
-def _padded(betas: np.ndarray) -> np.ndarray:
-    return np.trim_zeros(np.asarray(betas, np.float32), "b")
+    return garment if body is None else garment.dressed(body)
 
 
 def _placed(path: Path, said: GarmentFile, body: "ShapedBody", unit: str | None) -> Cloth:

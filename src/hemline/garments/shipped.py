@@ -77,7 +77,7 @@ def open_garment(name_or_path: str | Path, body: "ShapedBody | None" = None) -> 
     if body is not None and body.body.name != "anny24":
         return _made(str(name_or_path), body)
     garment = load(str(name_or_path))
-    return garment if body is None or not body.betas.any() else garment.dressed(body)
+    return garment if body is None else garment.dressed(body)
 
 
 def explain(garment: Garment) -> str:

@@ -37,5 +37,5 @@ def wardrobe_garment(name: str, shaped: "ShapedBody") -> Garment:
     if shaped.body.name != light.body_name:
         what, cure = f"garment '{name}' was made on {light.body_name}", "try its mesh on: hemline tryon MESH"
         raise BadGarment(what, f"a body called {shaped.body.name}", cure)
-    worn = light.dressed(shaped) if shaped.betas.any() else light
+    worn = light.dressed(shaped)
     return replace(worn if name.endswith("-light") else finer(worn, shaped), name=name)

@@ -4,6 +4,9 @@ from .joined import joined as joined
 from .produce import Clip as Clip
 from .produce import produce as produce
 from .rest import Rest as Rest
+from .rest_states import produce_rests as produce_rests
+from .rest_states import random_shapes as random_shapes
+from .rest_states import spread_shapes as spread_shapes
 from .sensitivities import Sensitivities as Sensitivities
 from .settings import SimSettings as SimSettings
 from .settle import rest_drape as rest_drape
@@ -36,8 +39,11 @@ __all__ = [
     "joined",
     "make_sheet",
     "produce",
+    "produce_rests",
+    "random_shapes",
     "rest_drape",
     "settle",
     "settle_all",
     "simulate",
+    "spread_shapes",
 ]  # fmt: skip

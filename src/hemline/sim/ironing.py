@@ -9,6 +9,9 @@ from .state import Positions
 EVERY = 15
 """Frames of damped dynamics from one ironing to the next."""
 
+IRONS = 6
+"""How often cloth is ironed while it settles, at most."""
+
 ROUNDS = 5
 """How often a vertex is put between its neighbours."""
 

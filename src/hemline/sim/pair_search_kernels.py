@@ -144,9 +144,10 @@ def near_pairs(
                         continue
                     for k in range(kept):
                         f = some[k]
-                        if _far(vertex_frames, i, face_frames, f, slack):
+                        # of neighbours most agree, which is cheaper to see than how far they are
+                        if near and _agree(vertex_frames, i, face_frames, f):
                             continue
-                        if not (near and _agree(vertex_frames, i, face_frames, f)):
+                        if not _far(vertex_frames, i, face_frames, f, slack):
                             found = _vertex_face(x, moved, i, f, faces, radius, margin, room, found, here)
             kept = 0
             for place in range(edge_starts[q], edge_starts[q + 1]):
@@ -159,9 +160,9 @@ def near_pairs(
                     continue
                 for k in range(kept):
                     g = some[k]
-                    if (p == q and g <= e) or _far(edge_frames, e, edge_frames, g, slack):
+                    if (p == q and g <= e) or (near and _agree(edge_frames, e, edge_frames, g)):
                         continue
-                    if not (near and _agree(edge_frames, e, edge_frames, g)):
+                    if not _far(edge_frames, e, edge_frames, g, slack):
                         found, through = _edge_edge(x, moved, e, g, edges, radius, margin, room, found, here)
                         met_out[entry] |= through
         count_out[number] = found

@@ -16,12 +16,13 @@ from typing import Any
 
 from hemline import bodies
 from hemline.datasets import Dataset, Row, Take, create, open_dataset, read_take, take_name
-from hemline.errors import BadDataset, BadInput
+from hemline.errors import BadInput
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion
 
+from .rest_states import rest_of
 from .settings import SimSettings
-from .simulate import rest_drape, simulate
+from .simulate import simulate
 
 PART_SECONDS = 10.0
 """Clips are cut into parts of this length: a killed run loses at most that much cloth time."""
@@ -91,7 +92,7 @@ def produce(
         Path(folder), garment.body_name, tuple(betas), settings or SimSettings(), untangle, quantised, part_seconds
     )
     dataset = create(folder, garment)
-    _rest(dataset, plan)
+    rest_of(dataset, bodies.load(plan.body_name).shaped(plan.betas), plan.settings)
     tell = report or (lambda clip, done, total: None)
     if jobs == 1:
         names = [name for clip in clips for name in _clip_takes(plan, dataset, clip, tell)]
@@ -108,20 +109,6 @@ def part_inputs(plan: Plan, dataset: Dataset, clip: Clip, part: Motion, index: i
         "clip": clip.motion.name, "subject": clip.subject, "part": index, "motion": part.hash, "before": before,
         "settings": asdict(plan.settings),
     }  # fmt: skip
-
-
-def _rest(dataset: Dataset, plan: Plan) -> Take:
-    shaped = bodies.load(plan.body_name).shaped(plan.betas)
-    try:
-        return dataset.rest(shaped.betas)
-    except BadDataset:
-        inputs = {
-            "garment": dataset.garment.hash, "body": shaped.body.hash, "betas": list(plan.betas),
-            "settings": asdict(plan.settings), "clip": "", "part": 0,
-        }  # fmt: skip
-        take = replace(rest_drape(dataset.garment, shaped, plan.settings), inputs=inputs)
-        dataset.add(take)
-        return take
 
 
 def _parts(motion: Motion, seconds: float) -> Iterator[Motion]:
@@ -143,7 +130,7 @@ def _clip_takes(plan: Plan, dataset: Dataset, clip: Clip, tell: Report) -> list[
         take = _kept(dataset.path(take_name(inputs)))
         if take is None:
             resume = before.end_state if before else None
-            start = _rest(dataset, plan) if before is None else None
+            start = rest_of(dataset, shaped, plan.settings) if before is None else None
             began = time.perf_counter()
             offset = done
 

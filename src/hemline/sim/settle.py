@@ -20,14 +20,14 @@ from .dressed_body import DressedBody
 from .figures import strain_figures
 from .frame_end import FrameEnd
 from .grip import Grip
-from .ironing import EVERY, ironed
+from .ironing import EVERY, IRONS, ironed
 from .lead_in import between
 from .rest import Rest
 from .settings import SimSettings
-from .sewing import sewn
+from .sewing import CLOSED, sewn, stretch
 from .state import ClothState, Positions
 from .statics import Equilibrium, Search
-from .tangles import refuse_tangles
+from .tangles import MOST, refuse_tangles
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
@@ -41,11 +41,18 @@ NEWTON_STEPS = 400
 STRIDE = 0.1
 """How far the skin under the cloth may move from one station of a continuation to the next [m]."""
 
+FINE_STRIDE = 0.006
+"""So far where dressing would push the garment through itself: where thighs or arms press together [m]."""
+
 ON_THE_WAY = 0.3
 """Residual share that is small enough at the stations in between."""
 
 TAKE_START = 0.05
 """Residual share with which a take may start: dynamics go on from there."""
+
+MOST_AT_START = 0.005
+"""Share of the edges that may go through the cloth where a take starts: a fold pressed into an armpit, which motion
+opens again. An equilibrium may have fewer (`tangles.MOST`)."""
 
 STILL = 0.02
 """Mean speed below which dynamics have brought the cloth near enough to its equilibrium [m/s]."""
@@ -58,6 +65,10 @@ SHAKEN = 0.5
 
 DRAPING = 1.0
 """Time of dynamics that counts as draping in AgentDress [s]."""
+
+CROSSED_BY_DRESSING = 0.005
+"""Edges that go through the cloth once it is dressed on another shape, over its triangles, from which on it is settled
+on its own shape instead and follows the change of the body."""
 
 ATTEMPTS = 5
 """Searches at one station, at most."""
@@ -88,8 +99,9 @@ def settle(
     it is.
 
     From the rest pose and the garment's own start positions, or from `start`, the body is moved in stations of at most
-    10 cm; at each the cloth is carried along by the skin and settled by Newton's method (`statics.Search`). Where that
-    fails, and at first where nothing has settled yet, damped dynamics bring the cloth near.
+    10 cm; from the garment's own shape, too, where dressing it on another one would push it through itself. At each
+    station the cloth is carried along by the skin and settled by Newton's method (`statics.Search`). Where that fails,
+    and at first where nothing has settled yet, damped dynamics bring the cloth near.
 
     Args:
         garment: The garment; on another shape than its own it is dressed first (cut and cloth unchanged).
@@ -177,7 +189,7 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
         settings: Settings; the wind is ignored.
 
     Raises:
-        SimulationFailed: The garment is tangled, or a step failed at its shortest.
+        SimulationFailed: More than 0.5 % of its edges go through it, or a step failed at its shortest.
     """
     quiet = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
     settling = _Settling(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START)
@@ -227,13 +239,16 @@ class _Settling:
         """Where the cloth is known, and how it lies there."""
         if self.start is not None:
             return self.start.shaped.posed(self.start.pose), self.start.positions, self.start.grip
-        return self.shaped.posed(self.shaped.rest_pose), self._dressed.vertices.astype(np.float64), None
+        own = self.shaped.body.shaped(self._laid.body_betas)
+        shaped = self.shaped if np.array_equal(own.betas, self.shaped.betas) else own
+        return shaped.posed(shaped.rest_pose), self._laid.vertices.astype(np.float64), None
 
     @cached_property
-    def _dressed(self) -> Garment:
-        own = np.zeros(len(self.shaped.betas), np.float32)
-        own[: len(self.garment.body_betas)] = self.garment.body_betas
-        return self.garment if np.array_equal(own, self.shaped.betas) else self.garment.dressed(self.shaped)
+    def _laid(self) -> Garment:
+        """Where settling begins: dressed on this shape; on its own where dressing would push it through itself."""
+        dressed = self.garment.dressed(self.shaped)
+        crossed, before = (len(crossing_edges(each.vertices, each.faces)) for each in (dressed, self.garment))
+        return dressed if crossed <= before + CROSSED_BY_DRESSING * len(dressed.faces) else self.garment
 
     def _stations(self, origin: "PosedBody", positions: Positions) -> list["PosedBody"]:
         """Bodies from the origin, itself left out, to the goal; none where they are the same."""
@@ -241,7 +256,8 @@ class _Settling:
         same = np.array_equal(first, self.shaped.betas)
         if same and origin.pose.hash == self.pose.hash:
             return []
-        count = max(1, int(np.ceil(farthest_way(origin, goal, positions) / STRIDE)))
+        stride = STRIDE if same or self.start is not None else FINE_STRIDE
+        count = max(1, int(np.ceil(farthest_way(origin, goal, positions) / stride)))
         stations = []
         for share in np.arange(1, count) / count:
             shape = self.shaped if same else self.shaped.body.shaped(first + share * (self.shaped.betas - first))
@@ -286,7 +302,8 @@ class _Settling:
                 state = self._swung(posed, found.positions, SHAKEN, KEPT_SPEED)
                 positions, pinched = state.positions, state.pinched
         if last and not self.refuse:
-            return self._stilled(posed, began)
+            sheet = self.dressed.sheet
+            return self._stilled(posed, min(found.positions, began, key=lambda each: stretch(sheet, each)))
         if last and not search.pinched.any():
             raise SimulationFailed(
                 f"'{self.garment.name}' found no equilibrium: {found.residual_share:.3g} of a vertex's weight is left "
@@ -310,7 +327,7 @@ class _Settling:
         return cleaned.positions, np.isin(np.arange(len(positions)), cleaned.pinched)
 
     def _end(self, posed: "PosedBody") -> FrameEnd:
-        return FrameEnd(self.garment if self.start is not None else self._dressed, posed.shaped)
+        return FrameEnd(self.garment if self.start is not None else self._laid, posed.shaped)
 
     def _swung(
         self, posed: "PosedBody", positions: Positions, seconds: float, kept: float, still: float = STILL
@@ -325,9 +342,10 @@ class _Settling:
         )  # fmt: skip
         dressed.stepper.settings, careful = self.settings, dressed.stepper.settings
         state, end, step = dressed.stepper.start(positions), self._end(posed), 1 / self.settings.fps
+        frames, irons = round(seconds * self.settings.fps), 0
         try:
             state = sewn(dressed, end, posed.pose, state)
-            for frame in range(round(seconds * self.settings.fps)):
+            for frame in range(frames):
                 state, _, _ = dressed.frame(
                     state, posed.pose, posed.pose, substeps=2 if kept < 1 else None, seconds=step
                 )
@@ -338,15 +356,28 @@ class _Settling:
                 quiet = kept < 1 and frame > 5 and speed < still
                 due = kept < 1 and (quiet or frame % EVERY == EVERY - 1)
                 crossed = self._crossed(state.positions, state.pinched) if due else NONE
-                if len(crossed):
+                # what was ironed needs time to fall; what crosses again and again has no better place
+                if len(crossed) and irons < IRONS and frame + EVERY < frames:
+                    irons += 1
                     free = ~state.pinched & ~dressed.pinned
                     state = replace(state, positions=ironed(dressed.sheet, state.positions, crossed, free))
                 elif quiet:
                     break
+            state = self._ironed_at_last(state) if kept < 1 else state
         except SimulationFailed as reason:
             raise SimulationFailed(f"settling '{self.garment.name}': {reason}") from reason
         dressed.stepper.settings = careful
         return state
+
+    def _ironed_at_last(self, state: ClothState) -> ClothState:
+        """What crosses still is ironed once more, if that does not tear it: a take starts better with folds pressed
+        flat than with folds that go through each other.
+        """
+        crossed, sheet = self._crossed(state.positions, state.pinched), self.dressed.sheet
+        if not len(crossed):
+            return state
+        flat = ironed(sheet, state.positions, crossed, ~state.pinched & ~self.dressed.pinned)
+        return replace(state, positions=flat) if stretch(sheet, flat) < CLOSED else state
 
     def _crossed(self, positions: Positions, pinched: Mask) -> np.ndarray:
         """Edges that go through the cloth where it could lie otherwise, if that matters."""
@@ -368,7 +399,8 @@ class _Settling:
         within = inside(posed.vertices, posed.faces, vertices)
         crossing = 0.0
         if self.settings.self_contact:
-            crossing = refuse_tangles(self.garment.name, sheet, vertices, posed, pinched)
+            most = MOST if self.refuse else MOST_AT_START
+            crossing = refuse_tangles(self.garment.name, sheet, vertices, posed, pinched, most=most)
         deepest = self._end(posed).clean(posed, found.positions, 1.0).deepest_mm if within.any() else 0.0
         return Rest(
             garment=self.garment, shaped=self.shaped, pose=self.pose, settings=self.settings,

@@ -18,7 +18,9 @@ MOST = 0.002
 """Share of the edges that may go through a triangle of a garment that is not refused."""
 
 
-def refuse_tangles(name: str, sheet: Sheet, vertices: Vertices, posed: "PosedBody", pinched: Mask) -> float:
+def refuse_tangles(
+    name: str, sheet: Sheet, vertices: Vertices, posed: "PosedBody", pinched: Mask, *, most: float = MOST
+) -> float:
     """The share of edges that go through a triangle, where it is small.
 
     Where the body cuts through itself there may be no other place for the cloth: then nothing is refused.
@@ -29,13 +31,14 @@ def refuse_tangles(name: str, sheet: Sheet, vertices: Vertices, posed: "PosedBod
         vertices: Where it is [m].
         posed: The body that wears it.
         pinched: Vertices that have no free place.
+        most: The share that is small.
 
     Raises:
         SimulationFailed: It is not small; the message names the places.
     """
     crossed = crossing_edges(vertices, sheet.faces.astype(np.int32))
     share = len(crossed) / len(sheet.edges)
-    if share > MOST and not pinched.any():
+    if share > most and not pinched.any():
         raise SimulationFailed(
             f"'{name}' is tangled: {len(crossed)} of {len(sheet.edges)} edges go through its own cloth, "
             f"{_places(sheet, crossed, vertices, posed)}; lay its panels apart there, or leave out 'self_contact'"

@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
     from hemline.datasets.take import Take
 
-TIGHTEST_MEDIAN, TIGHTEST = 0.10, 0.40
-"""Strain of the median edge beyond which a garment is too small, and of the hundredth beyond which it is torn."""
+TIGHTEST_MEDIAN, TIGHTEST, TORN = 0.10, 0.40, 1.0
+"""Strain of the median edge beyond which a garment is too small; of the hundredth, and of any, beyond which it is
+torn."""
 
 ENDS = ("ankle", "foot", "wrist", "hand")
 """Where too long a leg or sleeve lies in folds."""
@@ -44,7 +45,7 @@ class Fitness:
 
     Attributes:
         reason: Why it cannot be worn; None: it can.
-        figures: `edge_strain_p50`, `edge_strain_p99`, `residual_share`, `inside`, `pinched`,
+        figures: `edge_strain_p50`, `edge_strain_p99`, `edge_strain_max`, `residual_share`, `inside`, `pinched`,
             `self_crossing_percent`, `fall_mm`.
         rest: The settled garment; None where it could not be settled.
     """
@@ -58,12 +59,12 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
     """Settle a garment on a body and judge it.
 
     Args:
-        garment: Already on this body.
+        garment: The garment, on this shape or another one of the body.
         shaped: The body.
         settings: Settings of the simulator.
     """
-    settings = settings or SimSettings()
-    hopeless = _misplaced(garment, shaped, garment.vertices) or _far_too_small(garment)
+    settings, laid = settings or SimSettings(), garment.dressed(shaped)
+    hopeless = _misplaced(laid, shaped, laid.vertices) or _far_too_small(laid)
     if hopeless:
         return Fitness(hopeless, {}, None)
     try:
@@ -72,12 +73,13 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
         return Fitness(_why_unsettled(garment, shaped, settings, str(failure)), {}, None)
     # as at the end of each frame of a take
     posed = shaped.posed(shaped.rest_pose)
-    cleaned = FrameEnd(garment, shaped).clean(posed, rest.vertices[0].astype(np.float64), 1.0)
+    cleaned = FrameEnd(laid, shaped).clean(posed, rest.vertices[0].astype(np.float64), 1.0)
     vertices = cleaned.positions.astype(np.float32)
     within = inside(posed.vertices, posed.faces, vertices)
     within[cleaned.pinched] = False
-    fall = float((garment.vertices[:, 1] - vertices[:, 1]).mean())
-    figures = {key: float(rest.figures[key]) for key in ("edge_strain_p50", "edge_strain_p99", "residual_share")} | {
+    fall = float((laid.vertices[:, 1] - vertices[:, 1]).mean())
+    kept = ("edge_strain_p50", "edge_strain_p99", "edge_strain_max", "residual_share")
+    figures = {key: float(rest.figures[key]) for key in kept} | {
         "inside": float(within.sum()), "pinched": float(len(cleaned.pinched)),
         "self_crossing_percent": self_crossings(vertices, garment.faces)["edge_percent"], "fall_mm": 1000 * fall,
     }  # fmt: skip
@@ -135,6 +137,8 @@ def _reason(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figure
     if figures["edge_strain_p99"] > TIGHTEST:
         most = 100 * figures["edge_strain_p99"]
         return f"it is torn in places: one edge in a hundred is off its length by {most:.0f} % or more"
+    if figures["edge_strain_max"] > TORN:
+        return f"it is torn: an edge is {1 + figures['edge_strain_max']:.1f} times as long as it should be"
     if figures["self_crossing_percent"] > MOST_CROSSED:
         return f"it is tangled: {figures['self_crossing_percent']:.2f} % of its edges go through its own cloth"
     return None

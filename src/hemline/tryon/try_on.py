@@ -117,9 +117,7 @@ def try_on(
     if said.pins is None and on_shoulders(result.vertices, made_on):
         said = replace(said, pins="none")
         on_body = replace(on_body, notes=(*on_body.notes, "pins: none, as the shoulders carry it"))
-    garment = assembled(on_body, said, made_on)
-    if made_on is not shaped and not np.array_equal(made_on.betas, shaped.betas):
-        garment = garment.dressed(shaped)
+    garment = assembled(on_body, said, made_on).dressed(shaped)
     return TryOn(garment, fitness(garment, shaped), alignment, result)
 
 
