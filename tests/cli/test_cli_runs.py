@@ -36,6 +36,18 @@ def test_evaluate_prints_one_json_object_and_a_picture(short, capsys):
         assert picture.size[0] > 300
 
 
+def test_drape_settles_on_each_shape(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    garments.make_cape(bodies.load("anny24").shaped(), rows=20, columns=40).save("napkin.safetensors")
+    asked = ["drape", "napkin.safetensors", "-o", "rests", "--random", "1", "--seed", "4", "--json"]
+    assert main(asked) == 0
+    drapes = json.loads(capsys.readouterr().out)
+    assert [len(drape["betas"]) for drape in drapes] == [0, 16]
+    assert all(drape["reason"] is None and drape["figures"]["inside"] == 0 for drape in drapes)
+    assert main(asked[:-1]) == 0
+    assert "edge_strain_p99" in capsys.readouterr().out and len(list((tmp_path / "rests/takes").iterdir())) == 2
+
+
 @pytest.mark.slow
 def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -73,6 +74,25 @@ def test_parts_join_to_what_one_part_would_have_been(unbroken, tmp_path):
     parts = [dataset.take(row) for row in rows if row.clip == "walk"]
     joined = b"".join(part.vertices.tobytes() for part in parts)
     assert joined == other.take(whole[0]).vertices.tobytes()
+
+
+def test_memory_does_not_grow_with_the_length_of_a_clip(tmp_path):
+    garment = garments.make_cape(bodies.load("anny24").shaped(), rows=30, columns=40, name="cloth")
+    settings = sim.SimSettings(settle=0.1, lead_in=0.1, newton_steps=1, substeps=1, residual_share=0.99)
+    walk = motions.load("walk")
+
+    def peak_mb(frames: int) -> float:
+        clip = sim.Clip(walk[:frames], "one")
+        tracemalloc.start()
+        sim.produce(tmp_path / "data", garment, [clip], settings=settings, part_seconds=0.2)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return peak / 1e6
+
+    peak_mb(4)  # makes the rest state
+    short, long = peak_mb(12), peak_mb(36)
+    # 24 more frames are 0.35 MB of vertices alone
+    assert long < short + 0.1
 
 
 def test_killed_at_random_moments_it_resumes_and_the_bytes_are_the_same(unbroken, tmp_path):

@@ -9,13 +9,14 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from sim_garments import hanging_strip
 
-from hemline import bodies
+from hemline import bodies, garments
 from hemline.errors import BadInput, BadMotion, SimulationFailed
 from hemline.garments.pins import Pins
+from hemline.meshes import crossing_edges
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 from hemline.playback.bench_sim import make_shirt
-from hemline.sim import SimSettings, settle, settle_all, simulate
+from hemline.sim import SimSettings, rest_drape, settle, settle_all, simulate
 
 GRAVITY = 9.81
 
@@ -90,6 +91,17 @@ def test_shapes_around_the_mean_all_find_their_equilibrium():
     for _ in range(5):
         found = settle(garment, shaped.body.shaped(0.5 * rng.normal(size=8)), start=rest())
         assert found.residual_share <= 0.01 and found.figures["inside"] == 0
+
+
+def test_a_shirt_that_dressing_would_push_through_itself_follows_the_change_of_the_body():
+    body, shirt = bodies.load("anny24"), garments.load("tshirt-light")
+    thin = body.shaped(np.random.default_rng(3).normal(size=(200, 16)).astype(np.float32)[90])
+    dressed = shirt.dressed(thin)
+    assert len(crossing_edges(dressed.vertices, dressed.faces)) > 40
+    rest = rest_drape(shirt, thin)
+    assert np.array_equal(rest.betas, thin.betas)
+    assert rest.figures["self_crossing_percent"] == 0 and rest.figures["inside"] == 0
+    assert rest.figures["edge_strain_max"] < 0.3 and rest.figures["residual_share"] < 0.1
 
 
 def test_a_hanging_strip_rests_as_the_closed_form_says():

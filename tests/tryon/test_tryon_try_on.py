@@ -14,6 +14,7 @@ from hemline.garments.dressing import body_tree
 from hemline.meshes import ClosestTree
 from hemline.tryon import fitness, try_on
 from hemline.tryon.alignment import aligned, posed_for
+from hemline.tryon.fitness import judged
 from hemline.tryon.try_on import on_shoulders
 
 
@@ -112,6 +113,14 @@ def test_a_torn_shirt_is_not_worn(shaped, worn):
     stretched = replace(shirt, rest_edges=0.75 * shirt.rest_edges)
     reason = fitness(stretched, shaped).reason
     assert reason is not None and reason.startswith("it is too small: the median edge is off its length by")
+
+
+def test_one_edge_that_is_far_too_long_is_a_rent(shaped, worn):
+    shirt = worn["tshirt"]
+    figures = fitness(shirt, shaped).figures
+    assert judged(shirt, shaped, shirt.vertices, figures) is None
+    torn = judged(shirt, shaped, shirt.vertices, figures | {"edge_strain_max": 7.0})
+    assert torn == "it is torn: an edge is 8.0 times as long as it should be"
 
 
 def test_wide_trousers_are_not_too_small(shaped, worn):

@@ -83,7 +83,7 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
         "inside": float(within.sum()), "pinched": float(len(cleaned.pinched)),
         "self_crossing_percent": self_crossings(vertices, garment.faces)["edge_percent"], "fall_mm": 1000 * fall,
     }  # fmt: skip
-    return Fitness(_reason(garment, shaped, vertices, figures), figures, rest)
+    return Fitness(judged(garment, shaped, vertices, figures), figures, rest)
 
 
 def _far_too_small(garment: Garment) -> str | None:
@@ -126,7 +126,8 @@ def _misplaced(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray) -> 
     return None
 
 
-def _reason(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figures: dict[str, float]) -> str | None:
+def judged(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figures: dict[str, float]) -> str | None:
+    """Why a garment that settled so cannot be worn, by its figures; None: it can."""
     misplaced = _fallen(figures["fall_mm"]) or _misplaced(garment, shaped, vertices)
     if misplaced:
         return misplaced
