@@ -14,6 +14,7 @@ from hemline.animators.ropes.rim import rim_of
 from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
 from hemline.garments.material import MATERIALS
+from hemline.garments.pin_rules import NO_PINS
 from hemline.garments.pins import Pins
 
 
@@ -103,6 +104,23 @@ def test_a_closed_rim_has_chains_all_around():
     assert (ropes.chains.across[ropes.parents >= 0] != np.flatnonzero(ropes.parents >= 0)[:, None]).all()
 
 
+def test_without_pins_the_chains_hang_from_the_highest_rim():
+    pinned = skirt()
+    loose = replace(pinned, pins=NO_PINS)
+    with_pins, without = lay_out(pinned, shaped(), chain_count=6), lay_out(loose, shaped(), chain_count=6)
+    np.testing.assert_allclose(without.rest, with_pins.rest, atol=1e-6)
+    np.testing.assert_allclose(without.lengths, with_pins.lengths, atol=1e-6)
+
+
+def test_the_chains_of_a_dress_reach_from_its_collar_to_its_hem():
+    dress = cape("dress-light")
+    ropes = lay_out(dress, shaped())
+    roots, tips = ropes.rest[ropes.chains.offsets[:-1]], ropes.rest[ropes.chains.offsets[1:] - 1]
+    low, high = dress.vertices[:, 1].min(), dress.vertices[:, 1].max()
+    assert roots[:, 1].min() > high - 0.2 and len(dress.pins) == 0
+    assert (tips[:, 1] < low + 0.1).sum() >= 4
+
+
 def test_chains_by_hand_are_taken():
     tube = skirt()
     chains = ((0, 80, 160, 240), (10, 90, 170))
@@ -177,5 +195,5 @@ def test_chains_that_do_not_fit_are_refused():
 def test_a_rim_of_one_vertex_is_refused():
     tube = skirt()
     one = Pins(*(getattr(tube.pins, name)[:1] for name in ("vertices", "body_faces", "barycentric", "heights")))
-    with pytest.raises(BadGarment, match="pinned rim"):
+    with pytest.raises(BadGarment, match="pinned or an open rim"):
         lay_out(replace(tube, pins=one), shaped())

@@ -9,7 +9,7 @@ from hemline.errors import BadGarment
 from hemline.meshes import geodesic_distances
 
 from .embedding import Embedding
-from .rim import rim_coordinates, rim_of
+from .rim import hung_from, rim_coordinates, rim_of
 
 if TYPE_CHECKING:
     from hemline.garments.garment import Garment
@@ -31,7 +31,7 @@ class Chart:
 
         self.garment, self.rim = garment, rim_of(garment)
         self.distance = geodesic_distances(
-            garment.vertices, garment.faces, garment.pins.vertices, rest_edges=garment.rest_edges
+            garment.vertices, garment.faces, hung_from(garment), rest_edges=garment.rest_edges
         )
         self.share = rim_coordinates(garment, self.rim, self.distance)
         middle = self._flat(self.share[garment.faces].astype(float), self.distance[garment.faces])

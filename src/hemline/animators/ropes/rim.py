@@ -1,4 +1,4 @@
-"""The pinned rim of a garment as a line, and where on it the shortest way from each vertex ends."""
+"""The rim that a garment hangs from as a line, and where on it the shortest way from each vertex ends."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -7,6 +7,7 @@ import numpy as np
 
 from hemline.arrays import Float, Int
 from hemline.errors import BadGarment
+from hemline.meshes import boundary_loops
 
 if TYPE_CHECKING:
     from hemline.garments.garment import Garment
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Rim:
-    """Vertices along the lower edge of the pinned part, in order."""
+    """Vertices along the lower edge of the held part, in order."""
 
     vertices: Int[np.ndarray, " rim"]
     """Garment vertex ids."""
@@ -42,14 +43,22 @@ class Rim:
         return (difference + 0.5) % 1 - 0.5 if self.closed else difference
 
 
+def hung_from(garment: "Garment") -> Int[np.ndarray, " held"]:
+    """The vertices that chains hang from: the pinned ones; the highest open rim where the shoulders carry it all."""
+    if len(garment.pins):
+        return garment.pins.vertices
+    loops = boundary_loops(garment.faces)
+    return max(loops, key=lambda loop: garment.vertices[loop, 1].mean()) if loops else garment.pins.vertices
+
+
 def rim_of(garment: "Garment") -> Rim:
-    """The pinned vertices that have a free neighbour, ordered along the mesh, or around the vertical where that fails.
+    """The held vertices that have a free neighbour, ordered along the mesh, or around the vertical where that fails.
 
     Raises:
         BadGarment: Fewer than two of them, or all in one place.
     """
     pinned = np.zeros(len(garment.vertices), np.bool_)
-    pinned[garment.pins.vertices] = True
+    pinned[hung_from(garment)] = True
     edges = np.unique(np.sort(garment.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
     mixed = edges[pinned[edges[:, 0]] != pinned[edges[:, 1]]]
     border = np.unique(mixed[pinned[mixed]])
@@ -63,7 +72,7 @@ def rim_of(garment: "Garment") -> Rim:
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     if len(order) < 2 or way[-1] < 1e-6:
         raise BadGarment(
-            f"garment '{garment.name}': chains hang from a pinned rim",
+            f"garment '{garment.name}': chains hang from a pinned or an open rim",
             f"{len(order)} vertices there",
             "pin an edge of the cloth, or give chains",
         )
@@ -78,7 +87,8 @@ def rim_coordinates(garment: "Garment", rim: Rim, distance: Float[np.ndarray, " 
     """
     angle = (2 * np.pi if rim.closed else np.pi) * rim.shares
     turn = np.zeros(len(distance), np.complex128)
-    turn[garment.pins.vertices] = _nearest_turns(garment, rim, np.exp(1j * angle))
+    held = hung_from(garment)
+    turn[held] = _nearest_turns(garment, rim, held, np.exp(1j * angle))
     turn[rim.vertices] = np.exp(1j * angle)
     corner = np.concatenate([garment.faces[:, [k, (k + 1) % 3, (k + 2) % 3]] for k in range(3)])
     flat = _flat_corners(garment)
@@ -125,10 +135,10 @@ def _flat_corners(garment: "Garment") -> np.ndarray:
     return np.stack([np.zeros(edges.shape[:2]), edges[:, :, 0], edges[:, :, 1]], 1)
 
 
-def _nearest_turns(garment: "Garment", rim: Rim, turns: np.ndarray) -> np.ndarray:
+def _nearest_turns(garment: "Garment", rim: Rim, held: np.ndarray, turns: np.ndarray) -> np.ndarray:
     from scipy.spatial import KDTree
 
-    nearest = KDTree(garment.vertices[rim.vertices]).query(garment.vertices[garment.pins.vertices])[1]
+    nearest = KDTree(garment.vertices[rim.vertices]).query(garment.vertices[held])[1]
     return turns[nearest]
 
 
