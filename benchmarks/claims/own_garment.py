@@ -57,6 +57,7 @@ def main() -> None:
     work = WORK / arguments.mesh.stem
     if arguments.afresh:
         shutil.rmtree(work, ignore_errors=True)
+    continued = work.exists()
     work.mkdir(parents=True, exist_ok=True)
     seconds, said = {}, {}
     for name, command in steps(arguments.mesh, work).items():
@@ -67,10 +68,12 @@ def main() -> None:
         print(f"{name}: {seconds[name]} s, status {done.returncode}\n{done.stdout[-1500:]}", flush=True)
         if done.returncode == 2:
             sys.exit(f"{name} refused")
+    minutes = sum(seconds[step] for step in ("tryon", "simulate", "fit")) / 60
     figures = {name: json.loads(said[f"evaluate {name}"]) for name in HELD_OUT}
     row = {
         "mesh": arguments.mesh.name, "clips": CLIPS, "seconds": seconds,
-        "minutes_to_model": round(sum(seconds[name] for name in ("tryon", "simulate", "fit")) / 60, 1),
+        # of a run that was continued the times say nothing
+        "minutes_to_model": None if continued else round(minutes, 1),
         "figures": figures, "machine": machine(), "commit": commit(),
     }  # fmt: skip
     with (ROOT / "benchmarks" / "results" / "own_garment.jsonl").open("a") as stream:

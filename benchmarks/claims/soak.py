@@ -40,6 +40,8 @@ LIGHT, LARGE = (
 SECONDS = 5.0
 OFTEN, SELDOM = 20, 5
 """Recordings for a large garment, and for each of a stranger."""
+AT_ONCE = 20
+"""Takes until lines are written."""
 FARTHEST = 3.0
 """A vertex that is farther from the pelvis flew off [m]."""
 STANDS_OUT = 0.002
@@ -79,11 +81,14 @@ def known() -> dict[tuple[str, str], dict]:
 
 
 def soak(name: str, garment: Garment, files: Iterable[Path], jobs: int) -> None:
-    """One garment through recordings that have no line yet."""
+    """One garment through the recordings that have no line yet, a few at a time."""
     there = known()
     files = [file for file in files if (name, _clip(file)) not in there]
-    if not files:
-        return
+    for first in range(0, len(files), AT_ONCE):
+        _soak(name, garment, files[first : first + AT_ONCE], jobs)
+
+
+def _soak(name: str, garment: Garment, files: list[Path], jobs: int) -> None:
     clips = [Clip(fastest(file, SECONDS), motions.subject_of(file)) for file in files]
     began = time.perf_counter()
     try:
@@ -92,8 +97,7 @@ def soak(name: str, garment: Garment, files: Iterable[Path], jobs: int) -> None:
         for file in files:
             _note({"garment": name, "clip": _clip(file), "take": "", "failed": str(error)})
         return
-    spent = time.perf_counter() - began
-    print(f"{name}: {len(rows)} takes in {spent:.0f} s, {3600 * len(rows) / spent:.0f} an hour", flush=True)
+    print(f"{name}: {len(rows)} takes in {time.perf_counter() - began:.0f} s", flush=True)
     dataset = open_dataset(OUT / name)
     for file, row in zip(files, rows, strict=True):
         _note({"garment": name, "clip": _clip(file), **judged(dataset, row, f"{name}-{file.stem}")})
