@@ -1,7 +1,7 @@
 """Takes an hour of a light garment, five seconds each: `python benchmarks/claims/takes_an_hour.py [GARMENT]`.
 
-Ten recordings, the most violent five seconds of each, a process a core, from an empty folder: starting the processes, the rest state and
-the figures of trust are counted. One JSON line goes to benchmarks/results/takes_an_hour.jsonl.
+Ten recordings, the most violent five seconds of each, a process a core, from an empty folder: starting the processes,
+the rest state and the figures of trust are counted. One JSON line goes to benchmarks/results/takes_an_hour.jsonl.
 """
 
 import json
