@@ -69,7 +69,7 @@ def main() -> None:
         if done.returncode == 2:
             sys.exit(f"{name} refused")
     minutes = sum(seconds[step] for step in ("tryon", "simulate", "fit")) / 60
-    figures = {name: json.loads(said[f"evaluate {name}"]) for name in HELD_OUT}
+    figures = {name: json.loads(said[f"evaluate {name}"]) | {"model": arguments.mesh.stem} for name in HELD_OUT}
     row = {
         "mesh": arguments.mesh.name, "clips": CLIPS, "seconds": seconds,
         # of a run that was continued the times say nothing

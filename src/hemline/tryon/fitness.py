@@ -70,7 +70,7 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
     try:
         rest = rest_drape(garment, shaped, settings)
     except SimulationFailed as failure:
-        return Fitness(_why_unsettled(garment, shaped, settings, str(failure)), {}, None)
+        return Fitness(_why_unsettled(garment, laid, shaped, settings, str(failure)), {}, None)
     # as at the end of each frame of a take
     posed = shaped.posed(shaped.rest_pose)
     cleaned = FrameEnd(laid, shaped).clean(posed, rest.vertices[0].astype(np.float64), 1.0)
@@ -101,13 +101,13 @@ def _too_small(median: float, most: float) -> str:
     )
 
 
-def _why_unsettled(garment: Garment, shaped: "ShapedBody", settings: SimSettings, failure: str) -> str:
+def _why_unsettled(garment: Garment, laid: Garment, shaped: "ShapedBody", settings: SimSettings, failure: str) -> str:
     """What falls crumples on the floor, or on nothing: then the fall is the reason, not the crumples."""
     try:
         vertices = rest_drape(garment, shaped, replace(settings, self_contact=False)).vertices[0]
     except SimulationFailed:
         return failure
-    return _fallen(1000 * float((garment.vertices[:, 1] - vertices[:, 1]).mean())) or failure
+    return _fallen(1000 * float((laid.vertices[:, 1] - vertices[:, 1]).mean())) or failure
 
 
 def _fallen(fall_mm: float) -> str | None:
