@@ -16,15 +16,15 @@ from hemline.meshes import crossing_edges
 from hemline.motions.motion import Pose
 
 from .carry import carried, farthest_way
+from .damped import STILL, free_crossings, swung
 from .dressed_body import DressedBody
 from .figures import strain_figures
 from .frame_end import FrameEnd
 from .grip import Grip
-from .ironing import EVERY, IRONS, ironed
 from .lead_in import between
 from .rest import Rest
 from .settings import SimSettings
-from .sewing import CLOSED, sewn, stretch
+from .sewing import stretch
 from .state import ClothState, Positions
 from .statics import Equilibrium, Search
 from .tangles import MOST, refuse_tangles
@@ -54,9 +54,6 @@ MOST_AT_START = 0.005
 """Share of the edges that may go through the cloth where a take starts: a fold pressed into an armpit, which motion
 opens again. An equilibrium may have fewer (`tangles.MOST`)."""
 
-STILL = 0.02
-"""Mean speed below which dynamics have brought the cloth near enough to its equilibrium [m/s]."""
-
 KEPT_SPEED = 0.9
 """Share of the velocity that is kept from frame to frame while settling by dynamics."""
 
@@ -72,8 +69,6 @@ on its own shape instead and follows the change of the body."""
 
 ATTEMPTS = 5
 """Searches at one station, at most."""
-
-NONE = np.empty((0, 2), np.int32)
 
 Method = Literal["newton", "draping"]
 
@@ -252,17 +247,24 @@ class _Settling:
 
     def _stations(self, origin: "PosedBody", positions: Positions) -> list["PosedBody"]:
         """Bodies from the origin, itself left out, to the goal; none where they are the same."""
-        goal, first = self.shaped.posed(self.pose), origin.shaped.betas
-        same = np.array_equal(first, self.shaped.betas)
-        if same and origin.pose.hash == self.pose.hash:
+        goal = self.shaped.posed(self.pose)
+        if self.start is not None or origin.shaped is self.shaped:
+            return self._way(origin, goal, positions, STRIDE)
+        # from the garment's own shape: first the shape, finely, then the pose
+        rest = self.shaped.posed(self.shaped.rest_pose)
+        return self._way(origin, rest, positions, FINE_STRIDE) + self._way(rest, goal, positions, STRIDE)
+
+    @staticmethod
+    def _way(first: "PosedBody", last: "PosedBody", positions: Positions, stride: float) -> list["PosedBody"]:
+        """Bodies from the first, left out, to the last, so that the skin near the cloth moves by a stride at most."""
+        one, two = first.shaped.betas, last.shaped.betas
+        same = np.array_equal(one, two)
+        if same and first.pose.hash == last.pose.hash:
             return []
-        stride = STRIDE if same or self.start is not None else FINE_STRIDE
-        count = max(1, int(np.ceil(farthest_way(origin, goal, positions) / stride)))
-        stations = []
-        for share in np.arange(1, count) / count:
-            shape = self.shaped if same else self.shaped.body.shaped(first + share * (self.shaped.betas - first))
-            stations.append(shape.posed(between(origin.pose, self.pose, share)))
-        return [*stations, goal]
+        count = max(1, int(np.ceil(farthest_way(first, last, positions) / stride)))
+        shapes = [last.shaped if same else last.shaped.body.shaped(one + part * (two - one)) for part in _parts(count)]
+        poses = [between(first.pose, last.pose, part) for part in _parts(count)]
+        return [*(shape.posed(pose) for shape, pose in zip(shapes, poses, strict=True)), last]
 
     def _carried(self, positions: Positions, first: "PosedBody", second: "PosedBody") -> Positions:
         sheet = self.dressed.sheet
@@ -293,7 +295,11 @@ class _Settling:
                 positions, after = self._cleaned(posed, found.positions)
                 # what was at rest from the start stays as it is
                 again = last and attempt + 1 < attempts
-                tangled = again and search.newton_steps > 0 and len(self._crossed(positions, after)) > 0
+                tangled = (
+                    again
+                    and search.newton_steps > 0
+                    and len(free_crossings(self.dressed, positions, after, self.settings)) > 0
+                )
                 if not again or (not tangled and np.array_equal(after, pinched)):
                     return search, found
                 pinched = after
@@ -332,59 +338,12 @@ class _Settling:
     def _swung(
         self, posed: "PosedBody", positions: Positions, seconds: float, kept: float, still: float = STILL
     ) -> ClothState:
-        """Dynamics at one pose, until the cloth hardly moves where velocities are damped.
-
-        Raises:
-            SimulationFailed: A step failed at its shortest.
-        """
         dressed = self.dressed if posed.shaped is self.shaped else DressedBody(
             self.garment, posed.shaped, self.dressed.settings
         )  # fmt: skip
-        dressed.stepper.settings, careful = self.settings, dressed.stepper.settings
-        state, end, step = dressed.stepper.start(positions), self._end(posed), 1 / self.settings.fps
-        frames, irons = round(seconds * self.settings.fps), 0
-        try:
-            state = sewn(dressed, end, posed.pose, state)
-            for frame in range(frames):
-                state, _, _ = dressed.frame(
-                    state, posed.pose, posed.pose, substeps=2 if kept < 1 else None, seconds=step
-                )
-                cleaned = end.clean(posed, state.positions, step)
-                state = dressed.fed_back(state, cleaned.positions, cleaned.pinched)
-                state = replace(state, velocities=kept * state.velocities, change=kept * state.change)
-                speed = float(np.linalg.norm(state.velocities, axis=1).mean())
-                quiet = kept < 1 and frame > 5 and speed < still
-                due = kept < 1 and (quiet or frame % EVERY == EVERY - 1)
-                crossed = self._crossed(state.positions, state.pinched) if due else NONE
-                # what was ironed needs time to fall; what crosses again and again has no better place
-                if len(crossed) and irons < IRONS and frame + EVERY < frames:
-                    irons += 1
-                    free = ~state.pinched & ~dressed.pinned
-                    state = replace(state, positions=ironed(dressed.sheet, state.positions, crossed, free))
-                elif quiet:
-                    break
-            state = self._ironed_at_last(state) if kept < 1 else state
-        except SimulationFailed as reason:
-            raise SimulationFailed(f"settling '{self.garment.name}': {reason}") from reason
-        dressed.stepper.settings = careful
-        return state
-
-    def _ironed_at_last(self, state: ClothState) -> ClothState:
-        """What crosses still is ironed once more, if that does not tear it: a take starts better with folds pressed
-        flat than with folds that go through each other.
-        """
-        crossed, sheet = self._crossed(state.positions, state.pinched), self.dressed.sheet
-        if not len(crossed):
-            return state
-        flat = ironed(sheet, state.positions, crossed, ~state.pinched & ~self.dressed.pinned)
-        return replace(state, positions=flat) if stretch(sheet, flat) < CLOSED else state
-
-    def _crossed(self, positions: Positions, pinched: Mask) -> np.ndarray:
-        """Edges that go through the cloth where it could lie otherwise, if that matters."""
-        if not self.settings.self_contact:
-            return NONE
-        crossed = crossing_edges(positions.astype(np.float32), self.garment.faces)
-        return crossed[~pinched[crossed].any(axis=1)]
+        return swung(
+            dressed, self._end(posed), posed, positions, self.settings, seconds=seconds, kept=kept, still=still
+        )
 
     def _draped(self, posed: "PosedBody", positions: Positions, grip: Grip | None) -> Rest:
         state = self._swung(posed, positions, DRAPING, 1.0)
@@ -413,6 +372,11 @@ class _Settling:
                 "self_crossing_percent": 100 * crossing,
             },
         )  # fmt: skip
+
+
+def _parts(count: int) -> np.ndarray:
+    """Shares of a way cut in so many, its ends left out."""
+    return np.arange(1, count) / count
 
 
 def _check_start(start: Rest, garment: Garment, shaped: "ShapedBody") -> None:
