@@ -7,7 +7,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from .surface import Anchors, Planes, Skin, Surface
-from .touch_kernels import turned_inside
+from .touch_kernels import strayed, turned_inside
+
+NEAR = 0.001
+"""The surface is looked for again under a vertex that has moved by this much [m]."""
 
 WIDE = 3.0
 """How much farther than usual is looked for a body that comes fast."""
@@ -45,7 +48,7 @@ class Contact:
         self.surface, self.then, self.now = surface, then, now
         self.start, self.fixed, self.push = start, fixed, push
         anchors = surface.anchors(start, then, fixed, known)
-        self.ahead = surface.anchors(guess, now, fixed, anchors)
+        self.ahead, self._sought = surface.anchors(guess, now, fixed, anchors), guess.copy()
         surprised = (anchors.face < 0) & (self.ahead.face >= 0)
         if surprised.any():
             wide = surface.anchors(start, then, ~surprised, reach=WIDE * surface.reach)
@@ -53,9 +56,12 @@ class Contact:
         self.planes = self.laid(anchors)
         self.anchors = anchors
 
-    def move(self, positions: Float[np.ndarray, "verts 3"]) -> None:
-        """Find the planes again, where the cloth is at the step's end."""
-        self.ahead = self.surface.anchors(positions, self.now, self.fixed, self.ahead)
+    def move(self, positions: Float[np.ndarray, "verts 3"]) -> bool:
+        """Find the planes again, where the cloth is at the step's end; whether a vertex moved far enough for that."""
+        asked = np.empty(len(positions), bool)
+        if not strayed(positions, self.fixed, NEAR, self._sought, asked):
+            return False
+        self.ahead = self.surface.anchors(positions, self.now, self.fixed, self.ahead, asked=asked)
         planes, before = self.laid(self.ahead), self.planes
         kept = np.empty(len(positions), bool)
         turned_inside(
@@ -63,11 +69,13 @@ class Contact:
         )  # fmt: skip
         self.anchors = _chosen(kept, self.anchors, self.ahead)
         self.planes = _chosen(kept, self.planes, planes)
+        return True
 
     def of(self, which: Bool[np.ndarray, " verts"]) -> "Contact":
         """That of some of the vertices."""
         part = copy(self)
         part.start, part.fixed, part.push = self.start[which], self.fixed[which], self.push[which]
+        part._sought = self._sought[which]
         part.anchors, part.ahead, part.planes = (_rows(each, which) for each in (self.anchors, self.ahead, self.planes))
         return part
 

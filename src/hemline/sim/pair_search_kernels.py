@@ -4,6 +4,7 @@ import numpy as np
 
 from hemline.compiled import kernel, prange
 
+from .lane_kernels import LANES, NOBODY, SURELY, near_lanes
 from .touch_kernels import closest_on_triangle
 
 INNER = 0.4
@@ -13,7 +14,7 @@ PARALLEL = 0.97
 """Squared cosine of the angle between two edges from which they are no pair."""
 
 
-@kernel
+@kernel(inline="always")
 def closest_on_edges(a, b, c, d):
     """Where segments a b and c d are nearest: shares along each, and the squared distance (Ericson 2005, 5.1.9)."""
     u0, u1, u2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -30,15 +31,6 @@ def closest_on_edges(a, b, c, d):
         t, s = 1.0, min(max((uv - ur) / max(uu, 1e-30), 0.0), 1.0)
     e0, e1, e2 = r0 + s * u0 - t * v0, r1 + s * u1 - t * v1, r2 + s * u2 - t * v2
     return s, t, e0 * e0 + e1 * e1 + e2 * e2
-
-
-@kernel(inline="always")
-def _far(one, e, two, g, slack):
-    """Whether two elements stay farther apart than the slack."""
-    m0, m1, m2 = one[e, 7] - two[g, 7], one[e, 8] - two[g, 8], one[e, 9] - two[g, 9]
-    reach = one[e, 3] + two[g, 3] + one[e, 10] + two[g, 10] + slack + (m0 * m0 + m1 * m1 + m2 * m2) ** 0.5
-    d0, d1, d2 = one[e, 0] - two[g, 0], one[e, 1] - two[g, 1], one[e, 2] - two[g, 2]
-    return d0 * d0 + d1 * d1 + d2 * d2 > reach * reach
 
 
 @kernel(inline="always")
@@ -59,7 +51,7 @@ def _outside(frame, e, box, motion, p, slack):
     )  # fmt: skip
 
 
-@kernel
+@kernel(inline="always")
 def _vertex_face(x, moved, i, f, faces, radius, margin, room, found, out):
     """Note vertex i and triangle f where they may meet; returns how many were found so far."""
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -78,7 +70,7 @@ def _vertex_face(x, moved, i, f, faces, radius, margin, room, found, out):
     return found + 1
 
 
-@kernel
+@kernel(inline="always")
 def _edge_edge(x, moved, e, g, edges, radius, margin, room, found, out):
     """Note edges e and g where they may meet; returns how many were found so far, and whether one of them could go
     through a triangle at the other: it is nearer than the inner circle of that reaches.
@@ -107,15 +99,32 @@ def _edge_edge(x, moved, e, g, edges, radius, margin, room, found, out):
     return found + 1, through
 
 
+@kernel(inline="always")
+def _met(blocks, block, lane, cosine, apart, others, other):
+    """Lanes of another block that the element in a lane may meet; `apart`: more than its own reach."""
+    return near_lanes(
+        others, other, blocks[block, 0, lane], blocks[block, 1, lane], blocks[block, 2, lane],
+        np.float32(blocks[block, 3, lane] + apart), blocks[block, 4, lane], blocks[block, 5, lane],
+        blocks[block, 6, lane], cosine,
+    )  # fmt: skip
+
+
+@kernel(inline="always")
+def _drift(motion, p, q):
+    """How far two patches move against each other."""
+    m0, m1, m2 = motion[p, 0] - motion[q, 0], motion[p, 1] - motion[q, 1], motion[p, 2] - motion[q, 2]
+    return (m0 * m0 + m1 * m1 + m2 * m2) ** 0.5
+
+
 @kernel(parallel=True)
 def near_pairs(
     x, moved, faces, edges, face_frames, edge_frames, vertex_frames, radius, box, motion, joined, vertex_starts,
-    vertices, edge_starts, patch_edges, face_starts, patch_faces, pairs, thickest, margin, most, chunk, room,
-    met_out, count_out, out,
+    vertices, vertex_blocks, edge_starts, patch_edges, edge_blocks, face_starts, patch_faces, face_blocks, pairs,
+    thickest, margin, chunk, room, met_out, count_out, out,
 ):  # fmt: skip
     """Vertex-triangle and edge-edge pairs of patch pairs that come nearer than thickness and margin in the step.
 
-    # in:  thickest: the largest thickness; most: elements of one kind in a patch, at most;
+    # in:  starts, elements and blocks of each kind as `fill_lanes` has them; thickest: the largest thickness;
     #      pairs (patch pairs, 2), worked on in chunks of so many, each with room for so many in out (chunks room, 5)
     # out: met_out: whether something in a patch pair may go through something; count_out: how many each chunk has,
     #      perhaps more than there is room for; out: four vertices (first the vertex, then the triangle; or one edge,
@@ -124,47 +133,49 @@ def near_pairs(
     slack = thickest + margin
     for number in prange(count_out.shape[0]):
         here, found = out[number * room : (number + 1) * room], 0
-        some = np.empty(most, np.int32)
         for entry in range(number * chunk, min(pairs.shape[0], (number + 1) * chunk)):
             p, q = pairs[entry, 0], pairs[entry, 1]
+            # neighbours whose normals agree do not meet; their boxes always do
             near = joined[p, q] == 1
+            cosine, apart = SURELY if near else np.float32(2.0), slack + _drift(motion, p, q)
             met_out[entry] = False
             for turn in range(1 if p == q else 2):
                 one, two = (p, q) if turn == 0 else (q, p)
-                kept = 0
-                for place in range(face_starts[two], face_starts[two + 1]):
-                    if p == q or not _outside(face_frames, patch_faces[place], box, motion, one, slack):
-                        some[kept] = patch_faces[place]
-                        kept += 1
-                if kept == 0:
-                    continue
-                for place in range(vertex_starts[one], vertex_starts[one + 1]):
-                    i = vertices[place]
-                    if p != q and _outside(vertex_frames, i, box, motion, two, slack):
-                        continue
-                    for k in range(kept):
-                        f = some[k]
-                        # of neighbours most agree, which is cheaper to see than how far they are
-                        if near and _agree(vertex_frames, i, face_frames, f):
+                for block in range(vertex_starts[one], vertex_starts[one + 1]):
+                    for lane in range(LANES):
+                        i = vertices[block, lane]
+                        if i == NOBODY:
+                            break
+                        if not near and _outside(vertex_frames, i, box, motion, two, slack):
                             continue
-                        if not _far(vertex_frames, i, face_frames, f, slack):
-                            found = _vertex_face(x, moved, i, f, faces, radius, margin, room, found, here)
-            kept = 0
-            for place in range(edge_starts[q], edge_starts[q + 1]):
-                if p == q or not _outside(edge_frames, patch_edges[place], box, motion, p, slack):
-                    some[kept] = patch_edges[place]
-                    kept += 1
-            for place in range(edge_starts[p], edge_starts[p + 1]):
-                e = patch_edges[place]
-                if kept == 0 or (p != q and _outside(edge_frames, e, box, motion, q, slack)):
-                    continue
-                for k in range(kept):
-                    g = some[k]
-                    if (p == q and g <= e) or (near and _agree(edge_frames, e, edge_frames, g)):
+                        for other in range(face_starts[two], face_starts[two + 1]):
+                            some = _met(vertex_blocks, block, lane, cosine, apart, face_blocks, other)
+                            if some == 0:
+                                continue
+                            for k in range(LANES):
+                                f = patch_faces[other, k]
+                                if some >> k & 1 and not (near and _agree(vertex_frames, i, face_frames, f)):
+                                    found = _vertex_face(x, moved, i, f, faces, radius, margin, room, found, here)
+            for block in range(edge_starts[p], edge_starts[p + 1]):
+                for lane in range(LANES):
+                    e = patch_edges[block, lane]
+                    if e == NOBODY:
+                        break
+                    if not near and _outside(edge_frames, e, box, motion, q, slack):
                         continue
-                    if not _far(edge_frames, e, edge_frames, g, slack):
-                        found, through = _edge_edge(x, moved, e, g, edges, radius, margin, room, found, here)
-                        met_out[entry] |= through
+                    for other in range(block if p == q else edge_starts[q], edge_starts[q + 1]):
+                        some = _met(edge_blocks, block, lane, cosine, apart, edge_blocks, other)
+                        if some == 0:
+                            continue
+                        for k in range(LANES):
+                            g = patch_edges[other, k]
+                            if (
+                                some >> k & 1
+                                and not (p == q and g <= e)
+                                and not (near and _agree(edge_frames, e, edge_frames, g))
+                            ):
+                                found, through = _edge_edge(x, moved, e, g, edges, radius, margin, room, found, here)
+                                met_out[entry] |= through
         count_out[number] = found
 
 
@@ -177,7 +188,7 @@ def _volume(a, b, c, d):
     return (u1 * v2 - u2 * v1) * w0 + (u2 * v0 - u0 * v2) * w1 + (u0 * v1 - u1 * v0) * w2
 
 
-@kernel
+@kernel(inline="always")
 def pierces(p, q, a, b, c):
     """Whether a segment goes through a triangle; written apart from the count of crossings that judges the result."""
     if _volume(a, b, c, p) * _volume(a, b, c, q) >= 0.0:
@@ -188,45 +199,41 @@ def pierces(p, q, a, b, c):
 
 @kernel(parallel=True)
 def piercing_edges(
-    x, faces, edges, face_frames, edge_frames, box, joined, edge_starts, patch_edges, face_starts,
-    patch_faces, pairs, most, chunk, room, count_out, out,
+    x, faces, edges, face_frames, edge_frames, box, motion, joined, edge_starts, patch_edges, edge_blocks, face_starts,
+    patch_faces, face_blocks, pairs, chunk, room, count_out, out,
 ):  # fmt: skip
     """Edges that go through triangles: out (chunks room, 2) holds edge and triangle."""
     for number in prange(count_out.shape[0]):
         here, found = out[number * room : (number + 1) * room], 0
-        some = np.empty(most, np.int32)
         for entry in range(number * chunk, min(pairs.shape[0], (number + 1) * chunk)):
             p, q = pairs[entry, 0], pairs[entry, 1]
             near = joined[p, q] == 1
+            cosine, apart = SURELY if near else np.float32(2.0), _drift(motion, p, q)
             for turn in range(1 if p == q else 2):
                 one, two = (p, q) if turn == 0 else (q, p)
-                kept = 0
-                for place in range(face_starts[two], face_starts[two + 1]):
-                    if p == q or _touches(face_frames, patch_faces[place], box, one):
-                        some[kept] = patch_faces[place]
-                        kept += 1
-                if kept == 0:
-                    continue
-                for place in range(edge_starts[one], edge_starts[one + 1]):
-                    e = patch_edges[place]
-                    if p != q and not _touches(edge_frames, e, box, two):
-                        continue
-                    i, j = edges[e, 0], edges[e, 1]
-                    for k in range(kept):
-                        f = some[k]
-                        d0, d1 = edge_frames[e, 0] - face_frames[f, 0], edge_frames[e, 1] - face_frames[f, 1]
-                        d2, reach = edge_frames[e, 2] - face_frames[f, 2], edge_frames[e, 3] + face_frames[f, 3]
-                        if d0 * d0 + d1 * d1 + d2 * d2 > reach * reach:
+                for block in range(edge_starts[one], edge_starts[one + 1]):
+                    for lane in range(LANES):
+                        e = patch_edges[block, lane]
+                        if e == NOBODY:
+                            break
+                        if not near and not _touches(edge_frames, e, box, two):
                             continue
-                        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-                        if i in (a, b, c) or j in (a, b, c):
-                            continue
-                        if near and _agree(edge_frames, e, face_frames, f):
-                            continue
-                        if pierces(x[i], x[j], x[a], x[b], x[c]):
-                            if found < room:
-                                here[found, 0], here[found, 1] = e, f
-                            found += 1
+                        i, j = edges[e, 0], edges[e, 1]
+                        for other in range(face_starts[two], face_starts[two + 1]):
+                            some = _met(edge_blocks, block, lane, cosine, apart, face_blocks, other)
+                            if some == 0:
+                                continue
+                            for k in range(LANES):
+                                f = patch_faces[other, k]
+                                if not some >> k & 1 or (near and _agree(edge_frames, e, face_frames, f)):
+                                    continue
+                                a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+                                if i in (a, b, c) or j in (a, b, c):
+                                    continue
+                                if pierces(x[i], x[j], x[a], x[b], x[c]):
+                                    if found < room:
+                                        here[found, 0], here[found, 1] = e, f
+                                    found += 1
         count_out[number] = found
 
 

@@ -11,11 +11,12 @@ import numpy as np
 from jaxtyping import Float
 
 from .contour_kernels import contour_directions
+from .lane_kernels import LANES, ROWS, fill_lanes
 from .pair_kernels import lay_pairs
 from .pair_search_kernels import near_pairs, piercing_edges
 from .pairs import PairRows
 from .patch_kernels import element_frames, group_bounds, patch_bounds, patch_pairs
-from .patches import make_patches
+from .patches import Blocks, make_patches
 from .sheet import Sheet
 
 MARGIN = 0.001
@@ -44,8 +45,9 @@ class SelfContact:
     def __init__(self, sheet: Sheet, *, thickness: float, stiffness: float, friction: Float[np.ndarray, " verts"]):
         self.sheet, self.patches = sheet, make_patches(sheet, thickness)
         self.push, self.friction = stiffness * sheet.vertex_area, friction
-        rows = self.patches.vertices, self.patches.edges, self.patches.faces
-        self.most = int(max(np.diff(each.starts.astype(np.int64)).max() for each in rows))
+        rows = self.patches.faces, self.patches.edges, self.patches.vertices
+        self._blocks = tuple(Blocks.of(each) for each in rows)
+        self._lanes = tuple(np.empty((len(each.elements), ROWS, LANES), np.float32) for each in self._blocks)
         self.thickest = 2 * float(self.patches.radius.max())
         count = self.patches.count
         counts = len(sheet.faces), len(sheet.edges), sheet.vertex_count
@@ -75,22 +77,27 @@ class SelfContact:
             start, moved, sheet.faces, self._edges, faces, patches.vertices.starts, patches.vertices.columns, *rows,
             box, motion, cone,
         )  # fmt: skip
+        for frames, blocks, lanes in zip(self._frames, self._blocks, self._lanes, strict=True):
+            fill_lanes(frames, motion, start[0], blocks.starts, blocks.elements, lanes)
+        by_face, by_edge, by_vertex = (
+            (blocks.starts, blocks.elements, lanes) for blocks, lanes in zip(self._blocks, self._lanes, strict=True)
+        )
         pairs = self._patch_pairs(box, motion, cone)
         met = np.empty(len(pairs), bool)
         corners = self._filled(
             "near", 5, len(pairs),
             lambda room, count, out: near_pairs(
                 start, moved, sheet.faces, self._edges, faces, edges, normal, patches.radius, box, motion,
-                patches.joined, patches.vertices.starts, patches.vertices.columns, *rows, pairs, self.thickest, MARGIN,
-                self.most, CHUNK, room, met, count, out,
+                patches.joined, *by_vertex, *by_edge, *by_face, pairs, self.thickest, MARGIN, CHUNK, room, met, count,
+                out,
             ),
         )  # fmt: skip
         pairs = pairs[met]
         crossed = self._filled(
             "piercing", 2, len(pairs),
             lambda room, count, out: piercing_edges(
-                start, sheet.faces, self._edges, faces, edges, box, patches.joined, *rows, pairs, self.most, CHUNK,
-                room, count, out,
+                start, sheet.faces, self._edges, faces, edges, box, motion, patches.joined, *by_edge, *by_face, pairs,
+                CHUNK, room, count, out,
             ),
         )  # fmt: skip
         self.crossed = self._edges[crossed[:, 0]]

@@ -26,9 +26,6 @@ if TYPE_CHECKING:
 FASTEST = 60.0
 """A vertex faster than this is taken for a step that failed [m/s]."""
 
-NEAR = 0.001
-"""Contact is looked for again when a vertex has moved by this much [m]."""
-
 WORST_ERROR = 0.015
 """So is a mean residual that would move a free vertex farther than this within the step [m]."""
 
@@ -93,7 +90,7 @@ class Step:
                 stepper.surface, then.skin, now.skin, x0, self.x, stepper.fixed, push, stepper.last_anchors
             )
             self.planes = self.contact.planes
-        self.touched, self.coarsened, self.share = self.x, False, 0.0
+        self.coarsened, self.share = False, 0.0
         self.pairs: Pairs | None = None
         if moving and stepper.self_contact is not None:
             stepper.self_contact.begin(x0, self.x)
@@ -227,10 +224,9 @@ class Step:
 
     def touch(self) -> None:
         """Look for contact again where the cloth is now; with the body, unless it hardly moved since."""
-        pressed = self.contact is not None and farther_than(self.x, self.touched, NEAR)
+        pressed = self.contact is not None and self.contact.move(self.x)
         if self.contact is not None and pressed:
-            self.contact.move(self.x)
-            self.planes, self.touched = self.contact.planes, self.x
+            self.planes = self.contact.planes
             self.stepper.body_points.move(self.x)
         if pressed or self.stepper.self_contact is not None:
             self._meet()

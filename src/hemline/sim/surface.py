@@ -100,8 +100,9 @@ class Surface:
         known: Anchors | None = None,
         *,
         reach: float | None = None,
+        asked: Bool[np.ndarray, " verts"] | None = None,
     ) -> Anchors:
-        """The closest point on the surface for every cloth vertex that is not fixed.
+        """The closest point on the surface for every cloth vertex that is not fixed, or only for some.
 
         Args:
             positions: The cloth [m].
@@ -109,14 +110,18 @@ class Surface:
             fixed: Vertices that need none.
             known: Earlier anchors; they speed the search and do not change its result.
             reach: How far to look [m]; None: as far as usual.
+            asked: Vertices that are looked for; the others keep their earlier anchors. None: all that are not fixed.
         """
         count = len(positions)
         grid = skin.grid(self.reach)
         nearest = np.full(count, -1, np.int32) if known is None else known.nearest.copy()
-        face, weights = np.empty(count, np.int32), np.zeros((count, 2))
+        if known is None or asked is None:
+            face, weights, asked = np.full(count, -1, np.int32), np.zeros((count, 2)), ~fixed
+        else:
+            face, weights = known.face.copy(), known.weights.copy()
         closest_faces(
             positions, skin.vertices, self.faces, self.star.starts, self.star.columns, grid.low, grid.cell, grid.size,
-            grid.starts, grid.order, reach or self.reach, fixed, nearest, face, weights,
+            grid.starts, grid.order, reach or self.reach, asked, nearest, face, weights,
         )  # fmt: skip
         return Anchors(nearest, face, weights)
 

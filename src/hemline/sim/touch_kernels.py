@@ -42,7 +42,7 @@ def cells_between(first, last, low, cell, count):
     return int(max((first - low) / cell, 0.0)), int(min((last - low) / cell, count - 1.0))
 
 
-@kernel
+@kernel(inline="always")
 def closest_on_triangle(px, py, pz, a, b, c):
     """Barycentric coordinates of the point of triangle a b c closest to p, and the squared distance (Ericson 2005)."""
     abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -74,13 +74,13 @@ def closest_on_triangle(px, py, pz, a, b, c):
 
 @kernel(parallel=True)
 def closest_faces(
-    x, vertices, faces, star_starts, star, low, cell, size, cell_starts, order, reach, fixed,
+    x, vertices, faces, star_starts, star, low, cell, size, cell_starts, order, reach, asked,
     nearest_out, face_out, weights_out,
 ):  # fmt: skip
-    """For each free cloth vertex the closest face within reach and the weights of its corners; face -1: none.
+    """For each cloth vertex that is asked for the closest face within reach and the weights of its corners; -1: none.
 
     # in:  nearest_out holds the last nearest body vertices: they bound the search, they do not change its result
-    # out: nearest body vertex (-1: none), face, weights of corners 1 and 2
+    # out: nearest body vertex (-1: none), face, weights of corners 1 and 2; of the others as they were
     """
     # garments lie near the body at one end of their numbering: blocks are dealt out so that each thread gets both ends
     count, blocks = x.shape[0], (x.shape[0] + BLOCK - 1) // BLOCK
@@ -88,9 +88,9 @@ def closest_faces(
     for turn in prange(blocks):
         first = turn * STRIDE % blocks * BLOCK
         for i in range(first, min(first + BLOCK, count)):
-            face_out[i] = -1
-            if fixed[i]:
+            if not asked[i]:
                 continue
+            face_out[i] = -1
             px, py, pz = x[i, 0], x[i, 1], x[i, 2]
             best, found = reach * reach, -1
             known = nearest_out[i]
@@ -119,11 +119,13 @@ def closest_faces(
             if found < 0:
                 continue
             best, face, bv, bw = 1e30, -1, 0.0, 0.0
-            centre = found
-            for _ in range(4):
+            centre = last = found
+            for visit in range(4):
                 improved = False
                 for entry in range(star_starts[centre], star_starts[centre + 1]):
                     f = star[entry]
+                    if visit > 0 and (faces[f, 0] == last or faces[f, 1] == last or faces[f, 2] == last):
+                        continue
                     v, w, d = closest_on_triangle(
                         px, py, pz, vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
                     )
@@ -139,7 +141,7 @@ def closest_faces(
                     corner = 2
                 if faces[face, corner] == centre:
                     break
-                centre = faces[face, corner]
+                last, centre = centre, faces[face, corner]
             face_out[i], weights_out[i, 0], weights_out[i, 1] = face, bv, bw
 
 
@@ -179,6 +181,23 @@ def contact_planes(
 
 
 @kernel(parallel=True)
+def strayed(x, fixed, distance, sought, asked_out):
+    """How many vertices that are not fixed are farther than a distance from where their face was sought.
+
+    # in:  sought (verts, 3)
+    # out: asked_out: which; sought: for them where they are now
+    """
+    count = 0
+    for i in prange(x.shape[0]):
+        d0, d1, d2 = x[i, 0] - sought[i, 0], x[i, 1] - sought[i, 1], x[i, 2] - sought[i, 2]
+        asked_out[i] = not fixed[i] and d0 * d0 + d1 * d1 + d2 * d2 > distance * distance
+        if asked_out[i]:
+            sought[i, 0], sought[i, 1], sought[i, 2] = x[i, 0], x[i, 1], x[i, 2]
+            count += 1
+    return count
+
+
+@kernel(parallel=True)
 def turned_inside(x, old_normal, old_stiffness, normal, point, stiffness, turned_out):
     """Vertices behind their new plane, whose old one looked the other way."""
     for i in prange(x.shape[0]):
@@ -196,5 +215,6 @@ __all__ = [
     "closest_on_triangle",
     "contact_planes",
     "fill_grid",
+    "strayed",
     "turned_inside",
 ]
