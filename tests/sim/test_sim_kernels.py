@@ -10,6 +10,7 @@ from hemline.sim import Skin, Stepper, Surface
 from hemline.sim.air_kernels import air_at_vertices, air_by_triangle
 from hemline.sim.block_kernels import PAD
 from hemline.sim.conjugate_kernels import factorise, solve_band
+from hemline.sim.contact import NEAR, Contact
 from hemline.sim.state import Scene
 from hemline.sim.step import Step
 from hemline.sim.touch_kernels import BLOCK, STRIDE, turned_inside
@@ -211,6 +212,26 @@ def test_points_out_of_reach_have_no_anchor_and_earlier_ones_change_nothing():
     afresh = surface.anchors(moved, skin, fixed)
     assert np.array_equal(known.face, afresh.face)
     assert np.array_equal(known.weights, afresh.weights)
+
+
+def test_the_surface_is_sought_again_only_under_points_that_moved():
+    _, skin, surface = sphere()
+    direction = np.random.default_rng(7).normal(size=(200, 3))
+    points = 0.31 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    fixed, push = np.arange(200) < 20, np.full(200, 7.0)
+    contact = Contact(surface, skin, skin, points, points, fixed, push)
+    before = contact.planes
+    assert not contact.move(points + 0.5 * NEAR), "nobody moved far enough"
+    moved = np.arange(200) >= 150
+    later = points + np.where(moved, 40 * NEAR, 0.5 * NEAR)[:, None] * direction[:, [1, 2, 0]]
+    farther = np.linalg.norm(later - points, axis=1) > NEAR
+    assert contact.move(later)
+    for name in ("normal", "point"):
+        assert np.array_equal(getattr(contact.planes, name)[~farther], getattr(before, name)[~farther])
+    afresh = surface.planes(surface.anchors(later, skin, fixed), points, skin, skin, push)
+    assert np.array_equal(contact.planes.point[farther & ~fixed], afresh.point[farther & ~fixed])
+    assert not contact.move(later), "they have been sought where they are"
+    assert (contact.planes.stiffness[fixed] == 0).all()
 
 
 def test_sides_that_turned_are_those_of_the_plain_twin():

@@ -10,7 +10,10 @@ import pytest
 
 from hemline.meshes import crossing_edges, edges, self_crossings, vertex_normals
 from hemline.sim import Elastic, Scene, SimSettings, Stepper, make_sheet
-from hemline.sim.self_contact import SelfContact
+from hemline.sim.pair_search_kernels import _edge_edge, _vertex_face
+from hemline.sim.self_contact import MARGIN, SelfContact
+
+vertex_face, edge_edge = _vertex_face.py_func, _edge_edge.py_func
 
 GRAVITY = 9.81
 WEIGHTLESS = SimSettings(gravity=(0.0, 0.0, 0.0), residual_share=1e-3, solver_share=1e-3, newton_steps=30)
@@ -86,6 +89,65 @@ def test_all_near_vertices_and_triangles_are_found():
                 wanted.add((i, tuple(sorted(map(int, faces[f])))))
     assert len(wanted) > 200
     assert wanted <= found
+
+
+def crumpled(seed=0):
+    """A small sheet, rough enough for folds within a patch, and how it moves: all of it fast, each vertex a little."""
+    x, faces = grid(9, 9, 0.06, 0.06)
+    sheet, _, _ = stack([(x, faces)], young=100.0)
+    generator = np.random.default_rng(seed)
+    return sheet, x + 0.006 * generator.normal(size=x.shape), generator.normal(size=x.shape)
+
+
+def every_pair(contact, x, moved):
+    """The pairs without any search: each element against each by the exact test; none is left out for being far."""
+    sheet, patches, out = contact.sheet, contact.patches, np.zeros((1, 5), np.uint32)
+    faces, edge = sheet.faces.astype(np.int64), sheet.edges.astype(np.int64)
+    label = np.empty(len(x), np.int64)
+    for number in range(patches.count):
+        label[patches.vertices.columns[patches.vertices.starts[number] : patches.vertices.starts[number + 1]]] = number
+    of_face = np.cross(x[faces[:, 1]] - x[faces[:, 0]], x[faces[:, 2]] - x[faces[:, 0]])
+    of_vertex = np.array([of_face[(faces == i).any(axis=1)].sum(axis=0) for i in range(len(x))])
+    of_vertex /= np.linalg.norm(of_vertex, axis=1, keepdims=True)
+    of_edge = of_vertex[edge].sum(axis=1)
+    found = set()
+    for i in range(len(x)):
+        for f in range(len(faces)):
+            agree = patches.joined[label[i], label[faces[f, 0]]] and of_vertex[i] @ of_face[f] > 0
+            if not agree and vertex_face(x, moved, i, f, faces, patches.radius, MARGIN, 1, 0, out):
+                found.add(tuple(map(int, out[0])))
+    for e in range(len(edge)):
+        for g in range(len(edge)):
+            here, there = label[edge[e, 0]], label[edge[g, 0]]
+            agree = patches.joined[here, there] and of_edge[e] @ of_edge[g] > 0
+            later = here < there or (here == there and e < g)
+            if later and not agree and edge_edge(x, moved, e, g, edge, patches.radius, MARGIN, 1, 0, out)[0]:
+                found.add(tuple(map(int, out[0])))
+    return found
+
+
+@pytest.mark.parametrize(("speed", "drift"), [(0.0, 0.0), (0.002, 0.0), (0.002, 0.3), (0.01, 0.0)])
+def test_the_search_leaves_out_nothing(speed, drift):
+    sheet, x, way = crumpled()
+    # half of the sheet flies away from the other
+    moved = speed * way + drift * np.where(np.arange(len(x)) < 40, 0.05, 0.0)[:, None]
+    contact = contact_of(sheet)
+    # what crosses is left out later on
+    contact._apart = lambda crossed, corners: corners
+    contact.begin(x, x + moved)
+    wanted = every_pair(contact, x, (x + moved) - x)
+    assert len(wanted) > 100
+    assert {tuple(map(int, row)) for row in contact._corners} == wanted
+
+
+def test_where_the_cloth_is_changes_nothing():
+    # elements are compared in 32 bits, but for that they are counted from a vertex of the cloth
+    sheet, x, way = crumpled()
+    away = np.array([5e4, 0.0, -2e5])
+    here, far = contact_of(sheet), contact_of(sheet)
+    here.begin(x, x + 0.002 * way)
+    far.begin(x + away, x + away + 0.002 * way)
+    assert len(here._corners) > 100 and np.array_equal(far._corners, here._corners)
 
 
 def test_edges_that_cross_are_those_of_the_exact_test():
