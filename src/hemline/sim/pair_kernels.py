@@ -70,6 +70,24 @@ def lay_pairs(x, start, corners, before, weights_out, normal_out, distance_out, 
         distance_out[p] = n0 * r0 + n1 * r1 + n2 * r2
 
 
+@kernel
+def near_rows(
+    distance, margin, corners, weights, normal, carried, thickness, stiffness, limit, corners_out, weights_out,
+    normal_out, carried_out, thickness_out, stiffness_out, limit_out,
+):  # fmt: skip
+    """The pairs that are nearer than their thickness and a margin, one after the other; returns how many."""
+    count = 0
+    for p in range(distance.shape[0]):
+        if distance[p] < thickness[p] + margin:
+            for c in range(4):
+                corners_out[count, c], weights_out[count, c] = corners[p, c], weights[p, c]
+            for c in range(3):
+                normal_out[count, c], carried_out[count, c] = normal[p, c], carried[p, c]
+            thickness_out[count], stiffness_out[count], limit_out[count] = thickness[p], stiffness[p], limit[p]
+            count += 1
+    return count
+
+
 @kernel(inline="always")
 def press_terms(depth, stiffness, thickness):
     """Energy, load and stiffness of a pair that is nearer than its thickness by a depth."""
@@ -202,6 +220,6 @@ def incidence_of_pairs(corners, starts_out, entries_out):
 
 
 __all__ = [
-    "CHUNK", "FEW", "incidence_of_pairs", "lay_pairs", "pair_blocks", "pair_diagonal", "pair_forces",
-    "pairs_at_vertices", "press_terms",
+    "CHUNK", "FEW", "incidence_of_pairs", "lay_pairs", "near_rows", "pair_blocks", "pair_diagonal",
+    "pair_forces", "pairs_at_vertices", "press_terms",
 ]  # fmt: skip

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from .contour_kernels import contour_directions
 from .lane_kernels import LANES, ROWS, fill_lanes
-from .pair_kernels import lay_pairs
+from .pair_kernels import lay_pairs, near_rows
 from .pair_search_kernels import near_pairs, piercing_edges
 from .pairs import PairRows
 from .patch_kernels import element_frames, group_bounds, patch_bounds, patch_pairs
@@ -117,12 +117,11 @@ class SelfContact:
         weights, normal, distance, carried = self._empty(len(self._corners))
         lay_pairs(positions, self._start, self._corners, self._normal, weights, normal, distance, carried)
         self._normal = normal
-        close = distance < self._thickness + MARGIN
-        thickness = self._thickness[close]
-        rows = PairRows(
-            self._corners[close, :4], weights[close], normal[close], thickness, carried[close], thickness,
-            self._stiffness[close], self._limit[close],
-        )  # fmt: skip
+        found = (weights, normal, carried, self._thickness, self._stiffness, self._limit)
+        out = np.empty((len(distance), 4), np.uint32), *(np.empty_like(each) for each in found)
+        count = near_rows(distance, MARGIN, self._corners, *found, *out)
+        corners, weights, normal, carried, thickness, stiffness, limit = (each[:count] for each in out)
+        rows = PairRows(corners, weights, normal, thickness, carried, thickness, stiffness, limit)
         return [rows] if self._pulls is None else [rows, self._pulls]
 
     def _thick(self, corners: np.ndarray) -> np.ndarray:
