@@ -7,6 +7,7 @@ import pytest
 
 from hemline import bodies, garments, motions
 from hemline.cli import main
+from hemline.datasets import open_dataset
 
 
 @pytest.fixture
@@ -46,6 +47,22 @@ def test_drape_settles_on_each_shape(tmp_path, monkeypatch, capsys):
     assert all(drape["reason"] is None and drape["figures"]["inside"] == 0 for drape in drapes)
     assert main(asked[:-1]) == 0
     assert "edge_strain_p99" in capsys.readouterr().out and len(list((tmp_path / "rests/takes").iterdir())) == 2
+
+
+def test_a_garment_made_on_another_shape_is_simulated_from_that_shape(short, capsys):
+    body = bodies.load("anny24")
+    tall = body.shaped((1.0, 0.5))
+    made = garments.make_cape(tall, rows=20, columns=40, name="napkin")
+    made.save("napkin.safetensors")
+    assert main(["simulate", "napkin.safetensors", "-m", short, "-o", "data", "--betas", "1", "0.5"]) == 0
+    assert np.array_equal(open_dataset("data").garment.vertices, made.vertices), "not by way of the mean body"
+    assert main(["drape", "napkin.safetensors", "-o", "rests"]) == 0
+    assert np.array_equal(open_dataset("rests").garment.vertices, made.vertices)
+    # what is worn together lies on one shape
+    garments.make_cape(body.shaped(), rows=12, columns=20, name="small").save("small.safetensors")
+    words = ["simulate", "small.safetensors", "-m", short, "-o", "both", "--over", "napkin.safetensors"]
+    main(words)
+    assert open_dataset("both").garment.is_on(body.shaped())
 
 
 @pytest.mark.slow

@@ -44,7 +44,7 @@ def run(arguments: Arguments) -> int:
     if arguments.spread > len(body.shapedirs):
         raise BadInput(f"--spread: {body.name} has {len(body.shapedirs)} betas", arguments.spread, "give fewer")
     shapes = [*spread_shapes(arguments.spread), *random_shapes(body, arguments.random, arguments.seed)]
-    garment = garments.open_garment(arguments.garment, body=body.shaped())
+    garment = garments.open_garment(arguments.garment, body.shaped(), dressed=False)
     with bars() as display:
         task = display.add_task(garment.name, total=len(shapes))
         found = produce_rests(

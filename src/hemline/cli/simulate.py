@@ -65,11 +65,11 @@ def run(arguments: Arguments) -> int:
         raise BadInput("no clips", "--motion without a file", "name BVH or npz files after --motion")
     shaped = bodies.load(arguments.body).shaped(arguments.betas)
     mean = bodies.load(arguments.body).shaped()
-    garment = garments.open_garment(arguments.garment, body=mean)
-    if arguments.over:
-        garment = garments.worn_together(
-            [garment, *(garments.open_garment(each, body=mean) for each in arguments.over)]
-        )
+    # one garment is simulated from the shape that it was made on; several need one shape
+    each = [
+        garments.open_garment(name, mean, dressed=bool(arguments.over)) for name in (arguments.garment, *arguments.over)
+    ]
+    garment = garments.worn_together(each) if arguments.over else each[0]
     if arguments.explain:
         note(garments.explain(garment))
     clips = [Clip(*_clip(path, arguments)) for path in arguments.motion]

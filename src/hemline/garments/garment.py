@@ -172,6 +172,12 @@ class Garment:
         """
         return cls.of(*read_tensors(path, "garment", error=BadGarment))
 
+    def is_on(self, shaped: "ShapedBody") -> bool:
+        """Whether that is the shape that it lies on."""
+        return self.body_name == shaped.body.name and np.array_equal(
+            np.trim_zeros(self.body_betas, "b"), np.trim_zeros(shaped.betas, "b")
+        )
+
     def dressed(self, shaped: "ShapedBody") -> "Garment":
         """The same garment, cut and cloth unchanged, moved onto another shape of the same body.
 
@@ -190,7 +196,7 @@ class Garment:
         if shaped.body.name != self.body_name:
             what = f"garment '{self.name}' was made on {self.body_name}"
             raise BadGarment(what, f"a body called {shaped.body.name}", "read its mesh again with that body")
-        if np.array_equal(np.trim_zeros(self.body_betas, "b"), np.trim_zeros(shaped.betas, "b")):
+        if self.is_on(shaped):
             return self
         vertices = dressed_vertices(self, shaped)
         worn = replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))

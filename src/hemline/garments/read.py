@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 
-def read(path: str | Path, body: "ShapedBody | None" = None, unit: str | None = None) -> Garment:
+def read(
+    path: str | Path, body: "ShapedBody | None" = None, unit: str | None = None, *, dressed: bool = True
+) -> Garment:
     """Read a garment: a TOML that names its mesh, a mesh alone (all else is guessed), or a hemline file.
 
     What was guessed or changed is in the garment's `notes`.
@@ -29,9 +31,11 @@ def read(path: str | Path, body: "ShapedBody | None" = None, unit: str | None = 
         body: The body to wear it. Without a TOML that says otherwise, also the one it was made on; None: the mean
             `anny24`. Clothes of MakeHuman (`.mhclo`) follow it by their bindings, see `clothes.read_clothes`.
         unit: Unit of the mesh (m, dm, cm, mm, in, ft); None: as the TOML says, or guessed from the size.
+        dressed: Whether it is moved onto `body`. Otherwise it stays on the shape of it that it was made on: that of a
+            hemline file, the TOML's `betas`.
 
     Returns:
-        The garment on `body`.
+        The garment on `body`, or on another shape of it.
 
     Raises:
         BadGarment: Unit, pins, chains, material or position on the body contradict each other.
@@ -39,15 +43,19 @@ def read(path: str | Path, body: "ShapedBody | None" = None, unit: str | None = 
     """
     path = Path(path)
     if path.suffix == ".safetensors":
-        garment = Garment.load(path)
-        return garment if body is None else garment.dressed(body)
+        return _worn(Garment.load(path), body, dressed)
     said = read_garment_toml(path) if path.suffix == ".toml" else GarmentFile(mesh=path.name)
     if Path(said.mesh).suffix.lower() == ".mhclo":
         return read_clothes(path, replace(said, unit=unit or said.unit), body)
     made_on, notes = body_made_on(said, body, path)
     cloth = _placed(path, said, made_on, unit or said.unit)
-    garment = assembled(replace(cloth, notes=notes + cloth.notes), said, made_on)
-    return garment if body is None else garment.dressed(body)
+    return _worn(assembled(replace(cloth, notes=notes + cloth.notes), said, made_on), body, dressed)
+
+
+def _worn(garment: Garment, body: "ShapedBody | None", dressed: bool) -> Garment:
+    if body is None or (not dressed and garment.body_name == body.body.name):
+        return garment
+    return garment.dressed(body)
 
 
 def _placed(path: Path, said: GarmentFile, body: "ShapedBody", unit: str | None) -> Cloth:

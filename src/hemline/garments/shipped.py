@@ -60,24 +60,25 @@ def _made(name: str, shaped: "ShapedBody") -> Garment:
     return make_skirt(shaped, rows=rows, columns=columns, name=name)
 
 
-def open_garment(name_or_path: str | Path, body: "ShapedBody | None" = None) -> Garment:
+def open_garment(name_or_path: str | Path, body: "ShapedBody | None" = None, *, dressed: bool = True) -> Garment:
     """A garment by name, or from a file as `read` does, on a body.
 
     Args:
         name_or_path: A name of `names()`, or a path with a known ending.
         body: The body to wear it; None: the one it was made on. A garment by name is made anew on another body than
             `anny24`.
+        dressed: Whether it is moved onto `body`; otherwise it stays on the shape that it was made on, as in `read`.
 
     Raises:
         BadGarment: Unknown name, or as `read`.
         BadMesh: As `read`.
     """
     if Path(name_or_path).suffix.lower() in _ENDINGS:
-        return read(name_or_path, body)
+        return read(name_or_path, body, dressed=dressed)
     if body is not None and body.body.name != "anny24":
         return _made(str(name_or_path), body)
     garment = load(str(name_or_path))
-    return garment if body is None else garment.dressed(body)
+    return garment.dressed(body) if dressed and body is not None else garment
 
 
 def explain(garment: Garment) -> str:

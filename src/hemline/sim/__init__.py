@@ -1,6 +1,7 @@
 """The offline simulator: the truth that everything else is fitted to and measured against."""
 
 from .joined import joined as joined
+from .laying import laid_on as laid_on
 from .produce import Clip as Clip
 from .produce import produce as produce
 from .rest import Rest as Rest
@@ -37,6 +38,7 @@ __all__ = [
     "Stepper",
     "Surface",
     "joined",
+    "laid_on",
     "make_sheet",
     "produce",
     "produce_rests",

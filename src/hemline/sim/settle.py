@@ -12,7 +12,6 @@ from hemline.collide import inside
 from hemline.datasets.take import Take
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
-from hemline.meshes import crossing_edges
 from hemline.motions.motion import Pose
 
 from .carry import carried, farthest_way
@@ -21,6 +20,7 @@ from .dressed_body import DressedBody
 from .figures import strain_figures
 from .frame_end import FrameEnd
 from .grip import Grip
+from .laying import laid_on
 from .lead_in import between
 from .rest import Rest
 from .settings import SimSettings
@@ -62,10 +62,6 @@ SHAKEN = 0.5
 
 DRAPING = 1.0
 """Time of dynamics that counts as draping in AgentDress [s]."""
-
-CROSSED_BY_DRESSING = 0.005
-"""Edges that go through the cloth once it is dressed on another shape, over its triangles, from which on it is settled
-on its own shape instead and follows the change of the body."""
 
 ATTEMPTS = 5
 """Searches at one station, at most."""
@@ -240,10 +236,8 @@ class _Settling:
 
     @cached_property
     def _laid(self) -> Garment:
-        """Where settling begins: dressed on this shape; on its own where dressing would push it through itself."""
-        dressed = self.garment.dressed(self.shaped)
-        crossed, before = (len(crossing_edges(each.vertices, each.faces)) for each in (dressed, self.garment))
-        return dressed if crossed <= before + CROSSED_BY_DRESSING * len(dressed.faces) else self.garment
+        """Where settling begins."""
+        return laid_on(self.garment, self.shaped)
 
     def _stations(self, origin: "PosedBody", positions: Positions) -> list["PosedBody"]:
         """Bodies from the origin, itself left out, to the goal; none where they are the same."""

@@ -18,6 +18,7 @@ from hemline.garments.rest_shape import rewound
 from hemline.garments.shipped import names, open_garment
 from hemline.meshes import consistent_winding, face_normals
 from hemline.motions.motion import JOINT_NAMES
+from hemline.sim import laid_on
 
 from .alignment import Alignment, aligned
 from .fitness import Fitness, fitness
@@ -42,7 +43,8 @@ class TryOn:
     """What came of trying a garment on.
 
     Attributes:
-        garment: On the body, with what was done to it in its notes.
+        garment: On the body, with what was done to it in its notes; on the shape that it was made on where `laid_on`
+            says so.
         fitness: How it is worn once settled, and the reason where it is not.
         alignment: Where it was laid, and for which pose of the body; None: where it lies is part of its file.
         grown: How the body grew into it; None as well then.
@@ -89,12 +91,10 @@ def try_on(
     if str(path) in names() or path.suffix.lower() == ".safetensors":
         if unit is not None:
             raise BadGarment(f"{path} is in metres", f"unit '{unit}'", "leave out the unit")
-        garment = open_garment(path, shaped)
-        return TryOn(garment, fitness(garment, shaped))
+        return _judged(open_garment(path, shaped, dressed=False), shaped)
     said = read_garment_toml(path) if path.suffix == ".toml" else GarmentFile(mesh=path.name)
     if Path(said.mesh).suffix.lower() == ".mhclo":
-        garment = read(path, shaped, unit)
-        return TryOn(garment, fitness(garment, shaped))
+        return _judged(read(path, shaped, unit), shaped)
     made_on, notes = body_made_on(said, shaped, path)
     cloth = cloth_of(path, said, unit or said.unit)
     if say and len(cloth.vertices) > MANY:
@@ -117,8 +117,16 @@ def try_on(
     if said.pins is None and on_shoulders(result.vertices, made_on):
         said = replace(said, pins="none")
         on_body = replace(on_body, notes=(*on_body.notes, "pins: none, as the shoulders carry it"))
-    garment = assembled(on_body, said, made_on).dressed(shaped)
-    return TryOn(garment, fitness(garment, shaped), alignment, result)
+    return replace(_judged(assembled(on_body, said, made_on), shaped), alignment=alignment, grown=result)
+
+
+def _judged(garment: Garment, shaped: "ShapedBody") -> TryOn:
+    """A garment on any shape, judged on this one."""
+    worn = laid_on(garment, shaped)
+    if not worn.is_on(shaped):
+        note = "shape: it stays on the one that it was made on and follows the body, or it would cross itself"
+        worn = replace(worn, notes=(*worn.notes, note))
+    return TryOn(worn, fitness(garment, shaped))
 
 
 def _evenly_wound(cloth: Cloth) -> Cloth:
