@@ -3,7 +3,8 @@
 Light cape, skirt, T-shirt and trousers over all recordings of ../shared/data/motion, their large siblings over twenty
 of them, every garment that `wearing.py` put on the body over five; the most violent five seconds of each recording.
 Takes go to out/soak/GARMENT, a dataset each, which is continued where it was stopped; one JSON line a take goes to
-benchmarks/results/soak.jsonl, pictures of failures to docs/wardrobe/soak/. `--table` prints what is there.
+benchmarks/results/soak.jsonl, pictures of failures and of each garment's worst takes to docs/wardrobe/soak/. `--table`
+prints what is there.
 
 A take fails where the simulator says so, where a vertex is not finite or farther from the pelvis than cloth can be
 (`FARTHEST`), or where one is inside the body that is not pinched. In one frame a take, the one with most crossings,
@@ -123,6 +124,7 @@ def judged(dataset: Dataset, row: Row, title: str) -> dict:
     failed = take.failed or _broken(take)
     if failed:
         at = len(take.vertices) - 1 if take.failed else worst
+        PICTURES.mkdir(parents=True, exist_ok=True)
         _draw(take, garment, shaped, at).save(PICTURES / f"{title}.png")
     return {
         "vertices": len(garment.vertices), "take": row.name, "frames": row.frames, "failed": failed,
@@ -148,26 +150,43 @@ def _draw(take: Take, garment: Garment, shaped, frame: int):
 
     body = shaped.posed(take.motion[frame])
     drawn = [(body.vertices, body.faces, "body"), (take.vertices[frame], garment.faces, "cloth")]
-    PICTURES.mkdir(parents=True, exist_ok=True)
     return Image.fromarray(pictures.picture_of(drawn, size=(360, 460)))
 
 
-def worst_frames(names: Iterable[str]) -> None:
-    """The three takes of each garment with most crossings, each at its worst frame, on one sheet."""
-    rows = [row for row in known().values() if row["take"]]
+def worst_takes(name: str, count: int) -> tuple[list[np.ndarray], list[str]]:
+    """Pictures and captions of those takes of a garment in which most edges cross, each at its worst frame."""
+    rows = [row for row in known().values() if row["garment"] == name and row["take"]]
+    worst = sorted(rows, key=lambda row: -row["figures"]["self_crossing_percent_max"])[:count]
+    dataset = open_dataset(OUT / name) if (OUT / name).exists() else None
+    made = {row.name for row in dataset.rows()} if dataset else set()
+    if dataset is None or not made.issuperset(row["take"] for row in worst):
+        print(f"{name}: its worst takes are not in out/soak, so they are not drawn")
+        return [], []
+    tiles = []
+    for row in worst:
+        take = dataset.take(row["take"])
+        shaped = bodies.load(dataset.garment.body_name).shaped(take.betas)
+        tiles.append(np.asarray(_draw(take, dataset.garment, shaped, row["worst_frame"])))
+    shares = [row["figures"]["self_crossing_percent_max"] for row in worst]
+    return tiles, [f"{name}, {row['clip']}, {share:.2g} %" for row, share in zip(worst, shares, strict=True)]
+
+
+def draw_worst(names: Iterable[str]) -> None:
+    """A picture of three takes for each garment by name; one of a take each for those of strangers."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
     tiles, captions = [], []
     for name in names:
-        of = [row for row in rows if row["garment"] == name and (OUT / name).exists()]
-        for row in sorted(of, key=lambda row: -row["figures"]["self_crossing_percent_max"])[:3]:
-            dataset = open_dataset(OUT / name)
-            take = dataset.take(row["take"])
-            shaped = bodies.load(dataset.garment.body_name).shaped(take.betas)
-            tiles.append(np.asarray(_draw(take, dataset.garment, shaped, row["worst_frame"])))
-            captions.append(f"{name}, {row['clip']}, {row['figures']['self_crossing_percent_max']:.2g} %")
-    lines = [pictures.side_by_side(tiles[at : at + 6], captions[at : at + 6]) for at in range(0, len(tiles), 6)]
-    wide = max(line.shape[1] for line in lines)
-    lines = [np.pad(line, ((0, 0), (0, wide - line.shape[1]), (0, 0)), constant_values=255) for line in lines]
-    pictures.write_png(PICTURES.parent / "soak.png", np.concatenate(lines))
+        named = name in (*LIGHT, *LARGE)
+        some, said = worst_takes(name, 3 if named else 1)
+        if named and some:
+            pictures.write_webp(PICTURES / f"{name}.webp", [pictures.side_by_side(some, said)], 1.0)
+        elif not named:
+            tiles, captions = tiles + [each[::2, ::2] for each in some], captions + [name for _ in said]
+    if tiles:
+        lines = [pictures.side_by_side(tiles[at : at + 8], captions[at : at + 8]) for at in range(0, len(tiles), 8)]
+        wide = max(line.shape[1] for line in lines)
+        lines = [np.pad(line, ((0, 0), (0, wide - line.shape[1]), (0, 0)), constant_values=255) for line in lines]
+        pictures.write_webp(PICTURES / "strangers.webp", [np.concatenate(lines)], 1.0)
 
 
 def table() -> None:
@@ -208,7 +227,7 @@ def main() -> None:
         for name in names:
             garment = Garment.load(kept[name]) if name in kept else garments.load(name)
             soak(name, garment, clips_of(name, files), arguments.jobs)
-        worst_frames(names)
+        draw_worst(names)
     table()
 
 

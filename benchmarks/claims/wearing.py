@@ -2,7 +2,8 @@
 
 Meshes are tried on (`hemline.tryon`), `.mhclo` clothes are read by their bindings; then each is dressed on eight random
 shapes (betas of one standard deviation). One JSON line a mesh and shape goes to benchmarks/results/wearing.jsonl;
-lines that are there are not made again, so a run that was stopped goes on. `--table` prints what is there,
+lines that are there are not made again, so a run that was stopped goes on, but for a garment on the mean body that is
+no longer in out/wearing. `--table` prints what is there,
 `--shapes N` and `--largest MB` limit shapes and meshes, names of files limit the meshes. Pictures go to docs/wardrobe/.
 """
 
@@ -69,7 +70,8 @@ def work(paths: list[Path], count: int) -> None:
         for path in paths:
             name, kept = path.relative_to(DATA).as_posix(), KEPT / f"{path.parent.name}-{path.name}.safetensors"
             known = done()
-            if (name, number) in known or (number and known.get((name, 0), {}).get("reason", "")):
+            there = (name, number) in known and (number or kept.exists())
+            if there or (number and known.get((name, 0), {}).get("reason", "")):
                 continue
             began, more = time.perf_counter(), {}
             try:
