@@ -37,11 +37,11 @@ def main() -> None:
     on = shapes(bodies.load("anny24"))
     for name in sys.argv[1:] or NAMES:
         for title, shaped in on.items():
-            garment = garments.open_garment(name, shaped)
+            garment = garments.open_garment(name, shaped, dressed=False)
             found = fitness(garment, shaped)
             print(f"{name:<18}{title:<7}{found.reason or 'worn':<8}", end="")
             print("  ".join(f"{key} {value:.3g}" for key, value in found.figures.items()), flush=True)
-            vertices = garment.vertices if found.rest is None else found.rest.vertices[0]
+            vertices = garment.dressed(shaped).vertices if found.rest is None else found.rest.vertices[0]
             drawn = [(shaped.vertices, shaped.body.faces, "body"), (vertices, garment.faces, "cloth")]
             tiles.append(pictures.picture_of(drawn, size=TILE))
             captions.append(f"{name}, {title}")

@@ -17,6 +17,7 @@ from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 from hemline.playback.bench_sim import make_shirt
 from hemline.sim import SimSettings, rest_drape, settle, settle_all, simulate
+from hemline.tryon.fitness import TORN
 
 GRAVITY = 9.81
 
@@ -93,15 +94,29 @@ def test_shapes_around_the_mean_all_find_their_equilibrium():
         assert found.residual_share <= 0.01 and found.figures["inside"] == 0
 
 
-def test_a_shirt_that_dressing_would_push_through_itself_follows_the_change_of_the_body():
-    body, shirt = bodies.load("anny24"), garments.load("tshirt-light")
-    thin = body.shaped(np.random.default_rng(3).normal(size=(200, 16)).astype(np.float32)[90])
+def random_shape(number):
+    return bodies.load("anny24").shaped(np.random.default_rng(3).normal(size=(200, 16)).astype(np.float32)[number])
+
+
+def test_a_shirt_that_dressing_pushes_through_itself_comes_apart():
+    shirt, thin = garments.load("tshirt-light"), random_shape(90)
     dressed = shirt.dressed(thin)
     assert len(crossing_edges(dressed.vertices, dressed.faces)) > 40
     rest = rest_drape(shirt, thin)
     assert np.array_equal(rest.betas, thin.betas)
     assert rest.figures["self_crossing_percent"] == 0 and rest.figures["inside"] == 0
     assert rest.figures["edge_strain_max"] < 0.3 and rest.figures["residual_share"] < 0.1
+
+
+def test_trousers_follow_the_body_where_thighs_press_together():
+    # dressed on this body, the heaviest of two hundred, they end tangled: there is no other way onto it
+    trousers, heavy = garments.load("trousers-light"), random_shape(194)
+    rest = rest_drape(trousers, heavy)
+    assert np.array_equal(rest.betas, heavy.betas)
+    assert rest.figures["self_crossing_percent"] < 0.5 and rest.figures["inside"] == 0
+    assert rest.figures["edge_strain_max"] < TORN and rest.figures["residual_share"] < 0.2
+    with pytest.raises(SimulationFailed, match="tangled"):
+        rest_drape(trousers.dressed(heavy), heavy)
 
 
 def test_a_hanging_strip_rests_as_the_closed_form_says():

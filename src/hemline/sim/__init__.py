@@ -1,7 +1,6 @@
 """The offline simulator: the truth that everything else is fitted to and measured against."""
 
 from .joined import joined as joined
-from .laying import laid_on as laid_on
 from .produce import Clip as Clip
 from .produce import produce as produce
 from .rest import Rest as Rest
@@ -12,7 +11,7 @@ from .sensitivities import Sensitivities as Sensitivities
 from .settings import SimSettings as SimSettings
 from .settle import rest_drape as rest_drape
 from .settle import settle as settle
-from .settle import settle_all as settle_all
+from .settle_all import settle_all as settle_all
 from .sheet import Elastic as Elastic
 from .sheet import Sheet as Sheet
 from .sheet import make_sheet as make_sheet
@@ -38,7 +37,6 @@ __all__ = [
     "Stepper",
     "Surface",
     "joined",
-    "laid_on",
     "make_sheet",
     "produce",
     "produce_rests",

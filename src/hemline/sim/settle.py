@@ -1,8 +1,7 @@
 """Static equilibrium of a garment on a body, in any pose and shape."""
 
-from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -20,7 +19,6 @@ from .dressed_body import DressedBody
 from .figures import strain_figures
 from .frame_end import FrameEnd
 from .grip import Grip
-from .laying import laid_on
 from .lead_in import between
 from .rest import Rest
 from .settings import SimSettings
@@ -42,7 +40,7 @@ STRIDE = 0.1
 """How far the skin under the cloth may move from one station of a continuation to the next [m]."""
 
 FINE_STRIDE = 0.006
-"""So far where dressing would push the garment through itself: where thighs or arms press together [m]."""
+"""So far where the garment follows the change of the body from its own shape [m]."""
 
 ON_THE_WAY = 0.3
 """Residual share that is small enough at the stations in between."""
@@ -122,57 +120,14 @@ def settle(
     settings = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
     if start is not None:
         _check_start(start, garment, shaped)
-    return _Settling(garment, shaped, pose or shaped.rest_pose, settings, start, tolerance).run(method)
-
-
-def settle_all(
-    garment: Garment,
-    bodies: Sequence["ShapedBody"],
-    pose: Pose | None = None,
-    settings: SimSettings | None = None,
-    *,
-    start: Rest | None = None,
-    tolerance: float = 0.01,
-) -> list[Rest]:
-    """A garment at rest on many shapes of one body in one pose, each from the settled shape nearest to it.
-
-    Args:
-        garment: The garment.
-        bodies: The shapes.
-        pose: Their pose; None: the rest pose of each.
-        settings: Settings; the wind is ignored.
-        start: A settled state to begin with.
-        tolerance: As in `settle`.
-
-    Returns:
-        One a shape, in the order of `bodies`.
-
-    Raises:
-        BadInput: As in `settle`, or no shapes.
-        SimulationFailed: One of them found no equilibrium.
-    """
-    if not len(bodies):
-        raise BadInput("'bodies' must hold a shape", "none", "give at least one shaped body")
-    settled: list[Rest] = [] if start is None else [start]
-    results: dict[int, Rest] = {}
-    own = np.zeros(len(bodies[0].betas))
-    own[: len(garment.body_betas)] = garment.body_betas
-    while len(results) < len(bodies):
-        origins = [rest.shaped.betas for rest in settled] or [own]
-        left = [index for index in range(len(bodies)) if index not in results]
-        way = np.array([[np.linalg.norm(bodies[index].betas - origin) for origin in origins] for index in left])
-        row, column = np.unravel_index(int(way.argmin()), way.shape)
-        index = left[row]
-        near = settled[column] if settled else None
-        results[index] = settle(garment, bodies[index], pose, settings, start=near, tolerance=tolerance)
-        settled.append(results[index])
-    return [results[index] for index in range(len(bodies))]
+    return _settled(garment, shaped, pose or shaped.rest_pose, settings, start, tolerance, method)
 
 
 def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Take:
     """The garment settled in the rest pose of a body, as a take of kind `rest` with one frame.
 
-    Where no equilibrium is found, where damped dynamics end: a take goes on from there; `residual_share` says so.
+    Where no equilibrium is found, where damped dynamics end: a take goes on from there; `residual_share` says so, of
+    the cloth before it is pushed out of the body as at the end of each frame.
 
     Args:
         garment: The garment.
@@ -183,8 +138,29 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
         SimulationFailed: More than 0.5 % of its edges go through it, or a step failed at its shortest.
     """
     quiet = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
-    settling = _Settling(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START)
-    return settling.run("newton", refuse=False).take()
+    return _settled(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START, refuse=False).take()
+
+
+def _settled(
+    garment: Garment, shaped: "ShapedBody", pose: Pose, settings: SimSettings, start: Rest | None, tolerance: float,
+    method: Method = "newton", *, refuse: bool = True,
+) -> Rest:  # fmt: skip
+    """Settled from where it lies once it is dressed on this shape; where that fails, from its own shape, and it follows
+    the change of the body: where thighs or arms press together, dressing pushes cloth through itself.
+
+    Raises:
+        SimulationFailed: Both failed; the message is that of the first.
+    """
+    laid, settling = garment.dressed(shaped), partial(_Settling, garment, shaped, pose, settings, start, tolerance)
+    try:
+        return settling(laid).run(method, refuse=refuse)
+    except SimulationFailed as failure:
+        if start is not None or laid is garment:
+            raise
+        try:
+            return settling(garment).run(method, refuse=refuse)
+        except SimulationFailed:
+            raise failure from None
 
 
 class _Settling:
@@ -198,9 +174,10 @@ class _Settling:
         settings: SimSettings,
         start: Rest | None,
         tolerance: float,
+        laid: Garment,
     ):
         self.garment, self.shaped, self.pose, self.settings = garment, shaped, pose, settings
-        self.start, self.tolerance = start, tolerance
+        self.start, self.tolerance, self.laid = start, tolerance, laid
         careful = replace(settings, solver_share=SOLVER_SHARE, solver_steps=SOLVER_STEPS)
         self.dressed = DressedBody(garment, shaped, careful)
         self.newton_steps = self.solver_steps = 0
@@ -230,14 +207,10 @@ class _Settling:
         """Where the cloth is known, and how it lies there."""
         if self.start is not None:
             return self.start.shaped.posed(self.start.pose), self.start.positions, self.start.grip
-        own = self.shaped.body.shaped(self._laid.body_betas)
-        shaped = self.shaped if np.array_equal(own.betas, self.shaped.betas) else own
-        return shaped.posed(shaped.rest_pose), self._laid.vertices.astype(np.float64), None
-
-    @cached_property
-    def _laid(self) -> Garment:
-        """Where settling begins."""
-        return laid_on(self.garment, self.shaped)
+        shaped = self.shaped
+        if not self.laid.is_on(shaped):
+            shaped = shaped.body.shaped(self.laid.body_betas)
+        return shaped.posed(shaped.rest_pose), self.laid.vertices.astype(np.float64), None
 
     def _stations(self, origin: "PosedBody", positions: Positions) -> list["PosedBody"]:
         """Bodies from the origin, itself left out, to the goal; none where they are the same."""
@@ -327,7 +300,7 @@ class _Settling:
         return cleaned.positions, np.isin(np.arange(len(positions)), cleaned.pinched)
 
     def _end(self, posed: "PosedBody") -> FrameEnd:
-        return FrameEnd(self.garment if self.start is not None else self._laid, posed.shaped)
+        return FrameEnd(self.garment if self.start is not None else self.laid, posed.shaped)
 
     def _swung(
         self, posed: "PosedBody", positions: Positions, seconds: float, kept: float, still: float = STILL
@@ -348,16 +321,20 @@ class _Settling:
     def _rest(self, posed: "PosedBody", found: Equilibrium, pinched: Mask, method: str) -> Rest:
         sheet, stepper = self.dressed.sheet, self.dressed.stepper
         assert found.grip is not None
-        vertices = found.positions.astype(np.float32)
+        positions = found.positions
+        if not self.refuse:
+            # as at the end of each frame of a take
+            positions, pinched = self._cleaned(posed, positions)
+        vertices = positions.astype(np.float32)
         within = inside(posed.vertices, posed.faces, vertices)
         crossing = 0.0
         if self.settings.self_contact:
             most = MOST if self.refuse else MOST_AT_START
             crossing = refuse_tangles(self.garment.name, sheet, vertices, posed, pinched, most=most)
-        deepest = self._end(posed).clean(posed, found.positions, 1.0).deepest_mm if within.any() else 0.0
+        deepest = self._end(posed).clean(posed, positions, 1.0).deepest_mm if within.any() else 0.0
         return Rest(
             garment=self.garment, shaped=self.shaped, pose=self.pose, settings=self.settings,
-            positions=found.positions, forces=found.forces, load=found.load, face=found.face, held=found.held,
+            positions=positions, forces=found.forces, load=found.load, face=found.face, held=found.held,
             grip=found.grip, pinched=pinched, residual_share=found.residual_share,
             worst_share=float(np.linalg.norm(found.forces, axis=1).max()) / stepper.mean_weight, method=method,
             newton_steps=self.newton_steps, solver_steps=self.solver_steps,

@@ -5,14 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.collide import inside
 from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.garments.rest_metric import edge_strain
-from hemline.meshes import self_crossings
 from hemline.motions.motion import JOINT_NAMES
 from hemline.sim import SimSettings, rest_drape
-from hemline.sim.frame_end import FrameEnd
 
 from .crossing_segment_kernels import crossings_of_segments
 from .rims import rims_of
@@ -71,18 +68,13 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
         rest = rest_drape(garment, shaped, settings)
     except SimulationFailed as failure:
         return Fitness(_why_unsettled(garment, laid, shaped, settings, str(failure)), {}, None)
-    # as at the end of each frame of a take
-    posed = shaped.posed(shaped.rest_pose)
-    cleaned = FrameEnd(laid, shaped).clean(posed, rest.vertices[0].astype(np.float64), 1.0)
-    vertices = cleaned.positions.astype(np.float32)
-    within = inside(posed.vertices, posed.faces, vertices)
-    within[cleaned.pinched] = False
+    vertices = rest.vertices[0]
     fall = float((laid.vertices[:, 1] - vertices[:, 1]).mean())
-    kept = ("edge_strain_p50", "edge_strain_p99", "edge_strain_max", "residual_share")
-    figures = {key: float(rest.figures[key]) for key in kept} | {
-        "inside": float(within.sum()), "pinched": float(len(cleaned.pinched)),
-        "self_crossing_percent": self_crossings(vertices, garment.faces)["edge_percent"], "fall_mm": 1000 * fall,
-    }  # fmt: skip
+    kept = (
+        "edge_strain_p50", "edge_strain_p99", "edge_strain_max", "residual_share", "inside", "pinched",
+        "self_crossing_percent",
+    )  # fmt: skip
+    figures = {key: float(rest.figures[key]) for key in kept} | {"fall_mm": 1000 * fall}
     return Fitness(judged(garment, shaped, vertices, figures), figures, rest)
 
 

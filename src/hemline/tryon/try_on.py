@@ -18,7 +18,6 @@ from hemline.garments.rest_shape import rewound
 from hemline.garments.shipped import names, open_garment
 from hemline.meshes import consistent_winding, face_normals
 from hemline.motions.motion import JOINT_NAMES
-from hemline.sim import laid_on
 
 from .alignment import Alignment, aligned
 from .fitness import Fitness, fitness
@@ -43,8 +42,8 @@ class TryOn:
     """What came of trying a garment on.
 
     Attributes:
-        garment: On the body, with what was done to it in its notes; on the shape that it was made on where `laid_on`
-            says so.
+        garment: On the body, with what was done to it in its notes. On the shape that it was made on, if that is
+            another: dressing it on this one is left to what simulates it.
         fitness: How it is worn once settled, and the reason where it is not.
         alignment: Where it was laid, and for which pose of the body; None: where it lies is part of its file.
         grown: How the body grew into it; None as well then.
@@ -91,10 +90,12 @@ def try_on(
     if str(path) in names() or path.suffix.lower() == ".safetensors":
         if unit is not None:
             raise BadGarment(f"{path} is in metres", f"unit '{unit}'", "leave out the unit")
-        return _judged(open_garment(path, shaped, dressed=False), shaped)
+        garment = open_garment(path, shaped, dressed=False)
+        return TryOn(garment, fitness(garment, shaped))
     said = read_garment_toml(path) if path.suffix == ".toml" else GarmentFile(mesh=path.name)
     if Path(said.mesh).suffix.lower() == ".mhclo":
-        return _judged(read(path, shaped, unit), shaped)
+        garment = read(path, shaped, unit)
+        return TryOn(garment, fitness(garment, shaped))
     made_on, notes = body_made_on(said, shaped, path)
     cloth = cloth_of(path, said, unit or said.unit)
     if say and len(cloth.vertices) > MANY:
@@ -117,16 +118,8 @@ def try_on(
     if said.pins is None and on_shoulders(result.vertices, made_on):
         said = replace(said, pins="none")
         on_body = replace(on_body, notes=(*on_body.notes, "pins: none, as the shoulders carry it"))
-    return replace(_judged(assembled(on_body, said, made_on), shaped), alignment=alignment, grown=result)
-
-
-def _judged(garment: Garment, shaped: "ShapedBody") -> TryOn:
-    """A garment on any shape, judged on this one."""
-    worn = laid_on(garment, shaped)
-    if not worn.is_on(shaped):
-        note = "shape: it stays on the one that it was made on and follows the body, or it would cross itself"
-        worn = replace(worn, notes=(*worn.notes, note))
-    return TryOn(worn, fitness(garment, shaped))
+    garment = assembled(on_body, said, made_on)
+    return TryOn(garment, fitness(garment, shaped), alignment, result)
 
 
 def _evenly_wound(cloth: Cloth) -> Cloth:
