@@ -53,6 +53,8 @@ def run(arguments: Arguments) -> int:
     if tried.fitness.reason or tried.fitness.rest is None:
         raise SimulationFailed(f"{tried.garment.name} cannot be worn: {tried.fitness.reason}")
     tried.garment.save(arguments.output)
+    if not tried.garment.is_on(shaped):
+        note("written on the shape that it was made on, not dressed: give the same --betas to what simulates it")
     vertices = tried.fitness.rest.vertices[0]
     if arguments.picture is not None:
         drawn = [(shaped.vertices, shaped.body.faces, "body"), (vertices, tried.garment.faces, "cloth")]
