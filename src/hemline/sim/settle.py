@@ -151,11 +151,13 @@ def _settled(
     Raises:
         SimulationFailed: Both failed; the message is that of the first.
     """
-    laid, settling = garment.dressed(shaped), partial(_Settling, garment, shaped, pose, settings, start, tolerance)
+    settling = partial(_Settling, garment, shaped, pose, settings, start, tolerance)
+    # with a start nothing is laid anew
+    laid = garment if start is not None else garment.dressed(shaped)
     try:
         return settling(laid).run(method, refuse=refuse)
     except SimulationFailed as failure:
-        if start is not None or laid is garment:
+        if laid is garment:
             raise
         try:
             return settling(garment).run(method, refuse=refuse)
@@ -300,7 +302,7 @@ class _Settling:
         return cleaned.positions, np.isin(np.arange(len(positions)), cleaned.pinched)
 
     def _end(self, posed: "PosedBody") -> FrameEnd:
-        return FrameEnd(self.garment if self.start is not None else self.laid, posed.shaped)
+        return FrameEnd(self.laid, posed.shaped)
 
     def _swung(
         self, posed: "PosedBody", positions: Positions, seconds: float, kept: float, still: float = STILL
@@ -321,10 +323,10 @@ class _Settling:
     def _rest(self, posed: "PosedBody", found: Equilibrium, pinched: Mask, method: str) -> Rest:
         sheet, stepper = self.dressed.sheet, self.dressed.stepper
         assert found.grip is not None
-        positions = found.positions
+        positions, stuck = found.positions, pinched
         if not self.refuse:
-            # as at the end of each frame of a take
-            positions, pinched = self._cleaned(posed, positions)
+            # as at the end of each frame of a take; it excuses no tangle
+            positions, stuck = self._cleaned(posed, positions)
         vertices = positions.astype(np.float32)
         within = inside(posed.vertices, posed.faces, vertices)
         crossing = 0.0
@@ -335,11 +337,11 @@ class _Settling:
         return Rest(
             garment=self.garment, shaped=self.shaped, pose=self.pose, settings=self.settings,
             positions=positions, forces=found.forces, load=found.load, face=found.face, held=found.held,
-            grip=found.grip, pinched=pinched, residual_share=found.residual_share,
+            grip=found.grip, pinched=stuck, residual_share=found.residual_share,
             worst_share=float(np.linalg.norm(found.forces, axis=1).max()) / stepper.mean_weight, method=method,
             newton_steps=self.newton_steps, solver_steps=self.solver_steps,
             figures=strain_figures(sheet, vertices[None], self.dressed.pinned) | {
-                "inside": float((within & ~pinched).sum()), "deepest_mm": deepest, "pinched": float(pinched.sum()),
+                "inside": float((within & ~stuck).sum()), "deepest_mm": deepest, "pinched": float(stuck.sum()),
                 "self_crossing_percent": 100 * crossing,
             },
         )  # fmt: skip
