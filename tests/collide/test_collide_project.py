@@ -262,3 +262,39 @@ def test_bad_garments():
     broken[3, 1] = np.nan
     with pytest.raises(BadGarment, match=r"must be finite; got NaN or infinity"):
         projector.project(projector.start(), posed, broken, dt=1 / 30)
+
+
+def nearest_face(posed, point):
+    middles = posed.vertices[posed.faces].mean(axis=1)
+    return int(np.linalg.norm(middles - point, axis=1).argmin())
+
+
+def placed(posed, projector, point, place, frames=1):
+    """Where one vertex goes that was held off from a face (-1: none), and whether it is pinched; the last frame."""
+    places = np.full(2, place)
+    vertices = np.array([point, [0, 3, 0]], np.float32)
+    state = projector.start()
+    for _ in range(frames):
+        state, out, report = projector.project(state, posed, vertices, dt=1 / 30, places=places)
+    return out[0], 0 in report.pinched
+
+
+@pytest.mark.parametrize("frames", [1, 5])
+def test_a_vertex_with_a_place_is_led_out_over_it_however_near_other_skin_is(frames):
+    """5 cm below the middle of a ball of 10 cm, held off from its top."""
+    shaped, posed = two_balls(1.0)
+    point, top = np.array([0.0, -0.05, 0.0]), nearest_face(two_balls(1.0)[1], [0, 0.1, 0])
+    projector = Projector.prepare(shaped, np.array([point, [0, 3, 0]], np.float32), NO_FACES)
+    for place, upwards in ((-1, False), (top, True)):
+        out, pinched = placed(posed, projector, point, place, frames)
+        assert not pinched and (out[1] > 0) == upwards
+        assert np.linalg.norm(out) == pytest.approx(0.1, abs=0.005)
+
+
+def test_a_vertex_whose_place_is_inside_another_part_stays_and_is_pinched():
+    """5 mm below the skin of the left ball, whose right side is deep inside the right one."""
+    shaped, posed = two_balls(0.12)
+    point = np.array([0.0889, 0.0338, 0.0])
+    projector = Projector.prepare(shaped, np.array([point, [0, 3, 0]], np.float32), NO_FACES)
+    out, pinched = placed(posed, projector, point, nearest_face(posed, [0.0935, 0.0356, 0.0]))
+    assert pinched and np.linalg.norm(out - point) < 1e-6

@@ -1,6 +1,6 @@
 """A small cape on the shipped body."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cache
 
 import numpy as np
@@ -13,7 +13,8 @@ from hemline.garments import Pins, make_cape
 from hemline.motions.motion import JOINT_NAMES
 from hemline.sim import SimSettings, Stepper, rest_drape, simulate
 from hemline.sim.lead_in import Placement, between, lead_in
-from hemline.sim.state import StepRejected
+from hemline.sim.simulate import _end_state, _state
+from hemline.sim.state import ClothState, StepRejected
 
 SETTINGS = SimSettings(lead_in=0.2, settle=1.0)
 
@@ -232,3 +233,14 @@ def test_poses_between_two_meet_them():
     assert np.allclose(
         between(run[0], run[1], 0.5).translation, 0.5 * (run.translations[0] + run.translations[1]), atol=1e-6
     )
+
+
+def test_the_end_state_brings_back_all_that_the_next_step_depends_on():
+    rng = np.random.default_rng(0)
+    arrays = (rng.normal(size=(4, 3)) for _ in range(3))
+    sides = np.array([[3, -1], [-1, -1], [7, 2], [1, 0]], np.int32)
+    state = ClothState(*arrays, rng.uniform(size=4), np.array([True, False, False, True]), sides, time=0.3)
+    pose = bodies.load("anny24").shaped().rest_pose
+    back = _state(_end_state(state, pose))
+    for each in fields(state):
+        assert np.array_equal(getattr(back, each.name), getattr(state, each.name)), each.name

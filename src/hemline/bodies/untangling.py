@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from hemline.motions import JOINT_NAMES, Motion, Pose
-from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
+from hemline.motions.quaternions import angle, from_axis_angle, inverse, multiply, to_matrix
 
 from .balls import Balls, fill_with_balls
 from .body import Body
@@ -16,7 +16,9 @@ from .skinning import skin_points
 from .untangle_kernels import add_overlaps, deepest_overlaps
 
 LIMIT_DEG = 15.0
-"""No joint is turned by more than this."""
+"""No joint of a pose is turned by more than this; in a motion by no more in each pass."""
+PASSES = 2
+"""How often a motion is gone through: limbs that were lifted out of one place may be in another."""
 
 TURNED = tuple(
     JOINT_NAMES.index(f"{side}_{name}") for name in ("shoulder", "elbow", "hip", "knee") for side in ("left", "right")
@@ -31,6 +33,8 @@ _RAMP = 0.005
 _STEPS, _DAMPING = 10, 1.0
 _SMOOTHING = 0.06
 """Width of the Gaussian by which a motion's corrections are smoothed in time [s]."""
+_AHEAD = 2.0
+"""So many widths before and after a frame its correction is held, so that smoothing leaves it whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,19 +85,39 @@ def untangle(shaped: ShapedBody, pose: Pose) -> Untangling:
 
 
 def untangle_motion(shaped: ShapedBody, motion: Motion) -> MotionUntangling:
-    """Untangle each pose of a motion, and smooth the corrections in time.
+    """Untangle each pose of a motion, and smooth the corrections in time without making them smaller.
+
+    A hand that is inside a leg for a single frame is lifted out of it as far as one that stays there, and begins to
+    give way before.
 
     Args:
         shaped: The body.
         motion: The motion.
     """
-    from scipy.ndimage import gaussian_filter1d
+    done = motion
+    for _ in range(PASSES):
+        turns = np.array([_turns(shaped, done[frame]) for frame in range(len(done))])
+        if not turns.any():
+            break
+        turns = _spread(turns, _SMOOTHING * motion.fps)
+        done = replace(done, rotations=_turned(done.rotations, turns).astype(np.float32))
+    between = multiply(done.rotations.astype(np.float64), inverse(motion.rotations.astype(np.float64)))
+    return MotionUntangling(done, np.rad2deg(angle(between)).astype(np.float32))
 
-    turns = np.array([_turns(shaped, motion[frame]) for frame in range(len(motion))])
-    if not turns.any():
-        return MotionUntangling(motion, _degrees(turns))
-    turns = gaussian_filter1d(turns, _SMOOTHING * motion.fps, axis=0, mode="nearest")
-    return MotionUntangling(replace(motion, rotations=_turned(motion.rotations, turns)), _degrees(turns))
+
+def _spread(turns: np.ndarray, width: float) -> np.ndarray:
+    """Rotation vectors (frames, turned, 3) smoothed over time [frames]: their lengths under a smooth hull, their
+    directions weighed by their lengths.
+    """
+    from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+
+    def smooth(values: np.ndarray) -> np.ndarray:
+        return gaussian_filter1d(values, width, axis=0, mode="nearest")
+
+    length = np.linalg.norm(turns, axis=2, keepdims=True)
+    hull = smooth(maximum_filter1d(length, 2 * round(_AHEAD * width) + 1, axis=0, mode="nearest"))
+    direction = smooth(length * turns)
+    return hull * direction / np.maximum(np.linalg.norm(direction, axis=2, keepdims=True), 1e-12)
 
 
 def _turned(rotations: np.ndarray, turns: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.errors import BadBody
 
 if TYPE_CHECKING:
-    from hemline.bodies import ShapedBody
+    from hemline.bodies import Body, ShapedBody
 
 LEAF = 8
 """Faces of a leaf."""
@@ -23,6 +23,8 @@ class Patches:
 
     order: Int[np.ndarray, " verts"]
     """Renumbered vertex to vertex of the body."""
+    number: Int[np.ndarray, " verts"]
+    """The body's order of vertices to that one."""
     faces: Faces
     """Renumbered triangles, `LEAF` a leaf; short leaves are filled with points (v, v, v)."""
     leaf_start: Int[np.ndarray, " leaves+1"]
@@ -70,6 +72,7 @@ def make_patches(shaped: "ShapedBody") -> Patches:
     ring_start, ring = _rings(kept, len(order))
     return Patches(
         order=order.astype(np.int32),
+        number=number.astype(np.int32),
         faces=kept.astype(np.int32),
         leaf_start=_starts([len(each) for each in unique]),
         leaf_vertices=np.concatenate(unique).astype(np.int32),
@@ -87,6 +90,11 @@ def dominant_joints(
 ) -> Int[np.ndarray, " verts"]:
     """The joint with the largest skin weight at each vertex."""
     return np.take_along_axis(weight_indices, weights.argmax(axis=1)[:, None], axis=1)[:, 0].astype(np.int64)
+
+
+def limb_of_vertices(body: "Body") -> Int[np.ndarray, " verts"]:
+    """The limb of the joint that moves each vertex of a body most."""
+    return limbs(body.parents)[dominant_joints(body.weight_indices, body.weights)]
 
 
 def limbs(parents: Int[np.ndarray, " joints"]) -> Int[np.ndarray, " joints"]:

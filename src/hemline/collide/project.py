@@ -150,7 +150,13 @@ class Projector:
         )
 
     def project(
-        self, state: ProjectorState, posed: "PosedBody", vertices: Vertices, *, dt: float
+        self,
+        state: ProjectorState,
+        posed: "PosedBody",
+        vertices: Vertices,
+        *,
+        dt: float,
+        places: Int[np.ndarray, " verts"] | None = None,
     ) -> tuple[ProjectorState, Vertices, ProjectionReport]:
         """Move the vertices of one frame out of the posed body.
 
@@ -159,6 +165,8 @@ class Projector:
             posed: The body in this frame.
             vertices: The garment in this frame, any finite positions [m].
             dt: Time since the frame before [s].
+            places: The face of the body that each vertex was held off from, -1 for none. Such a vertex is led out over
+                that place or not at all: however near other skin is, it may be across flesh.
 
         Returns:
             The next state, the vertices outside of the body, and what was done.
@@ -177,4 +185,4 @@ class Projector:
             raise BadGarment("garment vertices must be finite", "NaN or infinity", "look at what made this frame")
         from .project_frame import ProjectedFrame
 
-        return ProjectedFrame(self, state, posed, vertices).projected(dt)
+        return ProjectedFrame(self, state, posed, vertices, places).projected(dt)

@@ -26,7 +26,10 @@ TURNS = 16
 class ProjectedFrame:
     """Body and garment in the frame of the key bone, and what the stages find out about them."""
 
-    def __init__(self, projector: Projector, state: ProjectorState, posed: "PosedBody", vertices: Vertices):
+    def __init__(
+        self, projector: Projector, state: ProjectorState, posed: "PosedBody", vertices: Vertices,
+        places: Int[np.ndarray, " verts"] | None = None,
+    ):  # fmt: skip
         patches = projector.patches
         self.projector, self.patches, self.vertices = projector, patches, vertices
         self.margin, self.gap = np.float32(projector.settings.margin), np.float32(projector.settings.gap)
@@ -53,6 +56,11 @@ class ProjectedFrame:
             directions=state.directions.copy(),
             hidden=state.hidden.copy(),
         )
+        self.places = np.full(len(self.points), -1, np.int64)
+        if places is not None:
+            corners = posed.shaped.body.faces[places[projector.order], 0]
+            held = places[projector.order] >= 0
+            self.places[held] = patches.ring[patches.ring_start[patches.number[corners[held]]]]
 
     def projected(self, dt: float) -> tuple[ProjectorState, Vertices, ProjectionReport]:
         """The next state, the garment outside of the body, and the report."""
@@ -89,8 +97,8 @@ class ProjectedFrame:
         push(
             self.points, ids, self.body, patches.faces, patches.across, patches.ring_start, patches.ring,
             patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.patch_box, patches.patch_limb,
-            self.known, self.normals, state.anchors, state.heights, state.offsets, decay, self.margin, self.gap, far,
-            state.frame, pushed, signed,
+            self.known, self.normals, self.places, state.anchors, state.heights, state.offsets, decay, self.margin,
+            self.gap, far, state.frame, pushed, signed,
         )  # fmt: skip
         return pushed, signed
 
@@ -136,20 +144,41 @@ class ProjectedFrame:
         pushed: Points,
         signed: Float[np.ndarray, " near"],
     ) -> tuple[Int[np.ndarray, " pinched"], Points]:
-        """Lead vertices out by the nearest skin, else by that of their own limb; what is left is pinched."""
+        """Lead vertices out over the places that they have; the others by the nearest skin, else by that of their own
+        limb. What is left is pinched.
+        """
+        held = self.places[ids[bad]] >= 0
+        kept, at_kept = self.tried(ids, bad[held], pushed, signed, self.places[ids[bad[held]]], own_limb=False)
+        # contact goes on holding these off; led out of one part, they would only be deeper in another
+        pushed[kept] = self.points[ids[kept]]
+        free, where = bad[~held], np.empty((0, 3), np.float32)
         for own_limb in (False, True):
-            trial, otherwise = np.empty((len(bad), 3), np.float32), np.empty((len(bad), 3), np.float32)
-            patches, state = self.patches, self.state
-            seek_ways_out(
-                self.points, ids, bad, self.projector.limb, own_limb, PINCH_OFFSET, self.margin, self.gap, self.body,
-                patches.faces, patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.patch_box,
-                patches.patch_limb, patches.across, patches.ring_start, patches.ring, self.known, self.normals,
-                state.anchors, state.heights, signed, trial, otherwise,
-            )  # fmt: skip
-            winding, near = self.windings(trial, ids[bad])
-            still, where = np.empty(len(bad), np.int32), np.empty((len(bad), 3), np.float32)
-            count = take_ways_out(bad, winding, near, trial, otherwise, pushed, still, where)
-            bad, where = still[:count], where[:count]
-        vertices = self.projector.order[ids[bad]]
+            free, where = self.tried(ids, free, pushed, signed, np.full(len(free), -1, np.int64), own_limb=own_limb)
+        vertices = self.projector.order[ids[np.concatenate([kept, free])]]
         rank = np.argsort(vertices)
-        return vertices[rank], where[rank] @ self.to_world[:, :3].T + self.to_world[:, 3]
+        where = np.concatenate([at_kept, where])[rank]
+        return vertices[rank], where @ self.to_world[:, :3].T + self.to_world[:, 3]
+
+    def tried(
+        self,
+        ids: Int[np.ndarray, " near"],
+        bad: Int[np.ndarray, " bad"],
+        pushed: Points,
+        signed: Float[np.ndarray, " near"],
+        starts: Int[np.ndarray, " bad"],
+        *,
+        own_limb: bool,
+    ) -> tuple[Int[np.ndarray, " still"], Points]:
+        """Try a way out for each vertex, from a face or, -1, from the nearest; those that are not free, and where."""
+        trial, otherwise = np.empty((len(bad), 3), np.float32), np.empty((len(bad), 3), np.float32)
+        patches, state = self.patches, self.state
+        seek_ways_out(
+            self.points, ids, bad, self.projector.limb, own_limb, PINCH_OFFSET, self.margin, self.gap, self.body,
+            patches.faces, patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.patch_box,
+            patches.patch_limb, patches.across, patches.ring_start, patches.ring, self.known, self.normals, starts,
+            state.anchors, state.heights, signed, trial, otherwise,
+        )  # fmt: skip
+        winding, near = self.windings(trial, ids[bad])
+        still, where = np.empty(len(bad), np.int32), np.empty((len(bad), 3), np.float32)
+        count = take_ways_out(bad, winding, near, trial, otherwise, pushed, still, where)
+        return still[:count], where[:count]

@@ -23,14 +23,15 @@ def lifted(distance, margin, gap):
 @kernel
 def push(
     points, ids, body, faces, across, ring_start, ring, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb,
-    known, normals, anchors, heights, offsets, decay, margin, gap, far, turn, pushed_out, signed_out,
+    known, normals, places, anchors, heights, offsets, decay, margin, gap, far, turn, pushed_out, signed_out,
 ):  # fmt: skip
     """Where each listed vertex should go to be outside of the surface around its anchor.
 
-    in: points (n,3), ids (k,), body (verts,3), its faces, the faces across their edges and around vertices; offsets
-    (n,3) and their decay (0..1); margin, gap [m]; turn: frames, from 1; far [m]: vertices that were farther outside, or
-    keep clear of their anchor, are left alone but in every fourth turn; those farther inside look for a much shorter
-    way out, and in the first turn all do; in and out: anchors (n,), heights (n,): signed distance when last measured,
+    in: points (n,3), ids (k,), body (verts,3), its faces, the faces across their edges and around vertices; places
+    (n,): faces that vertices were held off from, -1 for none: no farther than around them is looked; offsets (n,3) and
+    their decay (0..1); margin, gap [m]; turn: frames, from 1; far [m]: vertices that were farther outside, or keep
+    clear of their anchor, are left alone but in every fourth turn; those farther inside look for a much shorter way
+    out, and in the first turn all do; in and out: anchors (n,), heights (n,): signed distance when last measured,
     known and normals of the body; out: pushed_out (k,3), signed_out (k,): signed distance before [m].
     """
     tiny, one, loyalty = np.float32(1e-8), np.float32(1), np.float32(0.1)
@@ -45,8 +46,9 @@ def push(
             pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x, y, z
             signed_out[k] = heights[i]
             continue
-        start = np.int64(anchors[i])
-        slow = held and heights[i] < -SLOW_DEPTH
+        placed = places[i] >= 0
+        start = np.int64(places[i] if placed else anchors[i])
+        slow = placed or (held and heights[i] < -SLOW_DEPTH)
         most_steps = np.int64(SLOW_STEPS if slow else MOST_STEPS)
         if last >= 0 and not slow:
             p, q = _index(faces[_index(last), 0]), _index(faces[_index(start), 0])
@@ -62,7 +64,7 @@ def push(
             height = rx * nx + ry * ny + rz * nz
             distance = np.sqrt(squared) * (one if height >= 0 else -one)
             deep = distance < -far and ((heights[i] > -far and not slow) or (ids[k] + turn) % 16 == 0)
-            if attempt == 1 or not (deep or turn == 1):
+            if attempt == 1 or placed or not (deep or turn == 1):
                 break
             vertex, nearest = seek(
                 body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, np.int32(-1), x, y, z, bound
@@ -144,24 +146,30 @@ def judge(points, ids, winding, near, doubtful, winding_before, near_before, pus
 @kernel
 def seek_ways_out(
     points, ids, bad, limb, own_limb, pinch, margin, gap, body, faces, leaf_start, leaf_vertices, patch_start,
-    patch_box, patch_limb, across, ring_start, ring, known, normals, anchors, heights, signed_out, trial_out,
+    patch_box, patch_limb, across, ring_start, ring, known, normals, starts, anchors, heights, signed_out, trial_out,
     otherwise_out,
 ):  # fmt: skip
     """Where vertices that are still inside could go: over the nearest place of the surface.
 
     in: points (n,3), ids (k,), bad: which of them, limb (n,) of each vertex, own_limb: only search that and try the
-    place moved outward by `pinch` [m]; the body; in and out: anchors, heights (n,); signed_out (k,): distance [m];
-    out: trial_out (bad,3): what to test; otherwise_out (bad,3): outside of the own limb only.
+    place moved outward by `pinch` [m]; the body; starts (bad,): faces around which to look, -1: anywhere; in and out:
+    anchors, heights (n,); signed_out (k,): distance [m]; out: trial_out (bad,3): what to test; otherwise_out (bad,3):
+    outside of the own limb only.
     """
     bound, one = np.empty(len(patch_limb), np.float32), np.float32(1)
     for k in range(len(bad)):
         i = _index(ids[bad[k]])
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         on = limb[i] if own_limb else np.int32(-1)
-        face, at_b, at_c, squared = seek_place(
-            body, faces, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, across, ring_start, ring, on,
-            x, y, z, bound,
-        )  # fmt: skip
+        if starts[k] >= 0:
+            face, at_b, at_c, squared = walk(
+                body, faces, across, ring_start, ring, np.int64(starts[k]), np.int64(SLOW_STEPS), x, y, z
+            )
+        else:
+            face, at_b, at_c, squared = seek_place(
+                body, faces, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, across, ring_start, ring,
+                on, x, y, z, bound,
+            )  # fmt: skip
         cx, cy, cz = place_on(body, faces, face, at_b, at_c)
         nx, ny, nz = blended_normal(body, faces, ring_start, ring, face, at_b, at_c, known, normals)
         height = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz

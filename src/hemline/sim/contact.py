@@ -58,10 +58,8 @@ class Contact:
 
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> bool:
         """Find the planes again, where the cloth is at the step's end; whether a vertex moved far enough for that."""
-        asked = np.empty(len(positions), bool)
-        if not strayed(positions, self.fixed, NEAR, self._sought, asked):
+        if not self._sought_again(positions):
             return False
-        self.ahead = self.surface.anchors(positions, self.now, self.fixed, self.ahead, asked=asked)
         planes, before = self.laid(self.ahead), self.planes
         kept = np.empty(len(positions), bool)
         turned_inside(
@@ -69,6 +67,14 @@ class Contact:
         )  # fmt: skip
         self.anchors = _chosen(kept, self.anchors, self.ahead)
         self.planes = _chosen(kept, self.planes, planes)
+        return True
+
+    def _sought_again(self, positions: Float[np.ndarray, "verts 3"]) -> bool:
+        """Look for the closest places where vertices have moved; whether any has."""
+        asked = np.empty(len(positions), bool)
+        if not strayed(positions, self.fixed, NEAR, self._sought, asked):
+            return False
+        self.ahead = self.surface.anchors(positions, self.now, self.fixed, self.ahead, asked=asked)
         return True
 
     def of(self, which: Bool[np.ndarray, " verts"]) -> "Contact":

@@ -57,7 +57,7 @@ def swung(
         state = sewn(dressed, end, posed.pose, state)
         for frame in range(frames):
             state, _, _ = dressed.frame(state, posed.pose, posed.pose, substeps=2 if kept < 1 else None, seconds=step)
-            cleaned = end.clean(posed, state.positions, step)
+            cleaned = end.clean(posed, state.positions, step, state.sides)
             state = dressed.fed_back(state, cleaned.positions, cleaned.pinched)
             state = replace(state, velocities=kept * state.velocities, change=kept * state.change)
             speed = float(np.linalg.norm(state.velocities, axis=1).mean())

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Int
 
+from hemline.collide import limb_of_vertices
 from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
 from hemline.garments.pieces import face_pieces
@@ -42,19 +43,22 @@ class DressedBody:
     """One garment on one body shape, ready to be stepped from pose to pose."""
 
     def __init__(self, garment: Garment, shaped: "ShapedBody", settings: SimSettings, wind: Wind | None = None):
+        from scipy.spatial import KDTree
+
         self.garment, self.shaped, self.settings = garment, shaped, settings
         faces = garment.pins.body_faces
         if len(faces) and faces.max() >= len(shaped.body.faces):
             what = f"garment '{garment.name}': pins name a body face that does not exist"
             got = f"{faces.max()}; {shaped.body.name} has {len(shaped.body.faces)}"
             raise BadGarment(what, got, "read its mesh again with this body")
-        self.surface = Surface(shaped.body.faces, reach=settings.contact_reach)
+        limb = limb_of_vertices(shaped.body)
+        self.surface = Surface(shaped.body.faces, reach=settings.contact_reach, limb=limb[shaped.body.faces[:, 0]])
         self.sheet = sheet_of(garment)
         self.pinned = np.zeros(self.sheet.vertex_count, bool)
         self.pinned[garment.pins.vertices] = True
         self.stepper = Stepper(
             self.sheet, pinned=garment.pins.vertices, pin_stiffness=garment.pins.stiffness, surface=self.surface,
-            settings=settings, wind=wind,
+            home=limb[KDTree(shaped.vertices).query(garment.vertices)[1]], settings=settings, wind=wind,
         )  # fmt: skip
 
     def scene(self, posed: "PosedBody") -> Scene:

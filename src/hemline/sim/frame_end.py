@@ -9,6 +9,8 @@ from jaxtyping import Float, Int
 
 from hemline.collide import ProjectionSettings, Projector, ProjectorState, inside
 
+from .sides import SideFaces
+
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
     from hemline.garments.garment import Garment
@@ -60,16 +62,21 @@ class FrameEnd:
             for name, value in ((name, np.atleast_1d(np.asarray(value))) for name, value in values.items())
         }
 
-    def clean(self, posed: "PosedBody", positions: Float[np.ndarray, "verts 3"], seconds: float) -> Cleaned:
+    def clean(
+        self, posed: "PosedBody", positions: Float[np.ndarray, "verts 3"], seconds: float,
+        sides: SideFaces | None = None,
+    ) -> Cleaned:  # fmt: skip
         """Project one frame.
 
         Args:
             posed: The body at the end of the frame.
             positions: The cloth there [m].
             seconds: Length of the frame [s].
+            sides: Where the body held the cloth off in it; None: the cloth has no past.
         """
         before = positions.astype(np.float32)
-        self.state, after, report = self.projector.project(self.state, posed, before, dt=seconds)
+        places = None if sides is None else sides[:, 0]
+        self.state, after, report = self.projector.project(self.state, posed, before, dt=seconds, places=places)
         moved = (after != before).any(axis=1)
         within = 0
         if self.state.frame % COUNTED_EVERY == 0:

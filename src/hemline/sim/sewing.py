@@ -42,7 +42,7 @@ def sewn(dressed: DressedBody, end: FrameEnd, pose: "Pose", state: ClothState) -
         if stretch(dressed.sheet, state.positions) < CLOSED:
             break
         state, _, posed = dressed.frame(state, pose, pose, substeps=1, seconds=STEP)
-        cleaned = end.clean(posed, state.positions, STEP)
+        cleaned = end.clean(posed, state.positions, STEP, state.sides)
         state = dressed.fed_back(state, cleaned.positions, cleaned.pinched)
         state = replace(state, velocities=np.zeros_like(state.velocities), change=np.zeros_like(state.change))
     return state

@@ -94,7 +94,7 @@ def simulate(
             failed = f"frame {index}: {reason}"
             log.warning("take failed: %s", failed)
             break
-        cleaned = end.clean(posed, state.positions, 1 / settings.fps)
+        cleaned = end.clean(posed, state.positions, 1 / settings.fps, state.sides)
         state, before = dressed.fed_back(state, cleaned.positions, cleaned.pinched), pose
         record.keep(cleaned.positions, len(cleaned.pinched))
         record.inside.append(cleaned.inside)
@@ -153,7 +153,7 @@ class _Record:
 def _end_state(state: ClothState, pose: Pose) -> dict[str, np.ndarray]:
     return {
         "positions": state.positions, "velocities": state.velocities, "change": state.change, "load": state.load,
-        "pinched": state.pinched.astype(np.uint8), "time": np.array([state.time]),
+        "pinched": state.pinched.astype(np.uint8), "sides": state.sides, "time": np.array([state.time]),
         "rotations": pose.rotations, "translation": pose.translation,
     }  # fmt: skip
 
@@ -162,7 +162,7 @@ def _state(end: EndState) -> ClothState:
     arrays = {
         name: np.ascontiguousarray(end[name], np.float64) for name in ("positions", "velocities", "change", "load")
     }
-    return ClothState(**arrays, pinched=end["pinched"].astype(bool), time=float(end["time"][0]))
+    return ClothState(**arrays, pinched=end["pinched"].astype(bool), sides=end["sides"], time=float(end["time"][0]))
 
 
 def _joined(first: Motion, second: Motion) -> Motion:

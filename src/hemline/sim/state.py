@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from .sides import SideFaces
 from .surface import Skin
 
 Positions = Float[np.ndarray, "verts 3"]
@@ -24,7 +25,8 @@ class ClothState:
         velocities: [m/s]
         change: Of the velocities in the last step [m/s]; where the next step starts to look.
         load: Force with which the body pressed on each vertex in the last step [N].
-        pinched: Vertices whose contact yields.
+        pinched: Vertices that have no free place, as the body cuts through itself there.
+        sides: Where the body held each vertex off.
         time: Since the start [s].
     """
 
@@ -33,6 +35,7 @@ class ClothState:
     change: Positions
     load: Float[np.ndarray, " verts"]
     pinched: Bool[np.ndarray, " verts"]
+    sides: SideFaces
     time: float = 0.0
 
 

@@ -16,8 +16,10 @@ from .pair_kernels import CHUNK as PAIR_CHUNK
 from .pair_kernels import pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
 from .pairs import Pairs
 from .sheet import Sheet
+from .sided_contact import SidedContact, Wearing
+from .sides import Sides
 from .state import ClothState, Scene, StepRejected
-from .surface import Planes, no_planes
+from .surface import Planes, Skin, Surface, no_planes
 from .vertex_kernels import CHUNK, diagonal_blocks, farther_than, gradient, moved, opposed
 
 if TYPE_CHECKING:
@@ -85,10 +87,7 @@ class Step:
         self.contact: Contact | None = None
         self.planes: Planes = no_planes(sheet.vertex_count)
         if stepper.surface is not None and then.skin is not None and now.skin is not None:
-            push = soft * stepper.push * np.where(state.pinched, self.settings.pinched_share, 1.0)
-            self.contact = Contact(
-                stepper.surface, then.skin, now.skin, x0, self.x, stepper.fixed, push, stepper.last_anchors
-            )
+            self.contact = self._contact(stepper.surface, then.skin, now.skin, soft)
             self.planes = self.contact.planes
         self.coarsened, self.share = False, 0.0
         self.pairs: Pairs | None = None
@@ -98,6 +97,15 @@ class Step:
             stepper.body_points.begin(self.contact, self.x)
         self._meet()
         self.evaluate()
+
+    def _contact(self, surface: Surface, then: Skin, now: Skin, soft: float) -> Contact:
+        """Contact with the body, soft or not."""
+        stepper, state = self.stepper, self.state
+        wearing = Wearing(Sides.of(state.sides, surface), stepper.home, state.pinched, self.settings.pinched_share)
+        return SidedContact(
+            surface, then, now, state.positions, self.x, stepper.fixed, soft * stepper.push, stepper.last_anchors,
+            wearing,
+        )  # fmt: skip
 
     def newton(self) -> int:
         """One Newton step with a line search; returns the steps of conjugate gradients."""
@@ -136,6 +144,8 @@ class Step:
         parts = [] if stepper.self_contact is None else stepper.self_contact.lay(self.x)
         if self.contact is not None and len(stepper.body_points):
             parts.append(stepper.body_points.lay())
+        if isinstance(self.contact, SidedContact):
+            parts += self.contact.second(self.settings.thickness, self.sheet.friction)
         if not parts:
             return
         self.pairs = pairs = Pairs.of(parts, self.sheet.vertex_count)
@@ -248,8 +258,9 @@ class Step:
 
     def result(self) -> ClothState:
         """The state at the end of the step."""
-        if self.contact is not None:
-            self.stepper.last_anchors = self.contact.ahead
+        sides = self.state.sides
+        if isinstance(self.contact, SidedContact):
+            self.stepper.last_anchors, sides = self.contact.ahead, self.contact.sides.faces
         penetration = np.clip(self.settings.thickness - self.planes.gap(self.x), 0, self.settings.contact_depth)
         velocities = (self.x - self.state.positions) / self.h
         return ClothState(
@@ -258,6 +269,7 @@ class Step:
             change=velocities - self.state.velocities,
             load=self.planes.stiffness * penetration,
             pinched=self.state.pinched,
+            sides=sides,
             time=self.state.time + self.h,
         )
 

@@ -32,6 +32,7 @@ class Stepper:
         pin_stiffness: For each of them the stiffness of the spring that holds it there [N/m], infinite for a vertex
             that is put there; None: all are.
         surface: The body's mesh, or None.
+        home: The body's limb that each vertex lies on at rest; None: the body has but one.
         settings: Gravity, contact, tolerances; `fps` and `substeps` are not used here.
         wind: Wind over time and place; None: that of the settings.
 
@@ -54,9 +55,11 @@ class Stepper:
         pinned: Int[np.ndarray, " pins"] = (),  # type: ignore[assignment]
         pin_stiffness: Float[np.ndarray, " pins"] | None = None,
         surface: Surface | None = None,
+        home: Int[np.ndarray, " verts"] | None = None,
         settings: SimSettings | None = None,
         wind: Wind | None = None,
     ):
+        self.home = np.zeros(sheet.vertex_count, np.int64) if home is None else home
         self.sheet, self.surface, self.settings = sheet, surface, settings or SimSettings()
         self.wind = wind_of(self.settings) if wind is None else checked(wind)
         pins = np.asarray(pinned, np.int32)
@@ -103,7 +106,8 @@ class Stepper:
         x = np.array(positions, np.float64, order="C")
         if x.shape != (count, 3) or not np.isfinite(x).all():
             raise BadInput(f"positions must be {count} finite points", x.shape, "give one a vertex of the sheet")
-        return ClothState(x, np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count), np.zeros(count, bool))
+        still, nowhere = np.zeros((count, 3)), np.full((count, 2), -1, np.int32)
+        return ClothState(x, still, still.copy(), np.zeros(count), np.zeros(count, bool), nowhere)
 
     def advance(self, state: ClothState, h: float, scene_at: Callable[[float], Scene]) -> tuple[ClothState, StepReport]:
         """One step of length h; a step that fails is halved and tried again.

@@ -72,6 +72,36 @@ def closest_on_triangle(px, py, pz, a, b, c):
     return v, w, x * x + y * y + z * z
 
 
+@kernel(inline="always")
+def closest_around(px, py, pz, vertex, vertices, faces, star_starts, star):
+    """The face closest to p among those around a vertex, and around the corners that this leads to; its weights."""
+    best, face, bv, bw = 1e30, -1, 0.0, 0.0
+    centre = last = vertex
+    for visit in range(4):
+        improved = False
+        for entry in range(star_starts[centre], star_starts[centre + 1]):
+            f = star[entry]
+            if visit > 0 and (faces[f, 0] == last or faces[f, 1] == last or faces[f, 2] == last):
+                continue
+            v, w, d = closest_on_triangle(
+                px, py, pz, vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+            )
+            if d < best:
+                best, face, bv, bw, improved = d, f, v, w, True
+        if not improved or face < 0:
+            break
+        # go on around the corner that the closest point is nearest to
+        corner = 0
+        if bv > 1.0 - bv - bw and bv >= bw:
+            corner = 1
+        elif bw > 1.0 - bv - bw and bw > bv:
+            corner = 2
+        if faces[face, corner] == centre:
+            break
+        last, centre = centre, faces[face, corner]
+    return face, bv, bw
+
+
 @kernel(parallel=True)
 def closest_faces(
     x, vertices, faces, star_starts, star, low, cell, size, cell_starts, order, reach, asked,
@@ -118,30 +148,7 @@ def closest_faces(
             nearest_out[i] = found
             if found < 0:
                 continue
-            best, face, bv, bw = 1e30, -1, 0.0, 0.0
-            centre = last = found
-            for visit in range(4):
-                improved = False
-                for entry in range(star_starts[centre], star_starts[centre + 1]):
-                    f = star[entry]
-                    if visit > 0 and (faces[f, 0] == last or faces[f, 1] == last or faces[f, 2] == last):
-                        continue
-                    v, w, d = closest_on_triangle(
-                        px, py, pz, vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
-                    )
-                    if d < best:
-                        best, face, bv, bw, improved = d, f, v, w, True
-                if not improved or face < 0:
-                    break
-                # go on around the corner that the closest point is nearest to
-                corner = 0
-                if bv > 1.0 - bv - bw and bv >= bw:
-                    corner = 1
-                elif bw > 1.0 - bv - bw and bw > bv:
-                    corner = 2
-                if faces[face, corner] == centre:
-                    break
-                last, centre = centre, faces[face, corner]
+            face, bv, bw = closest_around(px, py, pz, found, vertices, faces, star_starts, star)
             face_out[i], weights_out[i, 0], weights_out[i, 1] = face, bv, bw
 
 
@@ -211,6 +218,7 @@ def turned_inside(x, old_normal, old_stiffness, normal, point, stiffness, turned
 __all__ = [
     "cell_of",
     "cells_between",
+    "closest_around",
     "closest_faces",
     "closest_on_triangle",
     "contact_planes",

@@ -1,0 +1,160 @@
+"""Cloth between parts of a body that go through each other: it comes out on the side that it went in on."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from hemline.sim import Scene, SimSettings, Skin, Stepper, Surface
+from hemline.sim.sides import Sides
+
+STEPS, H = 120, 1 / 240
+
+
+def block(size, centre, detail=0.012):
+    """A box with edges of about that length."""
+    box = trimesh.creation.box(extents=size)
+    vertices, faces = trimesh.remesh.subdivide_to_size(box.vertices, box.faces, detail)
+    mesh = trimesh.Trimesh(vertices, faces)
+    mesh.merge_vertices()
+    return np.asarray(mesh.vertices) + np.array(centre), np.asarray(mesh.faces), np.asarray(mesh.vertex_normals)
+
+
+class Blocks:
+    """Two boxes above each other as one body; the upper one moves down and up again."""
+
+    def __init__(self, lower, upper):
+        (self.low, faces, first), (self.high, others, second) = lower, upper
+        self.normals = np.concatenate([first, second]).astype(np.float32)
+        self.faces = np.concatenate([faces, others + len(self.low)]).astype(np.int32)
+        self.limb = np.repeat([0, 1], [len(faces), len(others)])
+
+    def skin(self, down):
+        moved = np.concatenate([self.low, self.high - [0, down, 0]])
+        return Skin(moved.astype(np.float32), self.normals)
+
+
+def pressed_and_released(square, body, way, *, limb=None):
+    """The sheet at height 0 after the upper block went along that way over time, from 0 to 1."""
+    sheet, x = square(13, 0.12, density=0.15, young=120.0, damping=0.003, friction=0.3)
+    x = x - [0.06, 0, 0.06]
+    surface = Surface(body.faces, reach=0.04, limb=limb)
+    settings = SimSettings(gravity=(0.0, -1.0, 0.0), self_contact=False)
+    stepper = Stepper(sheet, surface=surface, settings=settings)
+    state = stepper.start(x)
+    for step in range(STEPS):
+        state, _ = stepper.advance(
+            state, H, lambda share, step=step: Scene(np.zeros((0, 3)), body.skin(way((step + share) / STEPS)))
+        )
+    return state.positions
+
+
+def test_cloth_comes_out_of_a_fold_where_it_went_in(square):
+    """Plates of 3 cm are pressed 2 cm into each other: the closest skin to cloth between them is a far side."""
+    plate = (0.2, 0.03, 0.2)
+    body = Blocks(block(plate, (0, -0.02, 0)), block(plate, (0, 0.03, 0)))
+    # 2 cm apart at first, 2 cm inside each other halfway
+    end = pressed_and_released(square, body, lambda time: 0.04 * np.sin(np.pi * time))
+    assert end[:, 1].min() > -0.006 and end[:, 1].max() < 0.016
+
+
+@pytest.mark.parametrize("limbs", [True, False])
+def test_what_goes_through_a_limb_does_not_take_its_cloth_along(square, limbs):
+    """A bar falls on cloth that lies on a block, through the block, and on."""
+    body = Blocks(block((0.2, 0.04, 0.2), (0, -0.025, 0)), block((0.3, 0.03, 0.03), (0, 0.04, 0)))
+    end = pressed_and_released(square, body, lambda time: 0.2 * time, limb=body.limb if limbs else None)
+    dragged = (end[:, 1] < -0.02).sum()
+    # where nothing tells the bar from the block, it does
+    assert dragged == 0 if limbs else dragged > 10
+
+
+def test_the_first_place_is_the_closest_one_where_nothing_overlaps():
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.3)
+    vertices = np.asarray(ball.vertices, np.float32)
+    skin, surface = Skin(vertices, vertices / np.float32(0.3)), Surface(np.asarray(ball.faces), reach=0.06)
+    rng = np.random.default_rng(3)
+    direction = rng.normal(size=(300, 3))
+    points = 0.31 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    fixed, home = np.zeros(300, bool), np.zeros(300, np.int64)
+    sides = Sides.of(np.full((300, 2), -1, np.int32), surface)
+    for _ in range(5):
+        points = points + rng.normal(scale=0.004, size=points.shape)
+        found = surface.anchors(points, skin, fixed)
+        sides = Sides.of(sides.faces, surface).moved(surface, points, skin, found, home)
+        assert np.array_equal(sides.first.face, found.face)
+        # slid over a ball, a place is the closest one
+        assert not (sides.second.face >= 0).any()
+
+
+def test_a_place_that_was_left_is_kept_until_it_is_far(square):
+    """Between two plates: the one that the cloth came from first, then the other; then the first is out of reach."""
+    plate = (0.2, 0.03, 0.2)
+    body = Blocks(block(plate, (0, -0.02, 0)), block(plate, (0, 0.03, 0)))
+    surface, skin = Surface(body.faces, reach=0.04), body.skin(0.0)
+    points, fixed, home = np.zeros((1, 3)), np.zeros(1, bool), np.zeros(1, np.int64)
+    sides = Sides.of(np.full((1, 2), -1, np.int32), surface)
+    seen = []
+    for height in (0.0, 0.002, 0.008, 0.009, 0.0145, 0.003):
+        points[0, 1] = height
+        sides = sides.moved(surface, points, skin, surface.anchors(points, skin, fixed), home)
+        seen.append([-1 if face < 0 else int(body.limb[face]) for face in sides.faces[0]])
+    lower, upper, none = 0, 1, -1
+    assert seen == [[lower, none], [lower, none], [upper, lower], [upper, lower], [upper, none], [lower, upper]]
+
+
+@pytest.mark.parametrize("home", [0, 1])
+def test_only_its_own_limb_takes_a_vertex_back_from_another_one_in_flesh(home):
+    """A bar that came with it has taken the vertex 8 mm into the block, past the bar's own lower side."""
+    body = Blocks(block((0.2, 0.04, 0.2), (0, -0.025, 0)), block((0.3, 0.03, 0.03), (0, 0.04, 0)))
+    surface, skin = Surface(body.faces, reach=0.04, limb=body.limb), body.skin(0.055)
+    points, fixed = np.array([[0.0, -0.013, 0.0]]), np.zeros(1, bool)
+    found = surface.anchors(points, skin, fixed)
+    under = np.flatnonzero((body.limb == 1) & (body.low.shape[0] <= body.faces.min(axis=1)))
+    centres = skin.vertices[body.faces[under]].mean(axis=1)
+    bar = under[np.linalg.norm(centres - [0.0, -0.03, 0.0], axis=1).argmin()]
+    sides = Sides.of(np.array([[bar, -1]], np.int32), surface)
+    assert body.limb[found.face[0]] == 0, "the block's top is closest"
+    moved = sides.moved(surface, points, skin, found, np.array([home]))
+    assert body.limb[moved.first.face[0]] == home
+    assert (moved.second.face[0] >= 0) == (home == 0)
+
+
+def test_a_place_slides_over_the_skin_to_where_it_is_closest():
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.3)
+    vertices = np.asarray(ball.vertices, np.float32)
+    skin, surface = Skin(vertices, vertices / np.float32(0.3)), Surface(np.asarray(ball.faces), reach=0.06)
+    direction = np.random.default_rng(9).normal(size=(200, 3))
+    points = 0.31 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    everyone = np.ones(200, bool)
+    before = surface.anchors(points, skin, ~everyone)
+    # 8 cm farther: five edges of the ball
+    later = points + 0.08 * np.cross(points, [0.0, 0.0, 1.0]) / 0.31
+    later *= 0.31 / np.linalg.norm(later, axis=1, keepdims=True)
+    walked, closest = surface.walked(later, skin, before, everyone), surface.anchors(later, skin, ~everyone)
+    assert np.array_equal(walked.face, closest.face) and not np.array_equal(before.face, closest.face)
+    assert walked.weights == pytest.approx(closest.weights)
+
+
+def first_after(body, came, point):
+    """Whether a vertex that was held off by that face still is where it is now; and whether other skin is closer."""
+    surface, skin = Surface(body.faces, reach=0.04), body.skin(0.0)
+    points = np.array([point])
+    found = surface.anchors(points, skin, np.zeros(1, bool))
+    sides = Sides.of(np.array([[came, -1]], np.int32), surface)
+    first = sides.moved(surface, points, skin, found, np.zeros(1, np.int64)).first
+    return not surface.jumped(first.face, np.array([came]))[0], surface.jumped(found.face, np.array([came]))[0]
+
+
+def face_near(body, point):
+    return np.linalg.norm(body.skin(0.0).vertices[body.faces].mean(axis=1) - point, axis=1).argmin()
+
+
+def test_thin_flesh_is_not_left_on_its_other_side():
+    body = Blocks(block((0.1, 0.008, 0.1), (0, 0, 0)), block((0.1, 0.02, 0.1), (0, 0.2, 0)))
+    assert first_after(body, face_near(body, (0.0, 0.004, 0.0)), (0.0, -0.001, 0.0)) == (True, True)
+
+
+def test_skin_that_looks_the_same_way_is_not_taken_from_deep_below_it():
+    body = Blocks(block((0.1, 0.03, 0.1), (0, 0, 0)), block((0.1, 0.04, 0.1), (0, 0.025, 0)))
+    came = face_near(body, (0.0, 0.015, 0.0))
+    # 20 mm over the lower top, 10 mm below the upper one
+    assert first_after(body, came, (0.0, 0.035, 0.0)) == (True, True)
