@@ -7,8 +7,9 @@ benchmarks/results/soak.jsonl, pictures of failures and of each garment's worst 
 prints what is there.
 
 A take fails where the simulator says so, where a vertex is not finite or farther from the pelvis than cloth can be
-(`FARTHEST`), or where one is inside the body that is not pinched. In one frame a take, the one with most crossings,
-libigl counts the vertices inside, and those of the body that stand out of the cloth.
+(`FARTHEST`), where one is inside the body that is not pinched, or where an opening of the garment has lost its limb
+(`still_worn.py`). In one frame a take, the one with most crossings, libigl counts the vertices inside, and those of the
+body that stand out of the cloth.
 """
 
 import argparse
@@ -21,6 +22,7 @@ import igl
 import numpy as np
 from clips import MOTION, every_clip, fastest, spread
 from standing_out import standing_out
+from still_worn import still_worn
 
 from hemline import bodies, garments, motions, pictures
 from hemline.datasets import Dataset, Row, Take, open_dataset
@@ -43,6 +45,8 @@ OFTEN, SELDOM = 20, 5
 """Recordings for a large garment, and for each of a stranger."""
 AT_ONCE = 20
 """Takes until lines are written."""
+EVERY = 5
+"""Frames from one that is looked at closely to the next."""
 FARTHEST = 3.0
 """A vertex that is farther from the pelvis flew off [m]."""
 STANDS_OUT = 0.002
@@ -113,24 +117,29 @@ def _note(row: dict) -> None:
 def judged(dataset: Dataset, row: Row, title: str) -> dict:
     """Figures of a take and why it failed, if it did; then a picture is drawn of its last or its worst frame."""
     take, garment = dataset.take(row), dataset.garment
-    crossed = [len(crossing_edges(frame, garment.faces)) for frame in take.vertices[::5]]
-    worst = 5 * int(np.argmax(crossed))
+    crossed = [len(crossing_edges(frame, garment.faces)) for frame in take.vertices[::EVERY]]
+    worst = EVERY * int(np.argmax(crossed))
     shaped = bodies.load(garment.body_name).shaped(take.betas)
+    worn = still_worn(take, garment, shaped, EVERY)
     body = shaped.posed(take.motion[worst])
     turns = np.abs(igl.winding_number(
         body.vertices.astype(np.float64), body.faces.astype(np.int64), take.vertices[worst].astype(np.float64)
     ))  # fmt: skip
     out = standing_out(take.vertices[worst], garment.faces, body.vertices, body.normals) > STANDS_OUT
     failed = take.failed or _broken(take)
+    at = len(take.vertices) - 1 if take.failed else worst
+    if not failed and worn.lost:
+        at, joint = worn.lost
+        failed = f"frame {at}: nothing goes through its opening near the {joint} any more"
     if failed:
-        at = len(take.vertices) - 1 if take.failed else worst
         PICTURES.mkdir(parents=True, exist_ok=True)
         _draw(take, garment, shaped, at).save(PICTURES / f"{title}.png")
     return {
         "vertices": len(garment.vertices), "take": row.name, "frames": row.frames, "failed": failed,
         "figures": {key: round(float(take.figures[key]), 5) for key in FIGURES}, "worst_frame": worst,
         "inside_by_libigl": int((turns > 0.5).sum()), "pinched_then": int(take.pinched[worst]),
-        "body_vertices_out": int(out.sum()),
+        "body_vertices_out": int(out.sum()), "limb_through_percent": round(worn.through_percent, 2),
+        "limb_through_at_end": worn.through_at_end,
     }  # fmt: skip
 
 
@@ -191,22 +200,26 @@ def draw_worst(names: Iterable[str]) -> None:
 
 def table() -> None:
     """One line a garment."""
-    print("| garment | vertices | takes; frames | failed | inside | crossings %, mean; worst take | body out |")
-    print("|---|---|---|---|---|---|---|")
+    print(
+        "| garment | vertices | takes; frames | failed | inside | crossings %, mean; worst take | body out | limbs through |"
+    )
+    print("|---|---|---|---|---|---|---|---|")
     rows = list(known().values())
     for name in dict.fromkeys(row["garment"] for row in rows):
         of = [row for row in rows if row["garment"] == name]
         made = [row for row in of if row["take"]]
         failed = sum(row["failed"] is not None for row in of)
         if not made:
-            print(f"| {name} | - | {len(of)} | {failed} | - | - | - |")
+            print(f"| {name} | - | {len(of)} | {failed} | - | - | - | - |")
             continue
         crossing = [row["figures"]["self_crossing_percent"] for row in made]
         inside = max(row["figures"]["inside"] for row in made)
         out = np.mean([row["body_vertices_out"] for row in made])
+        known_ends = [row["limb_through_at_end"] for row in made if "limb_through_at_end" in row]
+        through = f"{sum(known_ends)} of {len(known_ends)}" if known_ends else "-"
         print(
             f"| {name} | {made[0]['vertices']} | {len(of)}; {sum(row['frames'] for row in made)} | {failed} "
-            f"| {inside:.0f} | {np.mean(crossing):.2f}; {max(crossing):.2f} | {out:.1f} |"
+            f"| {inside:.0f} | {np.mean(crossing):.2f}; {max(crossing):.2f} | {out:.1f} | {through} |"
         )
     for row in rows:
         if row["failed"]:
