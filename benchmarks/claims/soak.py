@@ -200,9 +200,7 @@ def draw_worst(names: Iterable[str]) -> None:
 
 def table() -> None:
     """One line a garment."""
-    print(
-        "| garment | vertices | takes; frames | failed | inside | crossings %, mean; worst take | body out | limbs through |"
-    )
+    print("| garment | vertices | takes; frames | failed | inside | crossings %, mean; worst | body out | through |")
     print("|---|---|---|---|---|---|---|---|")
     rows = list(known().values())
     for name in dict.fromkeys(row["garment"] for row in rows):

@@ -108,6 +108,7 @@ def test_a_shirt_that_dressing_pushes_through_itself_comes_apart():
     assert rest.figures["edge_strain_max"] < 0.3 and rest.figures["residual_share"] < 0.1
 
 
+@pytest.mark.slow
 def test_trousers_follow_the_body_where_thighs_press_together():
     # dressed on this body, the heaviest of two hundred, they end tangled (77 of 10,334 edges): this is the only way
     trousers, heavy = garments.load("trousers-light"), random_shape(194)
@@ -168,6 +169,7 @@ def test_draping_is_a_second_of_dynamics_and_says_how_still_the_cloth_is():
     assert np.abs(draped.positions - rest().positions).max() < 0.05
 
 
+@pytest.mark.slow
 def test_a_body_that_cuts_through_itself_marks_vertices_pinched():
     garment, shaped = shirt()
     rotations = shaped.rest_pose.rotations.astype(np.float64)

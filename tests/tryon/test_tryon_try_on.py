@@ -58,6 +58,7 @@ def test_trousers_keep_pins_at_their_waist(shaped, worn, as_obj):
     assert 40 < len(tried.garment.pins) < 70 and tried.garment.vertices[tried.garment.pins.vertices, 1].min() > 0
 
 
+@pytest.mark.slow
 def test_a_shirt_made_in_t_pose_is_put_on_in_t_pose(shaped, worn, as_obj):
     shirt = worn["tshirt"]
     modelled = posed_with(shirt, shaped, (0.75, 0, 0, 0))

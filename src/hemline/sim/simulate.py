@@ -162,7 +162,9 @@ def _state(end: EndState) -> ClothState:
     arrays = {
         name: np.ascontiguousarray(end[name], np.float64) for name in ("positions", "velocities", "change", "load")
     }
-    return ClothState(**arrays, pinched=end["pinched"].astype(bool), sides=end["sides"], time=float(end["time"][0]))
+    # takes of older versions say nothing of sides: the closest skin is where they go on
+    sides = end.get("sides", np.full((len(arrays["positions"]), 2), -1, np.int32))
+    return ClothState(**arrays, pinched=end["pinched"].astype(bool), sides=sides, time=float(end["time"][0]))
 
 
 def _joined(first: Motion, second: Motion) -> Motion:
