@@ -41,7 +41,7 @@ class SimSettings:
     contact_reach: float = 0.04
     """How far from the body's vertices contact is looked for, inwards too [m]."""
     pinched_share: float = 0.02
-    """Share of the contact stiffness that another limb than the cloth's own keeps where the body cuts through itself."""
+    """Share of the contact stiffness that is left to another limb than the cloth's own where both are in each other."""
     self_contact: bool = True
     """Whether the cloth meets itself."""
     self_thickness: float = 0.002
