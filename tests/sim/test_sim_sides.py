@@ -5,7 +5,8 @@ import pytest
 import trimesh
 
 from hemline.sim import Scene, SimSettings, Skin, Stepper, Surface
-from hemline.sim.sides import Sides
+from hemline.sim.side_kernels import apart, walk
+from hemline.sim.sides import DEEP, FAR, SKEW, Sides
 
 STEPS, H = 120, 1 / 240
 
@@ -124,14 +125,17 @@ def test_a_place_slides_over_the_skin_to_where_it_is_closest():
     skin, surface = Skin(vertices, vertices / np.float32(0.3)), Surface(np.asarray(ball.faces), reach=0.06)
     direction = np.random.default_rng(9).normal(size=(200, 3))
     points = 0.31 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
-    everyone = np.ones(200, bool)
-    before = surface.anchors(points, skin, ~everyone)
+    nobody = np.zeros(200, bool)
+    before = surface.anchors(points, skin, nobody)
     # 8 cm farther: five edges of the ball
     later = points + 0.08 * np.cross(points, [0.0, 0.0, 1.0]) / 0.31
     later *= 0.31 / np.linalg.norm(later, axis=1, keepdims=True)
-    walked, closest = surface.walked(later, skin, before, everyone), surface.anchors(later, skin, ~everyone)
-    assert np.array_equal(walked.face, closest.face) and not np.array_equal(before.face, closest.face)
-    assert walked.weights == pytest.approx(closest.weights)
+    closest = surface.anchors(later, skin, nobody)
+    assert not np.array_equal(before.face, closest.face)
+    star = surface.star
+    for i, vertex in enumerate(before.nearest):
+        _, face, v, w = walk(later, i, vertex, skin.vertices, surface.faces, star.starts, star.columns)
+        assert face == closest.face[i] and (v, w) == pytest.approx(closest.weights[i])
 
 
 def first_after(body, came, point):
@@ -141,7 +145,7 @@ def first_after(body, came, point):
     found = surface.anchors(points, skin, np.zeros(1, bool))
     sides = Sides.of(np.array([[came, -1]], np.int32), surface)
     first = sides.moved(surface, points, skin, found, np.zeros(1, np.int64)).first
-    return not surface.jumped(first.face, np.array([came]))[0], surface.jumped(found.face, np.array([came]))[0]
+    return not apart(surface.faces, first.face[0], came), apart(surface.faces, found.face[0], came)
 
 
 def face_near(body, point):
@@ -158,3 +162,76 @@ def test_skin_that_looks_the_same_way_is_not_taken_from_deep_below_it():
     came = face_near(body, (0.0, 0.015, 0.0))
     # 20 mm over the lower top, 10 mm below the upper one
     assert first_after(body, came, (0.0, 0.035, 0.0)) == (True, True)
+
+
+def twin_of_moved(surface, points, skin, found, home, sides):
+    """First and second faces of each vertex, one after the other, by the words of `sides`."""
+    mesh = skin.vertices, surface.faces, surface.star.starts, surface.star.columns
+
+    def slid(i, place):
+        return walk(points, i, sides.nearest[place, i], *mesh)[1:]
+
+    def over(i, face, v, w):
+        corners, weights = surface.faces[face], np.array([1 - v - w, v, w])
+        normal = weights @ skin.normals[corners].astype(float)
+        way = points[i] - weights @ skin.vertices[corners].astype(float)
+        return way @ normal / np.linalg.norm(normal), np.linalg.norm(way), normal
+
+    result = []
+    for i in range(len(points)):
+        closest = (int(found.face[i]), *found.weights[i])
+        came = slid(i, 0) if sides.face[0, i] >= 0 else None
+        left = slid(i, 1) if sides.face[1, i] >= 0 else None
+        jumps = came is not None and apart(surface.faces, sides.face[0, i], closest[0])
+        jumps = jumps and apart(surface.faces, came[0], closest[0])
+        first, second = closest, left
+        if jumps:
+            across = over(i, *closest)[2] @ over(i, *came)[2] < 0
+            known = left is not None and not apart(surface.faces, left[0], closest[0])
+            returns = surface.limb[closest[0]] == home[i] != surface.limb[came[0]]
+            height = over(i, *closest)[0]
+            if height < 0 and (across or height < -DEEP) and not returns and not known:
+                first = came
+            else:
+                second = came
+        if second is not None:
+            height, distance, _ = over(i, *second)
+            kept = apart(surface.faces, first[0], second[0]) and height < FAR and distance < SKEW * abs(height) + DEEP
+            second = second if kept else None
+        result.append([first[0], -1 if second is None else second[0]])
+    return np.array(result)
+
+
+def test_sides_are_their_twins():
+    """Cloth that is stirred between two plates, which are in each other half of the time."""
+    plate, rng = (0.2, 0.03, 0.2), np.random.default_rng(11)
+    body = Blocks(block(plate, (0, -0.02, 0)), block(plate, (0, 0.03, 0)))
+    surface = Surface(body.faces, reach=0.04, limb=body.limb)
+    points = rng.uniform([-0.08, 0.0, -0.08], [0.08, 0.01, 0.08], (300, 3))
+    fixed, home = np.zeros(300, bool), rng.integers(0, 2, 300)
+    sides, seen = Sides.of(np.full((300, 2), -1, np.int32), surface), np.zeros(3, int)
+    for step in range(12):
+        skin = body.skin(0.02 + 0.025 * np.sin(step))
+        points = points + rng.normal(scale=0.004, size=points.shape)
+        found = surface.anchors(points, skin, fixed)
+        expected = twin_of_moved(surface, points, skin, found, home, sides)
+        sides = sides.moved(surface, points, skin, found, home)
+        assert np.array_equal(sides.faces, expected)
+        seen += [(expected[:, 1] >= 0).sum(), (expected[:, 0] != found.face).sum(), (expected[:, 1] < 0).sum()]
+    assert (seen > 100).all()
+
+
+def test_the_other_limb_yields_where_both_press():
+    """Of five vertices: on its own limb alone; between both, free; pressed; pinched; on another limb alone, pinched."""
+    plate = (0.2, 0.03, 0.2)
+    body = Blocks(block(plate, (0, -0.02, 0)), block(plate, (0, 0.03, 0)))
+    surface, skin = Surface(body.faces, reach=0.04, limb=body.limb), body.skin(0.0)
+    lower, upper = face_near(body, (0, -0.005, 0)), face_near(body, (0, 0.015, 0))
+    faces = np.array([[lower, -1], [lower, upper], [upper, lower], [lower, upper], [upper, -1]], np.int32)
+    middle = np.array([skin.vertices[body.faces[lower]].mean(axis=0)] * 5, float)
+    middle[:, 1] = [-0.002, -0.002, -0.009, -0.002, 0.01]
+    pinched = np.array([False, False, False, True, True])
+    sides = Sides.of(faces, surface)
+    sides.weights[:] = 1 / 3
+    pushes = sides.pushes(surface, middle, skin, np.zeros(5, np.int64), pinched, np.full(5, 10.0), 0.02)
+    assert pytest.approx(np.array([[10, 10], [10, 10], [0.2, 10], [10, 0.2], [0.2, 10]])) == pushes.T

@@ -7,11 +7,8 @@ from jaxtyping import Bool, Float, Int
 
 from .contact import Contact
 from .pairs import PairRows
-from .sides import Sides, heights
+from .sides import Sides
 from .surface import Anchors, Skin, Surface
-
-PRESSED = 0.002
-"""Cloth that is pressed so far into its own limb yields to it, not to another one [m]."""
 
 
 class Wearing(NamedTuple):
@@ -32,9 +29,6 @@ class Wearing(NamedTuple):
 
 class SidedContact(Contact):
     """Contact where each vertex keeps to its sides of the body: one plane a vertex, a second one where it has two.
-
-    Where its own limb and another one press on a vertex, or it is pinched, the other one yields: what goes through a
-    leg must not take the trousers along.
 
     Args:
         surface, then, now, start, guess, fixed, push, known: As of `Contact`.
@@ -75,12 +69,10 @@ class SidedContact(Contact):
             thickness: Distance that cloth keeps from the body [m].
             friction: Coulomb's coefficient of each vertex.
         """
-        which = np.flatnonzero(self.sides.second.face >= 0)
+        sides, which = self.sides, np.flatnonzero(self.sides.face[1] >= 0)
         if not (len(which) and thickness):
             return []
-        nearest, face, weights = (each[which] for each in (
-            self.sides.second.nearest, self.sides.second.face, self.sides.second.weights
-        ))  # fmt: skip
+        nearest, face, weights = sides.nearest[1, which], sides.face[1, which], sides.weights[1, which]
         planes = self.surface.planes(
             Anchors(nearest, face, weights), self.start[which], self.then, self.now, self._push_of_second[which]
         )
@@ -94,22 +86,9 @@ class SidedContact(Contact):
         )]  # fmt: skip
 
     def _hold(self, sides: Sides, positions: Float[np.ndarray, "verts 3"], skin: Skin) -> None:
+        wearing = self.wearing
         self.sides, self.anchors = sides, sides.first
-        first, second = self._yields(positions, skin)
-        share = self.wearing.yielding
-        self.push, self._push_of_second = (self._full * np.where(each, share, 1.0) for each in (first, second))
-        self.planes = self.laid(sides.first)
-
-    def _yields(
-        self, positions: Float[np.ndarray, "verts 3"], skin: Skin
-    ) -> tuple[Bool[np.ndarray, " verts"], Bool[np.ndarray, " verts"]]:
-        """Whether the first place of each vertex yields, and whether the second."""
-        limb, home, pinched = self.surface.limb, self.wearing.home, self.wearing.pinched
-        own = [(each.face >= 0) & (limb[each.face] == home) for each in self.sides]
-        two = self.sides.second.face >= 0
-        yields = [pinched & ~own[0] & ~own[1], np.zeros_like(two)]
-        for mine, place in enumerate(self.sides):
-            pressed = np.flatnonzero(two & own[mine] & ~own[1 - mine])
-            height, _, _ = heights(self.surface, positions, skin, place, pressed)
-            yields[1 - mine][pressed] = pinched[pressed] | (height < -PRESSED)
-        return yields[0], yields[1]
+        self.push, self._push_of_second = sides.pushes(
+            self.surface, positions, skin, wearing.home, wearing.pinched, self._full, wearing.yielding
+        )
+        self.planes = self.laid(self.anchors)

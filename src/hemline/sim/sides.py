@@ -10,12 +10,12 @@ Baraff, Witkin and Kass, "Untangling Cloth", SIGGRAPH 2003, let pinched cloth fo
 it is held between both.
 """
 
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from .side_kernels import move_sides, share_push
 from .surface import Anchors, Skin, Surface
 
 SideFaces = Int[np.ndarray, "verts 2"]
@@ -30,30 +30,46 @@ FAR = 0.015
 SKEW = 2.0
 """So is one that is so many times as far away as it is high, and `DEEP` more: it lies beside the vertex."""
 
+PRESSED = 0.002
+"""Cloth that is pressed so far into its own limb yields to it, not to another one [m]."""
 
-class Sides(NamedTuple):
-    """The places of each vertex.
+
+@dataclass(frozen=True)
+class Sides:
+    """The first and the second place of each vertex.
 
     Attributes:
-        first: The one that it is closest to, or came from; face -1: none is near.
-        second: The one that it left; face -1: none.
+        nearest: Vertices of the body at them.
+        face: Their faces, -1 for none. The first is the one that the vertex is closest to, or came from; the second
+            the one that it left.
+        weights: Of the corners 1 and 2.
     """
 
-    first: Anchors
-    second: Anchors
+    nearest: Int[np.ndarray, "2 verts"]
+    face: Int[np.ndarray, "2 verts"]
+    weights: Float[np.ndarray, "2 verts 2"]
 
     @classmethod
     def of(cls, faces: SideFaces, surface: Surface) -> "Sides":
         """From their faces."""
-        return cls(*(
-            Anchors(np.where(face < 0, -1, surface.faces[face, 0]), face.copy(), np.zeros((len(face), 2)))
-            for face in np.ascontiguousarray(faces.T, np.int32)
-        ))  # fmt: skip
+        face = np.ascontiguousarray(faces.T, np.int32)
+        nearest = np.where(face < 0, -1, surface.faces[face, 0]).astype(np.int32)
+        return cls(nearest, face, np.zeros((*face.shape, 2)))
 
     @property
     def faces(self) -> SideFaces:
         """Their faces: all that the next step needs."""
-        return np.column_stack([self.first.face, self.second.face])
+        return self.face.T.copy()
+
+    @property
+    def first(self) -> Anchors:
+        """The first places."""
+        return Anchors(self.nearest[0], self.face[0], self.weights[0])
+
+    @property
+    def second(self) -> Anchors:
+        """The second places."""
+        return Anchors(self.nearest[1], self.face[1], self.weights[1])
 
     def moved(
         self, surface: Surface, positions: Float[np.ndarray, "verts 3"], skin: Skin, found: Anchors,
@@ -68,58 +84,32 @@ class Sides(NamedTuple):
             found: The closest places.
             home: Limb of each vertex.
         """
-        left, there = surface.jumped(self.first.face, found.face), self.second.face >= 0
-        if not (left.any() or there.any()):
-            return Sides(found, self.second)
-        walked = surface.walked(positions, skin, self.first, left)
-        second = surface.walked(positions, skin, self.second, there)
-        left &= surface.jumped(walked.face, found.face)
-        exchanged = left & there & ~surface.jumped(second.face, found.face)
-        refused = np.zeros_like(left)
-        new = np.flatnonzero(left & ~exchanged)
-        refused[new] = _refused(surface, positions, skin, walked, found, home, new)
-        first = _chosen(refused, walked, found)
-        second = _chosen(left & ~refused, walked, second)
-        return Sides(first, _near(surface, positions, skin, second, first))
+        nearest, face, weights = self.nearest.copy(), self.face.copy(), self.weights.copy()
+        move_sides(
+            positions, skin.vertices, skin.normals, surface.faces, surface.star.starts, surface.star.columns,
+            surface.limb, home, found.nearest, found.face, found.weights, DEEP, FAR, SKEW, nearest, face, weights,
+        )  # fmt: skip
+        return Sides(nearest, face, weights)
 
+    def pushes(
+        self, surface: Surface, positions: Float[np.ndarray, "verts 3"], skin: Skin, home: Int[np.ndarray, " verts"],
+        pinched: Bool[np.ndarray, " verts"], push: Float[np.ndarray, " verts"], yielding: float,
+    ) -> Float[np.ndarray, "2 verts"]:  # fmt: skip
+        """Contact stiffness of each place [N/m]. Where its own limb and another one press on a vertex, or it is
+        pinched, the other one yields: what goes through a leg must not take the trousers along.
 
-def heights(
-    surface: Surface, positions: Float[np.ndarray, "verts 3"], skin: Skin, anchors: Anchors,
-    which: Int[np.ndarray, " some"],
-) -> tuple[Float[np.ndarray, " some"], Float[np.ndarray, " some"], Float[np.ndarray, "some 3"]]:  # fmt: skip
-    """Of some vertices the height over the skin at their place, the distance to the place [m], the normal there."""
-    corners, weights = surface.faces[anchors.face[which]], anchors.weights[which]
-    weights = np.column_stack([1 - weights.sum(axis=1), weights])
-    normal = np.einsum("vc,vcx->vx", weights, skin.normals[corners])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    way = positions[which] - np.einsum("vc,vcx->vx", weights, skin.vertices[corners])
-    return np.einsum("vx,vx->v", way, normal), np.linalg.norm(way, axis=1), normal
-
-
-def _refused(
-    surface: Surface, positions: np.ndarray, skin: Skin, kept: Anchors, found: Anchors, home: np.ndarray,
-    which: np.ndarray,
-) -> Bool[np.ndarray, " some"]:  # fmt: skip
-    """Whether the closest place lies across flesh from the one that a vertex has, and not on the vertex's own limb."""
-    height, _, normal = heights(surface, positions, skin, found, which)
-    _, _, before = heights(surface, positions, skin, kept, which)
-    opposed = np.einsum("vx,vx->v", normal, before) < 0
-    own = surface.limb[found.face[which]] == home[which]
-    returns = own & (surface.limb[kept.face[which]] != home[which])
-    return (height < 0) & (opposed | (height < -DEEP)) & ~returns
-
-
-def _near(surface: Surface, positions: np.ndarray, skin: Skin, second: Anchors, first: Anchors) -> Anchors:
-    """Second places without those that are far, lie beside the vertex, or have become the first."""
-    kept = surface.jumped(first.face, second.face)
-    which = np.flatnonzero(kept)
-    height, distance, _ = heights(surface, positions, skin, second, which)
-    kept[which] = (height < FAR) & (distance < SKEW * np.abs(height) + DEEP)
-    return replace(second, face=np.where(kept, second.face, -1))
-
-
-def _chosen(which: Bool[np.ndarray, " verts"], first: Anchors, second: Anchors) -> Anchors:
-    return Anchors(
-        np.where(which, first.nearest, second.nearest), np.where(which, first.face, second.face),
-        np.where(which[:, None], first.weights, second.weights),
-    )  # fmt: skip
+        Args:
+            surface: The body's mesh.
+            positions: The cloth [m].
+            skin: The body.
+            home: Limb of each vertex.
+            pinched: Whether it has no free place.
+            push: Stiffness of each vertex in contact [N/m].
+            yielding: Share of it that is left to what yields.
+        """
+        shared = np.empty((2, len(push)))
+        share_push(
+            positions, skin.vertices, skin.normals, surface.faces, surface.limb, home, pinched, self.face,
+            self.weights, push, yielding, PRESSED, shared,
+        )  # fmt: skip
+        return shared

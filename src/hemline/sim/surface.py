@@ -8,7 +8,6 @@ from jaxtyping import Bool, Float, Int
 from hemline.arrays import Faces, Normals, Vertices
 
 from .sheet import Rows, incidence
-from .side_kernels import mark_jumps, walked_faces
 from .touch_kernels import closest_faces, contact_planes, fill_grid
 
 
@@ -132,35 +131,6 @@ class Surface:
             grid.starts, grid.order, reach or self.reach, asked, nearest, face, weights,
         )  # fmt: skip
         return Anchors(nearest, face, weights)
-
-    def walked(
-        self,
-        positions: Float[np.ndarray, "verts 3"],
-        skin: Skin,
-        known: Anchors,
-        asked: Bool[np.ndarray, " verts"],
-    ) -> Anchors:
-        """The closest point around the last one of each vertex, however near another part of the surface is.
-
-        Args:
-            positions: The cloth [m].
-            skin: The surface.
-            known: Earlier anchors.
-            asked: Vertices that are looked for; the others keep theirs.
-        """
-        if not asked.any():
-            return known
-        nearest, face, weights = known.nearest.copy(), known.face.copy(), known.weights.copy()
-        walked_faces(
-            positions, skin.vertices, self.faces, self.star.starts, self.star.columns, asked, nearest, face, weights
-        )
-        return Anchors(nearest, face, weights)
-
-    def jumped(self, before: Int[np.ndarray, " verts"], after: Int[np.ndarray, " verts"]) -> Bool[np.ndarray, " verts"]:
-        """Where two faces, -1 for none, share no corner."""
-        result = np.empty(len(before), bool)
-        mark_jumps(self.faces, before, after, result)
-        return result
 
     def planes(
         self,
