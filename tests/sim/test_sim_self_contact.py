@@ -10,8 +10,9 @@ import pytest
 
 from hemline.meshes import crossing_edges, edges, self_crossings, vertex_normals
 from hemline.sim import Elastic, Scene, SimSettings, Stepper, make_sheet
+from hemline.sim.pair_kernels import pair_forces
 from hemline.sim.pair_search_kernels import _edge_edge, _vertex_face
-from hemline.sim.self_contact import MARGIN, SelfContact
+from hemline.sim.self_contact import MARGIN, PULL, SelfContact
 
 vertex_face, edge_edge = _vertex_face.py_func, _edge_edge.py_func
 
@@ -275,6 +276,29 @@ def test_crossed_cloth_comes_apart():
     assert self_crossings(state.positions, faces)["pairs"] == 0
     # as little as it takes: the corner comes back up, nobody tears
     assert np.abs(state.positions - x).max() < 0.05
+
+
+def test_what_pulls_a_crossing_apart_pulls_all_ends_of_its_edges_one_way_and_by_no_more():
+    """Over triangles of 2 cm, whose corners lie far on both sides of the plane that they go through."""
+    first, second = grid(9, 9, 0.16, 0.16), grid(9, 9, 0.16, 0.16)
+    tilted = second[0] @ np.array([[0.9, 0.43, 0], [-0.43, 0.9, 0], [0, 0.3, 1]]) + [0.013, -0.051, 0.0017]
+    sheet, _, _ = stack([first, second])
+    x = np.concatenate([first[0], tilted])
+    x += 0.004 * np.random.default_rng(1).normal(size=x.shape)
+    contact = contact_of(sheet)
+    contact.begin(x, x)
+    _, pulls = contact.lay(x)
+    assert len(pulls) > 20
+    between = np.einsum("pc,pcx->px", pulls.weights, x[pulls.corners])
+    height = np.einsum("px,px->p", between, pulls.normal)
+    assert height.min() < -2 * PULL and height.max() > 2 * PULL
+    forces, energy = np.empty((len(pulls), 3)), np.empty(1 + len(pulls) // 64)
+    pair_forces(x, *pulls.arrays, 1.0, forces, energy)
+    load = -np.einsum("px,px->p", forces, pulls.normal)
+    assert load == pytest.approx(pulls.stiffness * PULL)
+    # nothing is left once they have gone that far
+    pair_forces(x, *replace(pulls, reach=height).arrays, 1.0, forces, energy)
+    assert np.abs(forces).max() < 1e-12
 
 
 def test_pairs_are_the_same_whatever_the_order_of_the_search():

@@ -184,4 +184,6 @@ class SelfContact:
         between = np.einsum("pc,pcx->px", weights, start[corners])
         reach = np.einsum("px,px->p", between, normal) + PULL
         stiffness = self.push[corners].mean(axis=1) * np.concatenate([1 - share, share])
-        return PairRows(corners, weights, normal, reach, between, reach, stiffness, np.zeros(2 * count))
+        return PairRows(
+            corners, weights, normal, reach, between, np.full(2 * count, PULL), stiffness, np.zeros(2 * count)
+        )
