@@ -53,8 +53,7 @@ class Contact:
         if surprised.any():
             wide = surface.anchors(start, then, ~surprised, reach=WIDE * surface.reach)
             anchors = _chosen(surprised, wide, anchors)
-        self.planes = self.laid(anchors)
-        self.anchors = anchors
+        self._begin(anchors)
 
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> bool:
         """Find the planes again, where the cloth is at the step's end; whether a vertex moved far enough for that."""
@@ -68,6 +67,10 @@ class Contact:
         self.anchors = _chosen(kept, self.anchors, self.ahead)
         self.planes = _chosen(kept, self.planes, planes)
         return True
+
+    def _begin(self, anchors: Anchors) -> None:
+        """Lay the planes at the closest places to the cloth at the step's start."""
+        self.anchors, self.planes = anchors, self.laid(anchors)
 
     def _sought_again(self, positions: Float[np.ndarray, "verts 3"]) -> bool:
         """Look for the closest places where vertices have moved; whether any has."""

@@ -53,12 +53,12 @@ def swung(
     """
     dressed.stepper.settings, careful = settings, dressed.stepper.settings
     state, step, frames, irons = dressed.stepper.start(positions), 1 / settings.fps, round(seconds * settings.fps), 0
+    # what is being dressed is to find the places that are closest, not to keep those that it had
+    state = replace(state, sides=None) if kept < 1 else state
     try:
         state = sewn(dressed, end, posed.pose, state)
         for frame in range(frames):
             state, _, _ = dressed.frame(state, posed.pose, posed.pose, substeps=2 if kept < 1 else None, seconds=step)
-            # what is being dressed has no past: it is to find the places that are closest, not to keep those it had
-            state = replace(state, sides=np.full_like(state.sides, -1)) if kept < 1 else state
             cleaned = end.clean(posed, state.positions, step, state.sides)
             state = dressed.fed_back(state, cleaned.positions, cleaned.pinched)
             state = replace(state, velocities=kept * state.velocities, change=kept * state.change)

@@ -52,7 +52,6 @@ class SidedContact(Contact):
     ):
         self.wearing, self._full = wearing, push
         super().__init__(surface, then, now, start, guess, fixed, push, known)
-        self._hold(wearing.sides.moved(surface, start, then, self.anchors, wearing.home), start, then)
 
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> bool:
         """Find the planes again, where the cloth is at the step's end; whether a vertex moved far enough for that."""
@@ -84,6 +83,11 @@ class SidedContact(Contact):
             thickness=np.full(len(which), thickness), stiffness=planes.stiffness,
             limit=friction[which] * planes.stiffness * depth**2 / thickness,
         )]  # fmt: skip
+
+    def _begin(self, anchors: Anchors) -> None:
+        wearing = self.wearing
+        sides = wearing.sides.moved(self.surface, self.start, self.then, anchors, wearing.home)
+        self._hold(sides, self.start, self.then)
 
     def _hold(self, sides: Sides, positions: Float[np.ndarray, "verts 3"], skin: Skin) -> None:
         wearing = self.wearing

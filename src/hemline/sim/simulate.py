@@ -151,6 +151,7 @@ class _Record:
 
 
 def _end_state(state: ClothState, pose: Pose) -> dict[str, np.ndarray]:
+    assert state.sides is not None
     return {
         "positions": state.positions, "velocities": state.velocities, "change": state.change, "load": state.load,
         "pinched": state.pinched.astype(np.uint8), "sides": state.sides, "time": np.array([state.time]),

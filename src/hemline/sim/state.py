@@ -26,7 +26,8 @@ class ClothState:
         change: Of the velocities in the last step [m/s]; where the next step starts to look.
         load: Force with which the body pressed on each vertex in the last step [N].
         pinched: Vertices that have no free place, as the body cuts through itself there.
-        sides: Where the body held each vertex off.
+        sides: Where the body held each vertex off. None: the cloth has no past, as where it is dressed or no time
+            passes, and the body holds it off from where it is closest.
         time: Since the start [s].
     """
 
@@ -35,7 +36,7 @@ class ClothState:
     change: Positions
     load: Float[np.ndarray, " verts"]
     pinched: Bool[np.ndarray, " verts"]
-    sides: SideFaces
+    sides: SideFaces | None
     time: float = 0.0
 
 

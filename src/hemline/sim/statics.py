@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .contact import Contact
 from .grip import Grip
 from .state import Positions, Scene, StepRejected
 from .statics_kernels import closest_on_faces
 from .step import Step
 from .stepper import Stepper
-from .surface import Skin, Surface
 
 STICK = 2e-4
 """Slip below which static friction is smoothed [m]."""
@@ -87,7 +85,7 @@ class StaticStep(Step):
         held: Held | None = None,
         pressed: Float[np.ndarray, " verts"] | None = None,
     ):
-        state = replace(stepper.start(positions), pinched=pinched)
+        state = replace(stepper.start(positions), pinched=pinched, sides=None)
         state.positions[stepper.pinned] = scene.pinned[stepper.hard]
         super().__init__(stepper, state, h, scene, scene, soft=soft)
         self.inertial, self.over_h, self.creep = state.positions.copy(), 0.0, STICK
@@ -119,14 +117,6 @@ class StaticStep(Step):
         self.normal = self.planes.normal
         self.evaluate()
         self._lean()
-
-    def _contact(self, surface: Surface, then: Skin, now: Skin, soft: float) -> Contact:
-        """Contact without a past: where no time passes, the closest places are all there is to go by."""
-        stepper, state = self.stepper, self.state
-        push = soft * stepper.push * np.where(state.pinched, self.settings.pinched_share, 1.0)
-        return Contact(
-            surface, then, now, state.positions, self.x, stepper.fixed, push, stepper.last_anchors
-        )  # fmt: skip
 
     def _lean(self) -> None:
         """Turn the contact planes onto the triangles, the forces unchanged.

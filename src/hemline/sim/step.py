@@ -100,12 +100,12 @@ class Step:
 
     def _contact(self, surface: Surface, then: Skin, now: Skin, soft: float) -> Contact:
         """Contact with the body, soft or not."""
-        stepper, state = self.stepper, self.state
-        wearing = Wearing(Sides.of(state.sides, surface), stepper.home, state.pinched, self.settings.pinched_share)
-        return SidedContact(
-            surface, then, now, state.positions, self.x, stepper.fixed, soft * stepper.push, stepper.last_anchors,
-            wearing,
-        )  # fmt: skip
+        stepper, state, share = self.stepper, self.state, self.settings.pinched_share
+        push, moment = soft * stepper.push, (surface, then, now, state.positions, self.x, stepper.fixed)
+        if state.sides is None:
+            return Contact(*moment, push * np.where(state.pinched, share, 1.0), stepper.last_anchors)
+        wearing = Wearing(Sides.of(state.sides, surface), stepper.home, state.pinched, share)
+        return SidedContact(*moment, push, stepper.last_anchors, wearing)
 
     def newton(self) -> int:
         """One Newton step with a line search; returns the steps of conjugate gradients."""
@@ -258,9 +258,9 @@ class Step:
 
     def result(self) -> ClothState:
         """The state at the end of the step."""
-        sides = self.state.sides
-        if isinstance(self.contact, SidedContact):
-            self.stepper.last_anchors, sides = self.contact.ahead, self.contact.sides.faces
+        if self.contact is not None:
+            self.stepper.last_anchors = self.contact.ahead
+        sides = self.contact.sides.faces if isinstance(self.contact, SidedContact) else self.state.sides
         penetration = np.clip(self.settings.thickness - self.planes.gap(self.x), 0, self.settings.contact_depth)
         velocities = (self.x - self.state.positions) / self.h
         return ClothState(
