@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Int
 
+from .cluster_kernels import halved
 from .sheet import Rows, Sheet, incidence
 
 SIZE = 80
@@ -57,8 +58,14 @@ def make_clusters(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Clusters:
 
 
 def cut(sheet: Sheet, vertices: np.ndarray, parts: int) -> list[np.ndarray]:
-    """So many compact parts of the mesh, about equal in size, by halving along the longest way through each."""
-    return _halved(_graph(sheet), vertices, parts)
+    """So many compact parts of the mesh, about equal in size, by halving along the longest way through each; fewer
+    where there are fewer vertices.
+    """
+    graph, members = _graph(sheet), np.sort(vertices).astype(np.int64)
+    part = np.full(sheet.vertex_count, -1, np.int64)
+    made = halved(graph.indptr, graph.indices, members, parts, part)
+    rows = incidence(part[members], members, made)
+    return np.split(rows.columns.astype(np.int64), rows.starts[1:-1].astype(np.int64))
 
 
 def _graph(sheet: Sheet):
@@ -69,27 +76,3 @@ def _graph(sheet: Sheet):
     ring = csr_array((np.ones(len(sheet.ring.columns)), sheet.ring.columns, sheet.ring.starts), shape=(count, count))
     far = csr_array((np.ones(len(sheet.far.columns)), sheet.far.columns, sheet.far.starts), shape=(count, count))
     return (ring + far).tocsr()
-
-
-def _halved(graph, vertices: np.ndarray, parts: int) -> list[np.ndarray]:
-    if parts <= 1 or len(vertices) < 2:
-        return [vertices]
-    inner = graph[vertices][:, vertices]
-    order = _sweep(inner, int(_sweep(inner, 0)[-1]))
-    cut = len(order) * (parts // 2) // parts
-    halves = np.sort(vertices[order[:cut]]), np.sort(vertices[order[cut:]])
-    return _halved(graph, halves[0], parts // 2) + _halved(graph, halves[1], parts - parts // 2)
-
-
-def _sweep(graph, start: int) -> np.ndarray:
-    """Vertices in the order of breadth first from one; pieces apart come after."""
-    from scipy.sparse.csgraph import breadth_first_order
-
-    seen = np.zeros(graph.shape[0], bool)
-    order: list[np.ndarray] = []
-    while not seen.all():
-        reached = breadth_first_order(graph, start, directed=False, return_predecessors=False)
-        order.append(reached)
-        seen[reached] = True
-        start = int(np.argmin(seen))
-    return np.concatenate(order)

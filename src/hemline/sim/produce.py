@@ -4,6 +4,7 @@ A take's name is the hash of its inputs, so what is already there is known befor
 run again makes only what is missing. A part goes on from the end state that the part before it stored.
 """
 
+import functools
 import os
 import threading
 import time
@@ -12,7 +13,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from dataclasses import asdict, dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hemline import bodies
 from hemline.datasets import Dataset, Row, Take, create, open_dataset, read_take, take_name
@@ -23,6 +24,9 @@ from hemline.motions.motion import Motion
 from .rest_states import rest_of
 from .settings import SimSettings
 from .simulate import simulate
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
 
 PART_SECONDS = 10.0
 """Clips are cut into parts of this length: a killed run loses at most that much cloth time."""
@@ -92,7 +96,7 @@ def produce(
         Path(folder), garment.body_name, tuple(betas), settings or SimSettings(), untangle, quantised, part_seconds
     )
     dataset = create(folder, garment)
-    rest_of(dataset, bodies.load(plan.body_name).shaped(plan.betas), plan.settings)
+    rest_of(dataset, _shaped(plan.body_name, plan.betas), plan.settings)
     tell = report or (lambda clip, done, total: None)
     if jobs == 1:
         names = [name for clip in clips for name in _clip_takes(plan, dataset, clip, tell)]
@@ -111,6 +115,12 @@ def part_inputs(plan: Plan, dataset: Dataset, clip: Clip, part: Motion, index: i
     }  # fmt: skip
 
 
+@functools.lru_cache(maxsize=1)
+def _shaped(body_name: str, betas: tuple[float, ...]) -> "ShapedBody":
+    """The body of all clips: what is prepared for it, such as the balls that untangling fills it with, is kept."""
+    return bodies.load(body_name).shaped(betas)
+
+
 def _parts(motion: Motion, seconds: float) -> Iterator[Motion]:
     length = max(1, round(seconds * motion.fps))
     for first in range(0, len(motion), length):
@@ -119,7 +129,7 @@ def _parts(motion: Motion, seconds: float) -> Iterator[Motion]:
 
 def _clip_takes(plan: Plan, dataset: Dataset, clip: Clip, tell: Report) -> list[str]:
     """Make what is missing of one clip; the names of its takes in order."""
-    shaped = bodies.load(plan.body_name).shaped(plan.betas)
+    shaped = _shaped(plan.body_name, plan.betas)
     motion = shaped.placed(clip.motion.resampled(plan.settings.fps))
     motion = shaped.untangled_motion(motion) if plan.untangle else motion
     names: list[str] = []

@@ -54,7 +54,7 @@ class SimSettings:
     """Newton steps a substep, at most."""
     residual_share: float = 0.25
     """A substep is done when the mean residual force is below this share of a vertex's mean weight."""
-    solver_share: float = 0.1
+    solver_share: float = 0.05
     """Conjugate gradients stop when the preconditioned residual has fallen to this share."""
     solver_steps: int = 150
     """Steps of conjugate gradients a Newton step, at most."""

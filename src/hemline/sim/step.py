@@ -20,7 +20,7 @@ from .sided_contact import SidedContact, Wearing
 from .sides import Sides
 from .state import ClothState, Scene, StepRejected
 from .surface import Planes, Skin, Surface, no_planes
-from .vertex_kernels import CHUNK, diagonal_blocks, farther_than, gradient, moved, opposed
+from .vertex_kernels import CHUNK, diagonal_blocks, elastic_at_vertices, farther_than, gradient, moved, opposed
 
 if TYPE_CHECKING:
     from .stepper import Stepper
@@ -48,8 +48,9 @@ class Memory:
         self.corner, self.frame, self.tension = np.empty((faces, 9)), np.empty((faces, 6)), np.empty((faces, 3))
         self.face_energy, self.hinge_energy = np.empty(faces), np.empty(hinges)
         self.hinge_gradient, self.bent = np.empty((hinges, 12)), np.zeros((verts, 3))
-        self.pressed = np.zeros((verts, 3))
-        self.gradient, self.energy, self.residual = np.empty((verts, 3)), np.empty(chunks), np.empty(chunks)
+        self.elastic, self.pressed = np.empty((verts, 3)), np.empty((verts, 3))
+        self.gradient, self.residual = np.empty((verts, 3)), np.empty(chunks)
+        self.energy, self.bending_energy = np.empty(chunks), np.empty(chunks)
         self.blocks, self.diagonal, self.inverse = (blocks_of(n) for n in (len(sheet.ring.columns), slots, slots))
         self.right, self.solution, *self.vectors = (vector_of(slots) for _ in range(5))
         self.band = np.empty((3 * patches, layout.width))
@@ -153,9 +154,9 @@ class Step:
         memory.pair_energy = np.empty((len(pairs) + PAIR_CHUNK - 1) // PAIR_CHUNK)
 
     def _press(self) -> float:
-        """Forces of hinges and pairs at the vertices, into `pressed`; the energy of the pairs."""
+        """Forces of membrane, bending and pairs at the vertices, into `pressed`; the energy of the pairs."""
         memory, pairs = self.memory, self.pairs
-        np.copyto(memory.pressed, memory.bent)
+        np.copyto(memory.pressed, memory.elastic)
         if pairs is None or not len(pairs):
             return 0.0
         pair_forces(self.x, *pairs.rows.arrays, self.creep, memory.pair_force, memory.pair_energy)
@@ -206,19 +207,16 @@ class Step:
             self._stretch()
         pair_energy = self._press()
         gradient(
-            self.x, self.inertial, self.pull, sheet.corners.starts, sheet.corners.columns,
-            memory.corner, sheet.ring.starts, sheet.ring.columns, stepper.bending[0], sheet.far.starts,
-            sheet.far.columns, stepper.bending[1], memory.pressed, self.state.positions, memory.air,
-            memory.air_diagonal, planes.normal, planes.point, planes.carried, planes.stiffness, self.limit,
-            self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed, memory.gradient,
-            memory.energy, memory.residual,
+            self.x, self.inertial, self.pull, memory.pressed, self.state.positions, memory.air, memory.air_diagonal,
+            planes.normal, planes.point, planes.carried, planes.stiffness, self.limit, self.settings.thickness,
+            self.settings.contact_depth, self.creep, stepper.fixed, memory.gradient, memory.energy, memory.residual,
         )  # fmt: skip
-        self.energy = float(memory.energy.sum() + memory.face_energy.sum() + memory.hinge_energy.sum()) + pair_energy
+        self.energy = self._elastic_energy + float(memory.energy.sum()) + pair_energy
         free = max(1, sheet.vertex_count - len(stepper.pinned))
         self.residual_share = float(memory.residual.sum()) / free / stepper.mean_weight
 
     def _stretch(self) -> None:
-        """Forces of the membrane and of hinges."""
+        """Forces of membrane and bending at the vertices, and their energy."""
         sheet, memory, stepper = self.sheet, self.memory, self.stepper
         membrane(
             self.x, sheet.faces, sheet.shape, sheet.area, memory.strain, sheet.lame, sheet.shear, sheet.damping,
@@ -231,6 +229,13 @@ class Step:
             )  # fmt: skip
             corners = stepper.hinge_corners
             hinges_at_vertices(corners.starts, corners.columns, memory.hinge_gradient, memory.bent)
+        elastic_at_vertices(
+            self.x, sheet.corners.starts, sheet.corners.columns, memory.corner, sheet.ring.starts, sheet.ring.columns,
+            stepper.bending[0], sheet.far.starts, sheet.far.columns, stepper.bending[1], memory.bent, memory.elastic,
+            memory.bending_energy,
+        )  # fmt: skip
+        energies = memory.face_energy, memory.hinge_energy, memory.bending_energy
+        self._elastic_energy = float(sum(energy.sum() for energy in energies))
 
     def touch(self) -> None:
         """Look for contact again where the cloth is now; with the body, unless it hardly moved since."""

@@ -40,21 +40,17 @@ def slip_terms(slip, creep):
 
 
 @kernel(parallel=True, fastmath=FAST)
-def gradient(
-    x, inertial, pull, corner_starts, corners, corner, ring_starts, ring, ring_bending, far_starts, far,
-    far_bending, bent, start, air, air_matrix, normal, point, carried, stiffness, limit, thickness, depth, creep, fixed,
-    gradient_out, energy_out, residual_out,
+def elastic_at_vertices(
+    x, corner_starts, corners, corner, ring_starts, ring, ring_bending, far_starts, far, far_bending, bent,
+    elastic_out, energy_out,
 ):  # fmt: skip
-    """Gradient at each vertex, and by chunk: energy, and the sum of |gradient| over free vertices."""
+    """Gradient of membrane and bending at each vertex, and by chunk the energy of `ring_bending` and `far_bending`."""
     count = x.shape[0]
     for chunk in prange((count + CHUNK - 1) // CHUNK):
-        energy, residual = 0.0, 0.0
+        energy = 0.0
         for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
             x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
-            d0, d1, d2 = x0 - inertial[i, 0], x1 - inertial[i, 1], x2 - inertial[i, 2]
-            k = pull[i]
-            energy += 0.5 * k * (d0 * d0 + d1 * d1 + d2 * d2)
-            g0, g1, g2 = k * d0 + bent[i, 0], k * d1 + bent[i, 1], k * d2 + bent[i, 2]
+            g0, g1, g2 = bent[i, 0], bent[i, 1], bent[i, 2]
             for entry in range(corner_starts[i], corner_starts[i + 1]):
                 at = corners[entry]
                 f, c = at // 3, 3 * (at % 3)
@@ -75,6 +71,28 @@ def gradient(
                 g1 += q * e1
                 g2 += q * e2
                 energy -= 0.25 * q * (e0 * e0 + e1 * e1 + e2 * e2)
+            elastic_out[i, 0], elastic_out[i, 1], elastic_out[i, 2] = g0, g1, g2
+        energy_out[chunk] = energy
+
+
+@kernel(parallel=True, fastmath=FAST)
+def gradient(
+    x, inertial, pull, pressed, start, air, air_matrix, normal, point, carried, stiffness, limit, thickness, depth,
+    creep, fixed, gradient_out, energy_out, residual_out,
+):  # fmt: skip
+    """Gradient at each vertex, and by chunk: energy, and the sum of |gradient| over free vertices.
+
+    # in: pressed: what membrane, bending and pairs bring; their energies are not in here
+    """
+    count = x.shape[0]
+    for chunk in prange((count + CHUNK - 1) // CHUNK):
+        energy, residual = 0.0, 0.0
+        for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
+            x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
+            d0, d1, d2 = x0 - inertial[i, 0], x1 - inertial[i, 1], x2 - inertial[i, 2]
+            k = pull[i]
+            energy += 0.5 * k * (d0 * d0 + d1 * d1 + d2 * d2)
+            g0, g1, g2 = k * d0 + pressed[i, 0], k * d1 + pressed[i, 1], k * d2 + pressed[i, 2]
             s0, s1, s2 = x0 - start[i, 0], x1 - start[i, 1], x2 - start[i, 2]
             m = air_matrix[i]
             a0 = m[0] * s0 + m[1] * s1 + m[2] * s2
@@ -187,4 +205,14 @@ def moved(x, share, solution, slot, out):
             out[i, axis] = x[i, axis] + share * solution[4 * slot[i] + axis]
 
 
-__all__ = ["CHUNK", "contact_terms", "diagonal_blocks", "farther_than", "gradient", "moved", "opposed", "slip_terms"]
+__all__ = [
+    "CHUNK",
+    "contact_terms",
+    "diagonal_blocks",
+    "elastic_at_vertices",
+    "farther_than",
+    "gradient",
+    "moved",
+    "opposed",
+    "slip_terms",
+]

@@ -1,0 +1,82 @@
+"""A mesh cut into compact parts, by halving along the longest way through each."""
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+
+@kernel
+def _sweep(starts, columns, owner, number, members, first, stamp, seen, order_out):
+    """The members in the order of breadth first from one of them; pieces apart come after."""
+    found = head = after = 0
+    start = first
+    while found < members.shape[0]:
+        order_out[found] = start
+        seen[start] = stamp
+        found += 1
+        while head < found:
+            v = order_out[head]
+            head += 1
+            for entry in range(starts[v], starts[v + 1]):
+                j = columns[entry]
+                if owner[j] == number and seen[j] != stamp:
+                    order_out[found] = j
+                    seen[j] = stamp
+                    found += 1
+        while after < members.shape[0] and seen[members[after]] == stamp:
+            after += 1
+        if after < members.shape[0]:
+            start = members[after]
+
+
+@kernel
+def halved(starts, columns, members, parts, part_out):
+    """Cut vertices into so many parts.
+
+    # in:  starts, columns: neighbours of each vertex; members: the vertices to be cut, ascending
+    # out: part_out: part of each vertex; of the others as it was
+    # Returns the number of parts: fewer than asked where there are fewer vertices.
+    """
+    count, made, number, stamp = starts.shape[0] - 1, 0, 0, 0
+    owner, seen = np.full(count, -1, np.int64), np.full(count, -1, np.int64)
+    order, room, first_half = (
+        np.empty(members.shape[0], np.int64), np.empty(members.shape[0], np.int64), np.zeros(count, np.bool_),
+    )  # fmt: skip
+    left = members.copy()
+    # what is still to be cut: from, to, parts; each cut adds one
+    waiting, top = np.empty((parts + 2, 3), np.int64), 1
+    waiting[0, 0], waiting[0, 1], waiting[0, 2] = 0, members.shape[0], parts
+    while top:
+        top -= 1
+        low, high, many = waiting[top, 0], waiting[top, 1], waiting[top, 2]
+        if many <= 1 or high - low < 2:
+            for k in range(low, high):
+                part_out[left[k]] = made
+            made += 1
+            continue
+        here, found = left[low:high], order[: high - low]
+        for k in range(high - low):
+            owner[here[k]] = number
+        _sweep(starts, columns, owner, number, here, here[0], stamp, seen, found)
+        _sweep(starts, columns, owner, number, here, found[high - low - 1], stamp + 1, seen, found)
+        number, stamp = number + 1, stamp + 2
+        half = (high - low) * (many // 2) // many
+        for k in range(high - low):
+            first_half[found[k]] = k < half
+        one, two = 0, half
+        for k in range(high - low):
+            if first_half[here[k]]:
+                room[one] = here[k]
+                one += 1
+            else:
+                room[two] = here[k]
+                two += 1
+        for k in range(high - low):
+            here[k] = room[k]
+        waiting[top, 0], waiting[top, 1], waiting[top, 2] = low + half, high, many - many // 2
+        waiting[top + 1, 0], waiting[top + 1, 1], waiting[top + 1, 2] = low, low + half, many // 2
+        top += 2
+    return made
+
+
+__all__ = ["halved"]
