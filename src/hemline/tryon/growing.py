@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.arrays import Vertices
-from hemline.garments.clearance import cleared
 from hemline.garments.garment import Garment
 from hemline.meshes import ClosestTree, crossing_edges
 from hemline.sim import Scene, SimSettings, Skin
@@ -26,8 +25,8 @@ if TYPE_CHECKING:
 GIRTHS = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.15, 0.1, 0.07)
 """Shares of the body's girth that are tried until hardly any cloth is inside."""
 
-FEW, SHALLOW, ROOM = 0.005, 0.01, 0.002
-"""Share of vertices that may be inside and are pushed out, their depth, and their distance then [m]."""
+FEW, SHALLOW = 0.005, 0.01
+"""Share of vertices that may be inside then, and how deep [m]."""
 
 SEAM_STEP, SEAM_STEPS = 1 / 1500, 400
 """Length of a step while seams close, short so that cloth does not jump over a thin limb [s]; such steps, at most."""
@@ -75,7 +74,7 @@ def grown(
     settings = SimSettings(gravity=(0.0, 0.0, 0.0))
     dressed, thin = DressedBody(garment, shaped, settings), ThinBody(shaped)
     positions = garment.vertices.astype(np.float64)
-    girth, positions = _girth(thin, alignment, positions)
+    girth = _girth(thin, alignment, positions)
     state = dressed.stepper.start(positions)
     stretched, crossed = stretch(dressed.sheet, positions), len(crossing_edges(garment.vertices, garment.faces))
     state = _sewn(dressed, _scene(thin.at(girth).posed(alignment.pose)), state)
@@ -98,15 +97,14 @@ def grown(
     return Grown(vertices, girth, stretched, crossed, after)
 
 
-def _girth(thin: ThinBody, alignment: Alignment, positions: Vertices) -> tuple[float, Vertices]:
-    """The greatest girth that leaves room for the cloth where it is, and the cloth with single vertices pushed out."""
+def _girth(thin: ThinBody, alignment: Alignment, positions: Vertices) -> float:
+    """The greatest girth that leaves room for the cloth where it is, but for a few vertices that contact pushes out."""
     for girth in GIRTHS:
         posed = thin.at(girth).posed(alignment.pose)
-        tree = ClosestTree(posed.vertices.astype(np.float64), posed.faces)
-        height = tree.signed_distances(positions)
+        height = ClosestTree(posed.vertices.astype(np.float64), posed.faces).signed_distances(positions)
         if (height < 0).mean() < FEW and height.min() > -SHALLOW:
             break
-    return girth, cleared(positions, tree, ROOM)
+    return girth
 
 
 def _scene(posed: "PosedBody") -> Scene:

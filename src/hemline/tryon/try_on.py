@@ -103,7 +103,7 @@ def try_on(
         say(f"{cloth.name} has {len(cloth.vertices)} vertices: this takes {minutes} minutes or more")
     cloth = _evenly_wound(cloth)
     alignment = aligned(cloth.vertices, cloth.faces, made_on, scaled=scaled)
-    loose = _around(cloth, said, made_on, alignment)
+    loose = around(cloth, said, made_on, alignment)
     try:
         result = grown(loose, made_on, alignment, progress)
     except SimulationFailed as failure:
@@ -132,7 +132,7 @@ def _evenly_wound(cloth: Cloth) -> Cloth:
     return replace(cloth, faces=faces, rest_edges=rest_edges, notes=(*cloth.notes, note))
 
 
-def _around(cloth: Cloth, said: GarmentFile, shaped: "ShapedBody", alignment: Alignment) -> Garment:
+def around(cloth: Cloth, said: GarmentFile, shaped: "ShapedBody", alignment: Alignment) -> Garment:
     """The garment where it was laid, turned outward, its rest metric scaled, without pins."""
     scale = alignment.scale if abs(alignment.scale - 1) > SCALED else 1.0
     faces = cloth.faces

@@ -1,0 +1,70 @@
+"""Meshes of other makers, laid on a body that grows inside them: where they lie before gravity."""
+
+import numpy as np
+import pytest
+
+from hemline import garments
+from hemline.garments.garment_toml import GarmentFile
+from hemline.garments.read import cloth_of
+from hemline.garments.rest_metric import edge_strain
+from hemline.tryon import try_on
+from hemline.tryon.alignment import aligned
+from hemline.tryon.growing import grown
+from hemline.tryon.try_on import around
+
+
+def laid(path, shaped):
+    """A mesh as it is in its file, and where it is laid on the body."""
+    cloth = cloth_of(path, GarmentFile(mesh=path.name), None)
+    return cloth, aligned(cloth.vertices, cloth.faces, shaped)
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(("name", "scale"), [
+    # without the cost of openings that nothing goes through it lies 0.8 m too high, around the chest
+    ("style3d_bsd3/skirt_12k.obj", 1.06),
+    # without that of limbs through cloth the arms are beside the sleeves
+    ("style3d_bsd3/h1_jacket_12k.obj", 1.0),
+])  # fmt: skip
+def test_limbs_are_laid_through_openings_and_not_through_cloth(shaped, mesh_of, name, scale):
+    _, alignment = laid(mesh_of(name), shaped)
+    assert alignment.through == () and alignment.empty == 0 and alignment.rims > 1
+    assert alignment.scale == pytest.approx(scale, abs=0.03)
+
+
+def test_cloth_without_openings_is_laid_near_the_body(shaped):
+    cape = garments.load("cape-light")
+    alignment = aligned(cape.vertices - (0, 0, 0.15), cape.faces, shaped)
+    assert alignment.rims == 0
+    assert np.linalg.norm(alignment.vertices - cape.vertices, axis=1).mean() < 0.01
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(("name", "begins", "longest"), [
+    # begun at its full girth, not grown, or not turned, the body tears and tangles it
+    ("makehuman_cc0/tshirt06.obj", 0.3, 0.4),
+    # panels that stand around the body: sewn in steps of full length they go through each other
+    ("garmentcode_mit/pants_mean_female.obj", 1.0, 0.4),
+])  # fmt: skip
+def test_the_body_grows_into_cloth_without_tangling_or_tearing_it(shaped, mesh_of, name, begins, longest):
+    path = mesh_of(name)
+    cloth, alignment = laid(path, shaped)
+    garment = around(cloth, GarmentFile(mesh=path.name), shaped, alignment)
+    result = grown(garment, shaped, alignment)
+    strain = np.abs(edge_strain(result.vertices.astype(np.float32), garment.faces, garment.rest_edges))
+    assert result.girth == begins and result.crossed_after == 0
+    assert np.median(strain) < 0.01 and strain.max() < longest
+
+
+def test_triangles_wound_at_odds_are_turned_outward_aloud(shaped, worn, as_obj):
+    trousers = worn["trousers"]
+    turned = np.random.default_rng(1).random(len(trousers.faces)) < 0.9
+    faces = np.where(turned[:, None], trousers.faces[:, [0, 2, 1]], trousers.faces)
+    tried = try_on(as_obj("trousers", trousers.vertices, faces), shaped)
+    assert tried.fitness.reason is None
+    assert any(note.startswith("winding: ") for note in tried.garment.notes)
+    assert np.array_equal(np.sort(tried.garment.faces, axis=1), np.sort(trousers.faces, axis=1))
+    smallest = tried.garment.faces.argmin(axis=1)
+    first = np.take_along_axis(tried.garment.faces, (smallest[:, None] + np.arange(3)) % 3, axis=1)
+    own = trousers.faces.argmin(axis=1)
+    assert np.array_equal(first, np.take_along_axis(trousers.faces, (own[:, None] + np.arange(3)) % 3, axis=1))
