@@ -132,10 +132,9 @@ def test_wide_trousers_are_not_too_small(shaped, worn):
     assert reason is None or "too small" not in reason
 
 
+@pytest.mark.slow
 @pytest.mark.data
-@pytest.mark.parametrize("name", [
-    pytest.param("garmentcode_mit/dress_mean_all.obj", marks=pytest.mark.slow), "style3d_bsd3/sweatshirt_12k.obj",
-])  # fmt: skip
+@pytest.mark.parametrize("name", ["garmentcode_mit/dress_mean_all.obj", "style3d_bsd3/sweatshirt_12k.obj"])
 def test_meshes_of_other_makers_are_worn(shaped, mesh_of, name):
     tried = try_on(mesh_of(name), shaped)
     assert tried.fitness.reason is None and tried.alignment.through == ()

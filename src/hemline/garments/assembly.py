@@ -1,6 +1,6 @@
 """What is common to all garments that are read: cloth on a body is turned outward, moved out of it, pinned."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,7 +35,7 @@ class Cloth:
     vertices: Vertices
     """Positions on the body at rest, float64 [m]."""
     faces: Faces
-    """Triangles as read."""
+    """Triangles, wound alike."""
     rest_edges: Float[np.ndarray, "faces 2 2"]
     """Flat rest triangles of them [m]."""
     from_pattern: bool
@@ -58,12 +58,12 @@ def assembled(cloth: Cloth, said: GarmentFile, body: "ShapedBody") -> Garment:
         BadGarment: The cloth is too deep inside the body, or pins contradict it.
     """
     tree = body_tree(body)
-    faces, turned = _wound_outward(cloth.vertices, cloth.faces, tree)
+    cloth = _turned_outward(cloth, tree)
     vertices, moved = outside_body(cloth.vertices, tree, cloth.name)
     if cloth.coarse:
-        vertices, raised = covering(vertices, faces, body)
+        vertices, raised = covering(vertices, cloth.faces, body)
         moved += raised
-    pins, pin_notes = bound_pins(said.pins, vertices, faces, body, cloth.name)
+    pins, pin_notes = bound_pins(said.pins, vertices, cloth.faces, body, cloth.name)
     _refuse_far_pins(pins, cloth.name)
     key_joint, key_notes = (said.key_joint, ()) if said.key_joint else guessed_key_joint(pins, body)
     material_notes = () if said.material is not None else ("material: cotton, as none was named",)
@@ -71,8 +71,8 @@ def assembled(cloth: Cloth, said: GarmentFile, body: "ShapedBody") -> Garment:
     return Garment(
         name=cloth.name,
         vertices=vertices.astype(np.float32),
-        faces=faces,
-        rest_edges=rewound(cloth.rest_edges, cloth.faces, faces),
+        faces=cloth.faces,
+        rest_edges=cloth.rest_edges,
         material=Material.of(said.material if said.material is not None else "cotton"),
         pins=pins,
         key_joint=key_joint,
@@ -80,7 +80,7 @@ def assembled(cloth: Cloth, said: GarmentFile, body: "ShapedBody") -> Garment:
         body_name=body.body.name,
         body_betas=np.array(body.betas, np.float32),
         flat_rest=cloth.from_pattern if said.flat_rest is None else said.flat_rest,
-        notes=cloth.notes + turned + moved + pin_notes + key_notes + material_notes,
+        notes=cloth.notes + moved + pin_notes + key_notes + material_notes,
     )
 
 
@@ -124,17 +124,24 @@ def checked_mesh(vertices: Vertices, faces: Faces, name: str) -> tuple[str, ...]
     return notes
 
 
-def _wound_outward(vertices: np.ndarray, faces: np.ndarray, tree: ClosestTree) -> tuple[np.ndarray, tuple[str, ...]]:
-    faces, count = consistent_winding(faces)
-    notes = ("winding: they were turned to agree",) if count else ()
-    closest = tree.closest(vertices)
-    side = (tree.outward(closest) * vertex_normals(vertices, faces)).sum(axis=1)
-    if (side > 0).mean() < 0.5:
-        return np.ascontiguousarray(faces[:, [0, 2, 1]]), (
-            *notes,
-            "winding: all triangles were turned to face away from the body",
-        )
-    return faces, notes
+def wound_alike(cloth: Cloth) -> Cloth:
+    """The same cloth, its triangles wound alike where they were not: its openings are found by that."""
+    faces, turned = consistent_winding(cloth.faces)
+    if not turned:
+        return cloth
+    note = f"winding: {turned} triangles were turned to agree with their neighbours"
+    rest_edges = rewound(cloth.rest_edges, cloth.faces, faces)
+    return replace(cloth, faces=faces, rest_edges=rest_edges, notes=(*cloth.notes, note))
+
+
+def _turned_outward(cloth: Cloth, tree: ClosestTree) -> Cloth:
+    side = (tree.outward(tree.closest(cloth.vertices)) * vertex_normals(cloth.vertices, cloth.faces)).sum(axis=1)
+    if (side > 0).mean() >= 0.5:
+        return cloth
+    faces = np.ascontiguousarray(cloth.faces[:, [0, 2, 1]])
+    note = "winding: all triangles were turned to face away from the body"
+    rest_edges = rewound(cloth.rest_edges, cloth.faces, faces)
+    return replace(cloth, faces=faces, rest_edges=rest_edges, notes=(*cloth.notes, note))
 
 
 def _refuse_far_pins(pins: Pins, name: str) -> None:

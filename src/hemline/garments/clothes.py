@@ -10,7 +10,7 @@ from hemline.arrays import Faces, Int, Vertices
 from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree, components, read_obj
 
-from .assembly import Cloth, assembled, body_made_on, checked_mesh
+from .assembly import Cloth, assembled, body_made_on, checked_mesh, wound_alike
 from .clearance import cleared
 from .dressing import CLEARANCE, body_tree
 from .garment import Garment
@@ -61,7 +61,7 @@ def read_clothes(path: Path, said: GarmentFile, body: "ShapedBody | None") -> Ga
     name = said.name or bound.name
     notes += (*bound.notes, *mesh.notes, *checked_mesh(cut, mesh.faces, name), _cut_note(said))
     notes += ("bindings: body vertices that the file hides are kept",)
-    whole = Cloth(name, worn, mesh.faces, rest_edges_of_mesh(cut, mesh.faces), False, notes)
+    whole = wound_alike(Cloth(name, worn, mesh.faces, rest_edges_of_mesh(cut, mesh.faces), False, notes))
     parts, left_out = _parts(whole, cut, cut_for)
     pieces = [_piece(whole, ids, number, len(parts), said, body or cut_for) for number, ids in enumerate(parts, 1)]
     garment = pieces[0] if len(pieces) == 1 else worn_together(pieces, name=name)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from hemline.meshes import read_mesh, welded
 
-from .assembly import Cloth, assembled, body_made_on, checked_mesh
+from .assembly import Cloth, assembled, body_made_on, checked_mesh, wound_alike
 from .clothes import read_clothes
 from .dressing import body_tree
 from .garment import Garment
@@ -88,4 +88,4 @@ def cloth_of(path: Path, said: GarmentFile, unit: str | None) -> Cloth:
     if said.up == "z":
         vertices = vertices[:, [0, 2, 1]] * (1, 1, -1)
     rest_edges, from_pattern, metric_notes = rest_shape(mesh, vertices, scale, said.pattern, name)
-    return Cloth(name, vertices, mesh.faces, rest_edges, from_pattern, notes + unit_notes + metric_notes)
+    return wound_alike(Cloth(name, vertices, mesh.faces, rest_edges, from_pattern, notes + unit_notes + metric_notes))

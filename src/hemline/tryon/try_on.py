@@ -14,15 +14,12 @@ from hemline.garments.garment_toml import GarmentFile, read_garment_toml
 from hemline.garments.material import Material
 from hemline.garments.pin_rules import NO_PINS
 from hemline.garments.read import cloth_of, read
-from hemline.garments.rest_shape import rewound
 from hemline.garments.shipped import names, open_garment
-from hemline.meshes import consistent_winding, face_normals
 from hemline.motions.motion import JOINT_NAMES
 
 from .alignment import Alignment, aligned
 from .fitness import Fitness, fitness
 from .growing import Grown, grown
-from .skeleton import Skeleton
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -101,7 +98,6 @@ def try_on(
     if say and len(cloth.vertices) > MANY:
         minutes = max(1, round(len(cloth.vertices) * COST / 60))
         say(f"{cloth.name} has {len(cloth.vertices)} vertices: this takes {minutes} minutes or more")
-    cloth = _evenly_wound(cloth)
     alignment = aligned(cloth.vertices, cloth.faces, made_on, scaled=scaled)
     loose = around(cloth, said, made_on, alignment)
     try:
@@ -122,28 +118,12 @@ def try_on(
     return TryOn(garment, fitness(garment, shaped), alignment, result)
 
 
-def _evenly_wound(cloth: Cloth) -> Cloth:
-    """The same cloth, its triangles wound alike: rims are found by that."""
-    faces, turned = consistent_winding(cloth.faces)
-    if not turned:
-        return cloth
-    note = f"winding: {turned} triangles were turned to agree with their neighbours"
-    rest_edges = rewound(cloth.rest_edges, cloth.faces, faces)
-    return replace(cloth, faces=faces, rest_edges=rest_edges, notes=(*cloth.notes, note))
-
-
 def around(cloth: Cloth, said: GarmentFile, shaped: "ShapedBody", alignment: Alignment) -> Garment:
-    """The garment where it was laid, turned outward, its rest metric scaled, without pins."""
+    """The garment where it was laid, its rest metric scaled, without pins."""
     scale = alignment.scale if abs(alignment.scale - 1) > SCALED else 1.0
-    faces = cloth.faces
-    centre = alignment.vertices[faces].mean(axis=1)
-    joints = shaped.transforms_of(alignment.pose.rotations[None], alignment.pose.translation[None])[1][0]
-    away = centre - Skeleton.of(joints).nearest(centre)
-    if ((away * face_normals(alignment.vertices, faces)).sum(axis=1) > 0).mean() < 0.5:
-        faces = np.ascontiguousarray(faces[:, [0, 2, 1]])
     return Garment(
-        name=cloth.name, vertices=alignment.vertices.astype(np.float32), faces=faces,
-        rest_edges=scale * rewound(cloth.rest_edges, cloth.faces, faces),
+        name=cloth.name, vertices=alignment.vertices.astype(np.float32), faces=cloth.faces,
+        rest_edges=scale * cloth.rest_edges,
         material=Material.of(said.material if said.material is not None else "cotton"), pins=NO_PINS,
         key_joint="pelvis", body_name=shaped.body.name, body_betas=np.array(shaped.betas, np.float32),
         flat_rest=cloth.from_pattern if said.flat_rest is None else said.flat_rest,
