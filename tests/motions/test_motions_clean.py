@@ -33,6 +33,14 @@ def test_a_jump_is_3000_degrees_a_second(degrees, clean):
     assert motions.longest_clean(turned(still(), "left_knee", 30, degrees)) == clean
 
 
+@pytest.mark.parametrize(("degrees", "clean"), [(12, (0, 100)), (13, (30, 100))])
+def test_a_pelvis_does_not_turn_faster_than_1500_degrees_a_second(degrees, clean):
+    motion = turned(still(), "pelvis", 30, degrees)
+    assert motions.longest_clean(motion) == clean
+    said = "" if clean[0] == 0 else "the pelvis turns at 1560 deg/s"
+    assert jump(motion[29], motion[30], 1 / 120) == said
+
+
 @pytest.mark.parametrize(("speed", "clean"), [(19.0, (0, 100)), (21.0, (30, 100))])
 def test_a_pelvis_does_not_move_faster_than_20_metres_a_second(speed, clean):
     motion = still()

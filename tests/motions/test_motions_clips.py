@@ -17,6 +17,12 @@ MANIFEST = FOLDER / "manifest.csv"
 ROWS = list(csv.DictReader(MANIFEST.read_text().splitlines())) if MANIFEST.exists() else []
 SOME = ("02_03.bvh", "05_11.bvh", "16_21.bvh", "35_01.bvh", "id_unverified/backflip.bvh", "style_loops/120_08.bvh",
         "style_loops/142_10.bvh", "daz_rig/135_04.bvh")  # fmt: skip
+STRICTER = {
+    "01_07.bvh": (0, 3364), "05_10.bvh": (385, 817), "13_26.bvh": (0, 874), "60_08.bvh": (485, 2944),
+    "daz_rig/135_07.bvh": (0, 1149),
+}  # fmt: skip
+"""Clean stretches that differ from the manifest's, which judges joint by joint: here an upper arm is judged against the
+chest, and the pelvis by half the limit."""
 pytestmark = [
     pytest.mark.data,
     pytest.mark.skipif(not ROWS, reason=f"no clips in {FOLDER}"),
@@ -45,7 +51,11 @@ def check(row):
     assert lead == 0 or (row["rig"] == "daz" and lead <= 4)
     assert 0.7 < motion.leg_length < 0.95
     first, end = (int(number) for number in row["longest_clean"].split("-"))
-    assert motions.longest_clean(motion) == (max(first - lead, 0), end - lead)
+    clean = motions.longest_clean(motion)
+    assert clean == STRICTER.get(row["file"], (max(first - lead, 0), end - lead))
+    pelvis = Rotation.from_quat(motion.rotations[slice(*clean), 0][:, [1, 2, 3, 0]].astype(float))
+    turned = (pelvis[1:] * pelvis[:-1].inv()).magnitude() * motion.fps if len(pelvis) > 1 else np.zeros(1)
+    assert np.rad2deg(turned.max()) < 1505
     if row["cmu_id"][:2].isdigit() and "xx" not in row["cmu_id"]:
         subject = row["cmu_id"].split("_")[0]
         assert motions.subject_of(motion) == {"61": "60"}.get(subject, subject)
@@ -57,7 +67,6 @@ def test_some_clips_of_every_rig(file):
     check(row_of(file))
 
 
-@pytest.mark.slow
 def test_all_clips():
     assert len(ROWS) == 110
     for row in ROWS:

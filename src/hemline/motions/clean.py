@@ -10,11 +10,15 @@ from .quaternions import angle, inverse, multiply
 JUMP_DEG_S = 3000.0
 """A joint of the body that turns faster than this was lost by the cameras [deg/s]."""
 
+TUMBLE_DEG_S = 1500.0
+"""So was a pelvis that turns faster than this, four times a second: gymnasts and divers reach about 1000 [deg/s]."""
+
 JUMP_M_S = 20.0
 """So was a pelvis that moves faster than this; sprinters reach 12 [m/s]."""
 
 _UNJUDGED = ("head", "collar", "foot", "wrist", "hand")
 _JUDGED = [index for index, name in enumerate(JOINT_NAMES) if not name.endswith(_UNJUDGED)]
+_LIMITS_DEG_S = np.array([TUMBLE_DEG_S if JOINT_NAMES[index] == "pelvis" else JUMP_DEG_S for index in _JUDGED])
 _COLLARS, _SHOULDERS = (
     [JOINT_NAMES.index(f"{side}_{name}") for side in ("left", "right")] for name in ("collar", "shoulder")
 )
@@ -27,7 +31,7 @@ def longest_clean(motion: Motion) -> tuple[int, int]:
     not, since they are noisy in most recordings.
     """
     turning_deg_s, moving = _speeds(motion.rotations, motion.translations, motion.fps)
-    jumps = np.flatnonzero((turning_deg_s > JUMP_DEG_S).any(axis=1) | (moving > JUMP_M_S))
+    jumps = np.flatnonzero((turning_deg_s > _LIMITS_DEG_S).any(axis=1) | (moving > JUMP_M_S))
     borders = np.concatenate([[0], jumps + 1, [len(motion)]])
     longest = int(np.argmax(np.diff(borders)))
     return int(borders[longest]), int(borders[longest + 1])
@@ -37,10 +41,10 @@ def jump(first: Pose, second: Pose, seconds: float) -> str:
     """What jumps from one pose to the next, judged as in `longest_clean`; empty if nothing does."""
     rotations, translations = np.stack([first.rotations, second.rotations]), [first.translation, second.translation]
     turning_deg_s, moving = _speeds(rotations, np.stack(translations), 1 / seconds)
-    worst = int(turning_deg_s[0].argmax())
+    worst = int((turning_deg_s[0] / _LIMITS_DEG_S).argmax())
     if moving[0] > JUMP_M_S:
         return f"the pelvis moves at {moving[0]:.3g} m/s"
-    if turning_deg_s[0, worst] > JUMP_DEG_S:
+    if turning_deg_s[0, worst] > _LIMITS_DEG_S[worst]:
         return f"the {JOINT_NAMES[_JUDGED[worst]]} turns at {turning_deg_s[0, worst]:.4g} deg/s"
     return ""
 
