@@ -1,6 +1,7 @@
 """The body as an obstacle: analytic distances for ropes, winding numbers, and the final projection of cloth."""
 
 from .patches import limb_of_vertices as limb_of_vertices
+from .patches import limbs as limbs
 from .project import ProjectionReport as ProjectionReport
 from .project import ProjectionSettings as ProjectionSettings
 from .project import Projector as Projector
@@ -10,6 +11,6 @@ from .winding import winding_numbers as winding_numbers
 
 __all__ = [
     "ProjectionReport", "ProjectionSettings", "Projector", "ProjectorState", "inside", "limb_of_vertices",
-    "winding_numbers",
+    "limbs", "winding_numbers",
 ]  # fmt: skip
 """Names of the room; rounded cones and the like are in `proxy` and `primitives`."""

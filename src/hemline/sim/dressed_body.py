@@ -12,6 +12,7 @@ from hemline.garments.garment import Garment
 from hemline.garments.pieces import face_pieces
 from hemline.motions.motion import Pose
 
+from .capsules import Capsules
 from .joined import joined
 from .lead_in import between
 from .settings import SimSettings
@@ -58,12 +59,14 @@ class DressedBody:
         self.pinned[garment.pins.vertices] = True
         self.stepper = Stepper(
             self.sheet, pinned=garment.pins.vertices, pin_stiffness=garment.pins.stiffness, surface=self.surface,
-            home=limb[KDTree(shaped.vertices).query(garment.vertices)[1]], settings=settings, wind=wind,
+            capsules=Capsules.of(shaped), home=limb[KDTree(shaped.vertices).query(garment.vertices)[1]],
+            settings=settings, wind=wind,
         )  # fmt: skip
 
     def scene(self, posed: "PosedBody") -> Scene:
         """What drives the cloth at a pose."""
-        return Scene(np.asarray(self.garment.pins.on(posed), np.float64), Skin(posed.vertices, posed.normals))
+        pins = np.asarray(self.garment.pins.on(posed), np.float64)
+        return Scene(pins, Skin(posed.vertices, posed.normals), posed.joints)
 
     def frame(
         self, state: ClothState, first: Pose, second: Pose, *, substeps: int | None = None, seconds: float | None = None

@@ -47,10 +47,12 @@ class Scene:
     Attributes:
         pinned: Positions of the pinned vertices [m].
         skin: The body's surface, or None.
+        joints: Its joints, or None [m].
     """
 
     pinned: Float[np.ndarray, "pins 3"]
     skin: Skin | None = None
+    joints: Float[np.ndarray, "joints 3"] | None = None
 
 
 @dataclass(frozen=True)

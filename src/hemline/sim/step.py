@@ -14,7 +14,7 @@ from .layout import Layout
 from .membrane_kernels import green_strain, membrane, membrane_blocks
 from .pair_kernels import CHUNK as PAIR_CHUNK
 from .pair_kernels import pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
-from .pairs import Pairs
+from .pairs import PairRows, Pairs
 from .sheet import Sheet
 from .sided_contact import SidedContact, Wearing
 from .sides import Sides
@@ -96,6 +96,7 @@ class Step:
             stepper.self_contact.begin(x0, self.x)
         if moving and self.contact is not None:
             stepper.body_points.begin(self.contact, self.x)
+        self._off_bones = self._kept_off_bones(then, now)
         self._meet()
         self.evaluate()
 
@@ -107,6 +108,14 @@ class Step:
             return Contact(*moment, push * np.where(state.pinched, share, 1.0), stepper.last_anchors)
         wearing = Wearing(Sides.of(state.sides, surface), stepper.home, state.pinched, share)
         return SidedContact(*moment, push, stepper.last_anchors, wearing)
+
+    def _kept_off_bones(self, then: Scene, now: Scene) -> list[PairRows]:
+        """The pairs of the capsules with worn cloth, if there are any."""
+        stepper, x0 = self.stepper, self.state.positions
+        if stepper.capsules is None or self.state.sides is None or then.joints is None or now.joints is None:
+            return []
+        rows = stepper.capsules.rows(x0, then.joints, now.joints, stepper.push, stepper.fixed, stepper.home)
+        return [rows] if len(rows) else []
 
     def newton(self) -> int:
         """One Newton step with a line search; returns the steps of conjugate gradients."""
@@ -147,6 +156,7 @@ class Step:
             parts.append(stepper.body_points.lay())
         if isinstance(self.contact, SidedContact):
             parts += self.contact.second(self.settings.thickness, self.sheet.friction)
+        parts += self._off_bones
         if not parts:
             return
         self.pairs = pairs = Pairs.of(parts, self.sheet.vertex_count)

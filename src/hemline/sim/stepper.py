@@ -10,6 +10,7 @@ from jaxtyping import Float, Int
 from hemline.errors import BadInput, SimulationFailed
 
 from .body_points import BodyPoints
+from .capsules import Capsules
 from .layout import make_layout
 from .self_contact import SelfContact
 from .settings import SimSettings
@@ -32,6 +33,7 @@ class Stepper:
         pin_stiffness: For each of them the stiffness of the spring that holds it there [N/m], infinite for a vertex
             that is put there; None: all are.
         surface: The body's mesh, or None.
+        capsules: Around the bones of its limbs, or None.
         home: The body's limb that each vertex lies on at rest; None: the body has but one.
         settings: Gravity, contact, tolerances; `fps` and `substeps` are not used here.
         wind: Wind over time and place; None: that of the settings.
@@ -55,12 +57,14 @@ class Stepper:
         pinned: Int[np.ndarray, " pins"] = (),  # type: ignore[assignment]
         pin_stiffness: Float[np.ndarray, " pins"] | None = None,
         surface: Surface | None = None,
+        capsules: Capsules | None = None,
         home: Int[np.ndarray, " verts"] | None = None,
         settings: SimSettings | None = None,
         wind: Wind | None = None,
     ):
         self.home = np.zeros(sheet.vertex_count, np.int64) if home is None else home
-        self.sheet, self.surface, self.settings = sheet, surface, settings or SimSettings()
+        self.sheet, self.surface, self.capsules = sheet, surface, capsules
+        self.settings = settings or SimSettings()
         self.wind = wind_of(self.settings) if wind is None else checked(wind)
         pins = np.asarray(pinned, np.int32)
         if pins.size and not (pins.min() >= 0 and pins.max() < sheet.vertex_count):
