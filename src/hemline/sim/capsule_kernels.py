@@ -1,51 +1,113 @@
-"""Vertices of the cloth near capsules that move: compiled code."""
+"""Triangles of the cloth near capsules that move: compiled code."""
 
 from hemline.compiled import kernel
+
+from .pair_search_kernels import closest_on_edges
+from .touch_kernels import closest_on_triangle
+
+
+@kernel
+def pierced(p, q, a, b, c):
+    """Whether the segment p q goes through the triangle a b c."""
+    u0, u1, u2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    v0, v1, v2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    n0, n1, n2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+    over_p = n0 * (p[0] - a[0]) + n1 * (p[1] - a[1]) + n2 * (p[2] - a[2])
+    over_q = n0 * (q[0] - a[0]) + n1 * (q[1] - a[1]) + n2 * (q[2] - a[2])
+    if over_p * over_q >= 0.0:
+        return False
+    t = over_p / (over_p - over_q)
+    x, y, z = (p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]), p[2] + t * (q[2] - p[2]))
+    _, _, square = closest_on_triangle(x, y, z, a, b, c)
+    return square < 1e-18
+
+
+@kernel
+def nearest_on_triangle(p, q, a, b, c):
+    """Where the segment p q and the triangle a b c, which it does not go through, are nearest: the share along the
+    segment, the weights of b and c, the squared distance.
+    """
+    at, v, w = 0.0, 0.0, 0.0
+    v, w, least = closest_on_triangle(p[0], p[1], p[2], a, b, c)
+    far_v, far_w, square = closest_on_triangle(q[0], q[1], q[2], a, b, c)
+    if square < least:
+        at, v, w, least = 1.0, far_v, far_w, square
+    s, t, square = closest_on_edges(p, q, a, b)
+    if square < least:
+        at, v, w, least = s, t, 0.0, square
+    s, t, square = closest_on_edges(p, q, b, c)
+    if square < least:
+        at, v, w, least = s, 1.0 - t, t, square
+    s, t, square = closest_on_edges(p, q, c, a)
+    if square < least:
+        at, v, w, least = s, 0.0, 1.0 - t, square
+    return at, v, w, least
+
+
+@kernel
+def _off_axis(x, a, d, square):
+    """Distance of a point from the segment from a along d."""
+    r0, r1, r2 = x[0] - a[0], x[1] - a[1], x[2] - a[2]
+    t = min(max((r0 * d[0] + r1 * d[1] + r2 * d[2]) / square, 0.0), 1.0)
+    return ((r0 - t * d[0]) ** 2 + (r1 - t * d[1]) ** 2 + (r2 - t * d[2]) ** 2) ** 0.5
 
 
 @kernel
 def near_capsules(
-    x, home, fixed, then, now, radius, limb, look, vertex_out, normal_out, point_out, radius_out
+    x, faces, limb_of_face, then, now, radius, limb, look, corners_out, weights_out, normal_out, point_out, radius_out
 ):  # fmt: skip
-    """Which vertices of its limb are within `look` radii of a capsule's axis, and which way it holds them off.
+    """Which triangles of its limb are within `look` radii of a capsule's axis, and which way it holds them off.
 
-    # in:  x (verts, 3): the cloth at the step's start; home, fixed (verts,): limb, whether it has no contact;
+    # in:  x (verts, 3): the cloth at the step's start; limb_of_face (faces,), -1 where there is no contact;
     #      then, now (capsules, 2, 3): ends of the axes at the step's start and end; radius (capsules, 2): at the ends;
     #      limb (capsules,)
-    # out: as many as there is room for: vertex, unit normal at the step's end, point of the axis there, radius.
-    #      Returns how many there are.
+    # out: as many as there is room for: corners, the last of them twice, and weights of the triangle's nearest point,
+    #      unit normal at the step's end, point of the axis there, radius. Returns how many there are.
     """
-    room, count = vertex_out.shape[0], 0
+    room, count = corners_out.shape[0], 0
     for k in range(then.shape[0]):
-        a0, a1, a2 = then[k, 0, 0], then[k, 0, 1], then[k, 0, 2]
-        d0, d1, d2 = then[k, 1, 0] - a0, then[k, 1, 1] - a1, then[k, 1, 2] - a2
-        e0, e1, e2 = now[k, 1, 0] - now[k, 0, 0], now[k, 1, 1] - now[k, 0, 1], now[k, 1, 2] - now[k, 0, 2]
-        square = d0 * d0 + d1 * d1 + d2 * d2
-        over = 1.0 / (square * (e0 * e0 + e1 * e1 + e2 * e2)) ** 0.5
+        p, q = then[k, 0], then[k, 1]
+        d, e = q - p, now[k, 1] - now[k, 0]
+        square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+        over = 1.0 / (square * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2])) ** 0.5
         # the turn that takes the axis from its first direction to its second: axis times sine, and cosine
-        s0, s1, s2 = over * (d1 * e2 - d2 * e1), over * (d2 * e0 - d0 * e2), over * (d0 * e1 - d1 * e0)
-        cosine = over * (d0 * e0 + d1 * e1 + d2 * e2)
+        s0, s1, s2 = (
+            over * (d[1] * e[2] - d[2] * e[1]), over * (d[2] * e[0] - d[0] * e[2]), over * (d[0] * e[1] - d[1] * e[0])
+        )  # fmt: skip
+        cosine = over * (d[0] * e[0] + d[1] * e[1] + d[2] * e[2])
         widest = look * max(radius[k, 0], radius[k, 1])
-        for i in range(x.shape[0]):
-            if home[i] != limb[k] or fixed[i]:
+        for f in range(faces.shape[0]):
+            if limb_of_face[f] != limb[k]:
                 continue
-            r0, r1, r2 = x[i, 0] - a0, x[i, 1] - a1, x[i, 2] - a2
-            t = min(max((r0 * d0 + r1 * d1 + r2 * d2) / square, 0.0), 1.0)
-            r0, r1, r2 = r0 - t * d0, r1 - t * d1, r2 - t * d2
-            distance = (r0 * r0 + r1 * r1 + r2 * r2) ** 0.5
-            if distance > widest or distance < 1e-9:
+            a, b, c = x[faces[f, 0]], x[faces[f, 1]], x[faces[f, 2]]
+            long = 0.0
+            for axis in range(3):
+                long += max(abs(b[axis] - a[axis]), abs(c[axis] - a[axis]))
+            if _off_axis(a, p, d, square) > widest + long or pierced(p, q, a, b, c):
                 continue
-            if distance > look * ((1.0 - t) * radius[k, 0] + t * radius[k, 1]):
+            t, v, w, distance = nearest_on_triangle(p, q, a, b, c)
+            distance = distance**0.5
+            thick = (1.0 - t) * radius[k, 0] + t * radius[k, 1]
+            if distance > look * thick or distance < 1e-9:
                 continue
             if count < room:
-                n0, n1, n2 = r0 / distance, r1 / distance, r2 / distance
+                for corner in range(4):
+                    corners_out[count, corner] = faces[f, min(corner, 2)]
+                u = 1.0 - v - w
+                weights_out[count, 0], weights_out[count, 1] = u, v
+                weights_out[count, 2], weights_out[count, 3] = w, 0.0
+                n0 = (u * a[0] + v * b[0] + w * c[0] - p[0] - t * d[0]) / distance
+                n1 = (u * a[1] + v * b[1] + w * c[1] - p[1] - t * d[1]) / distance
+                n2 = (u * a[2] + v * b[2] + w * c[2] - p[2] - t * d[2]) / distance
                 along = (s0 * n0 + s1 * n1 + s2 * n2) / (1.0 + cosine)
-                vertex_out[count] = i
                 normal_out[count, 0] = cosine * n0 + s1 * n2 - s2 * n1 + along * s0
                 normal_out[count, 1] = cosine * n1 + s2 * n0 - s0 * n2 + along * s1
                 normal_out[count, 2] = cosine * n2 + s0 * n1 - s1 * n0 + along * s2
-                for c in range(3):
-                    point_out[count, c] = (1.0 - t) * now[k, 0, c] + t * now[k, 1, c]
-                radius_out[count] = (1.0 - t) * radius[k, 0] + t * radius[k, 1]
+                for axis in range(3):
+                    point_out[count, axis] = (1.0 - t) * now[k, 0, axis] + t * now[k, 1, axis]
+                radius_out[count] = thick
             count += 1
     return count
+
+
+__all__ = ["near_capsules", "nearest_on_triangle", "pierced"]

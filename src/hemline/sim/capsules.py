@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from hemline.collide import limbs
 from hemline.motions.motion import JOINT_NAMES
@@ -20,21 +20,21 @@ from .pairs import PairRows
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
-BONES = tuple(
-    (JOINT_NAMES.index(f"{side}_{upper}"), JOINT_NAMES.index(f"{side}_{lower}"))
+BONES = np.array([
+    (JOINT_NAMES.index(f"{side}_{hinge}"), JOINT_NAMES.index(f"{side}_{end}"))
     for side in ("left", "right")
-    for upper, lower in (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
-)
-"""Joints at both ends of each capsule."""
+    for hinge, end in (("elbow", "shoulder"), ("elbow", "wrist"), ("knee", "hip"), ("knee", "ankle"))
+])  # fmt: skip
+"""Joints at both ends of each capsule, the one that folds first."""
 
-SHARE, WIDEST = 0.6, 0.025
-"""Radius at a joint: so much of the way from it to the skin of the body at rest, and no more than that [m]."""
+SHARE = 0.75
+"""So much of the way from a bone to the skin of the body at rest its capsule takes up, at most."""
 
 LOOK = 2.0
-"""Vertices are looked for within so many radii of the axis."""
+"""Triangles are looked for within so many radii of the axis."""
 
-STIFFNESS = 64.0
-"""How stiff a capsule is at its axis, over the body's skin; its load grows from the radius to the axis."""
+STIFFNESS = 16.0
+"""How stiff a capsule is for a triangle, over the skin for a vertex; the load grows from the radius to the axis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,42 +51,54 @@ class Capsules:
 
     @classmethod
     def of(cls, shaped: "ShapedBody") -> "Capsules":
-        """As wide as the body at rest has room for."""
-        from scipy.spatial import KDTree
-
-        away, _ = KDTree(shaped.vertices).query(shaped.joints)
-        radius = np.minimum(SHARE * away, WIDEST)
-        return cls(radius[np.array(BONES)], limbs(shaped.body.parents)[np.array(BONES)[:, 1]])
+        """As wide as the body at rest has room for, and nowhere wider than at the joint that folds."""
+        ends = shaped.joints[BONES].astype(np.float64)
+        return cls(np.array([_radii(shaped.vertices, *each) for each in ends]), limbs(shaped.body.parents)[BONES[:, 0]])
 
     def rows(
-        self, start: Float[np.ndarray, "verts 3"], then: Float[np.ndarray, "joints 3"],
-        now: Float[np.ndarray, "joints 3"], push: Float[np.ndarray, " verts"], fixed: Bool[np.ndarray, " verts"],
-        home: Int[np.ndarray, " verts"],
+        self, start: Float[np.ndarray, "verts 3"], faces: Int[np.ndarray, "faces 3"],
+        limb_of_face: Int[np.ndarray, " faces"], then: Float[np.ndarray, "joints 3"],
+        now: Float[np.ndarray, "joints 3"], push: Float[np.ndarray, " verts"],
     ) -> PairRows:  # fmt: skip
-        """What holds the vertices off that are near a bone of their own limb, on the side where they are.
+        """What holds the triangles off that are near a bone of their own limb, on the side where they are.
+
+        A triangle that a bone goes through is let go: nobody knows which way out is.
 
         Args:
             start: The cloth at the step's start [m].
+            faces: Its triangles.
+            limb_of_face: The limb that each is worn on; -1: it has no contact.
             then: The joints at the step's start [m].
             now: The joints at its end [m].
             push: Stiffness of each vertex in contact with the skin [N/m].
-            fixed: Vertices without contact.
-            home: Limb of each vertex.
         """
-        ends = [np.ascontiguousarray(joints[np.array(BONES)], np.float64) for joints in (then, now)]
+        ends = [np.ascontiguousarray(joints[BONES], np.float64) for joints in (then, now)]
         room = 256
         while True:
-            vertex, radius = np.empty(room, np.uint32), np.empty(room)
+            corners, weights, radius = np.empty((room, 4), np.uint32), np.empty((room, 4)), np.empty(room)
             normal, point = np.empty((room, 3)), np.empty((room, 3))
             count = near_capsules(
-                start, home, fixed, *ends, self.radius, self.limb, LOOK, vertex, normal, point, radius
+                start, faces, limb_of_face, *ends, self.radius, self.limb, LOOK, corners, weights, normal, point, radius
             )  # fmt: skip
             if count <= room:
                 break
             room = count
-        vertex, normal, point, radius = vertex[:count], normal[:count], point[:count], radius[:count]
-        return PairRows(
-            corners=np.repeat(vertex[:, None], 4, axis=1), weights=np.repeat([[1.0, 0, 0, 0]], count, axis=0),
-            normal=normal, reach=np.einsum("rx,rx->r", normal, point) + radius, carried=point, thickness=radius,
-            stiffness=STIFFNESS * push[vertex], limit=np.zeros(count),
+        corners, weights, normal, point, radius = (
+            each[:count] for each in (corners, weights, normal, point, radius)
         )  # fmt: skip
+        return PairRows(
+            corners=corners, weights=weights, normal=normal, reach=np.einsum("rx,rx->r", normal, point) + radius,
+            carried=point, thickness=radius, stiffness=STIFFNESS * (weights * push[corners]).sum(axis=1),
+            limit=np.zeros(count),
+        )  # fmt: skip
+
+
+def _radii(skin: np.ndarray, hinge: np.ndarray, end: np.ndarray) -> tuple[float, float]:
+    """The radii of a capsule from a hinge to the bone's other end [m]."""
+    way = end - hinge
+    share = np.clip((skin - hinge) @ way / (way @ way), 0, 1)
+    room = SHARE * np.linalg.norm(skin - hinge - share[:, None] * way, axis=1)
+    lower = share > 0.5
+    wide = float(room[~lower].min())
+    thin = ((room[lower] - (1 - share[lower]) * wide) / share[lower]).min()
+    return wide, float(np.clip(thin, 0, wide))

@@ -114,7 +114,9 @@ class Step:
         stepper, x0 = self.stepper, self.state.positions
         if stepper.capsules is None or self.state.sides is None or then.joints is None or now.joints is None:
             return []
-        rows = stepper.capsules.rows(x0, then.joints, now.joints, stepper.push, stepper.fixed, stepper.home)
+        rows = stepper.capsules.rows(
+            x0, self.sheet.faces, stepper.home_of_face, then.joints, now.joints, stepper.push
+        )  # fmt: skip
         return [rows] if len(rows) else []
 
     def newton(self) -> int:

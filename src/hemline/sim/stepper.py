@@ -78,6 +78,9 @@ class Stepper:
         self.pinned, self.held, self.spring = pins[self.hard], pins[~self.hard], stiffness[~self.hard]
         self.fixed = np.zeros(sheet.vertex_count, bool)
         self.fixed[self.pinned] = True
+        home = self.home[sheet.faces]
+        loose = (home == home[:, :1]).all(axis=1) & ~self.fixed[sheet.faces].any(axis=1)
+        self.home_of_face = np.where(loose, home[:, 0], -1)
         self.push = self.settings.contact_stiffness * sheet.vertex_area
         self.mean_weight = 9.81 * float(sheet.mass.mean())
         gram = np.einsum("fac,fad->fcd", sheet.shape, sheet.shape)
