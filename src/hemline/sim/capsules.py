@@ -83,9 +83,8 @@ class Capsules:
             if count <= room:
                 break
             room = count
-        corners, weights, normal, point, radius = (
-            each[:count] for each in (corners, weights, normal, point, radius)
-        )  # fmt: skip
+        corners, weights, radius = corners[:count], weights[:count], radius[:count]
+        normal, point = normal[:count], point[:count]
         return PairRows(
             corners=corners, weights=weights, normal=normal, reach=np.einsum("rx,rx->r", normal, point) + radius,
             carried=point, thickness=radius, stiffness=STIFFNESS * (weights * push[corners]).sum(axis=1),

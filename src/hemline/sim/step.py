@@ -115,7 +115,7 @@ class Step:
         if stepper.capsules is None or self.state.sides is None or then.joints is None or now.joints is None:
             return []
         rows = stepper.capsules.rows(
-            x0, self.sheet.faces, stepper.home_of_face, then.joints, now.joints, stepper.push
+            x0, self.sheet.faces, stepper.limb_of_face, then.joints, now.joints, stepper.push
         )  # fmt: skip
         return [rows] if len(rows) else []
 

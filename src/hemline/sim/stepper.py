@@ -80,7 +80,7 @@ class Stepper:
         self.fixed[self.pinned] = True
         home = self.home[sheet.faces]
         loose = (home == home[:, :1]).all(axis=1) & ~self.fixed[sheet.faces].any(axis=1)
-        self.home_of_face = np.where(loose, home[:, 0], -1)
+        self.limb_of_face = np.where(loose, home[:, 0], -1)
         self.push = self.settings.contact_stiffness * sheet.vertex_area
         self.mean_weight = 9.81 * float(sheet.mass.mean())
         gram = np.einsum("fac,fad->fcd", sheet.shape, sheet.shape)
