@@ -1,6 +1,7 @@
 """Cloth and the bones of limbs: what is worn on a limb stays around its bones, whatever the skin does."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -48,7 +49,7 @@ def nearest(triangle, ends):
         point = (1 - share) * ends[0] + share * ends[1]
         return float(np.linalg.norm(trimesh.triangles.closest_point(triangle[None], point[None])[0] - point))
 
-    found = minimize_scalar(away, bounds=(0, 1), method="bounded", options={"xatol": 1e-10})
+    found: Any = minimize_scalar(away, bounds=(0, 1), method="bounded", options={"xatol": 1e-10})
     return min(((away(share), share) for share in (float(found.x), 0.0, 1.0)), key=lambda each: each[0])
 
 
