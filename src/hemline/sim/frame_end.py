@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from hemline.collide import ProjectionSettings, Projector, ProjectorState, inside
+from hemline.collide import ProjectionSettings, Projector, ProjectorState, inside, winding_numbers
 
 from .sides import SideFaces
 
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 SETTINGS = ProjectionSettings(margin=0.001, gap=0.0003, release=1e-3)
 """Contact holds the cloth off the body, so the projection has a thin margin, and no displacement outlives its frame."""
+
+FARTHEST_LED = 0.01
+"""A vertex that is inside two parts of the body at once is not led out farther than that [m]."""
 
 COUNTED_EVERY = 10
 """Frames from one count by winding numbers, beside the projection's own, to the next."""
@@ -77,13 +80,27 @@ class FrameEnd:
         before = positions.astype(np.float32)
         places = None if sides is None else sides[:, 0]
         self.state, after, report = self.projector.project(self.state, posed, before, dt=seconds, places=places)
+        kept = self._caught(posed, before, after)
+        after[kept] = before[kept]
+        pinched = np.union1d(report.pinched, kept)
         moved = (after != before).any(axis=1)
         within = 0
         if self.state.frame % COUNTED_EVERY == 0:
             found = inside(posed.vertices, posed.faces, after)
-            found[report.pinched] = False
+            found[pinched] = False
             within = int(found.sum())
-        return Cleaned(np.where(moved[:, None], after, positions), report.pinched, within, report.deepest_mm)
+        return Cleaned(np.where(moved[:, None], after, positions), pinched, within, report.deepest_mm)
+
+    @staticmethod
+    def _caught(posed: "PosedBody", before: np.ndarray, after: np.ndarray) -> Int[np.ndarray, " caught"]:
+        """Vertices between two parts of the body that are in each other, far from any way out: led out one by one, in
+        a fold, neighbours would come out at different sides of a limb.
+        """
+        far = np.flatnonzero(np.linalg.norm(after - before, axis=1) > FARTHEST_LED)
+        if not len(far):
+            return far
+        turns = winding_numbers(posed.vertices, posed.faces, before[far])
+        return far[np.abs(turns) > 1.5]
 
 
 def _state(memory: Mapping[str, np.ndarray]) -> ProjectorState:
