@@ -8,10 +8,10 @@ import pytest
 import trimesh
 from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
+from sim_poses import kicked
 
 from hemline import bodies, garments
-from hemline.motions import JOINT_NAMES, PARENTS, Motion
-from hemline.motions.quaternions import from_axis_angle, inverse, multiply
+from hemline.motions import JOINT_NAMES
 from hemline.sim import Scene, SimSettings, Stepper, rest_drape
 from hemline.sim.capsule_kernels import pierced
 from hemline.sim.capsules import BONES, LOOK, SHARE, STIFFNESS, Capsules
@@ -21,7 +21,6 @@ from hemline.tryon.skeleton import Skeleton
 
 KNEE, ANKLE = JOINT_NAMES.index("left_knee"), JOINT_NAMES.index("left_ankle")
 SHIN = BONES.tolist().index([KNEE, ANKLE])
-BENT_DEG = 150.0
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +56,7 @@ def scattered(count, ends, seed):
     """Small triangles around a segment, each with vertices of its own."""
     rng = np.random.default_rng(seed)
     middle = (
-        ends[0] + rng.uniform(-0.1, 1.1, (count, 1)) * (ends[1] - ends[0]) + rng.normal(scale=0.03, size=(count, 3))
+        ends[0] + rng.uniform(-0.15, 1.15, (count, 1)) * (ends[1] - ends[0]) + rng.normal(scale=0.03, size=(count, 3))
     )
     corners = middle[:, None] + rng.normal(scale=0.012, size=(count, 3, 3))
     return corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3)
@@ -67,8 +66,8 @@ def test_rows_are_those_of_a_search_triangle_by_triangle(shaped, capsules):
     """Second route: trimesh for the triangle, scipy along the axis and for the axis' turn."""
     then = np.array([[0.1, -0.4, 0.0], [0.15, -0.8, 0.05]])
     now = then + [[0.02, 0.01, 0.0], [-0.03, 0.06, 0.2]]
-    x, faces = scattered(150, then, 4)
-    limb = np.where(np.arange(150) % 3 == 0, -1, capsules.limb[SHIN])
+    x, faces = scattered(400, then, 4)
+    limb = np.where(np.arange(400) % 3 == 0, -1, capsules.limb[SHIN])
     push = np.random.default_rng(5).uniform(100, 200, len(x))
     rows = capsules.rows(x, faces, limb, with_shin(shaped, then), with_shin(shaped, now), push)
     radius, way = capsules.radius[SHIN], then[1] - then[0]
@@ -95,7 +94,7 @@ def test_rows_are_those_of_a_search_triangle_by_triangle(shaped, capsules):
         assert np.abs(rows.normal[row] - outward).max() < 1e-6
         assert rows.reach[row] == pytest.approx(rows.normal[row] @ rows.carried[row] + rows.thickness[row])
         assert rows.stiffness[row] == pytest.approx(STIFFNESS * rows.weights[row] @ push[rows.corners[row]])
-    assert expected == len(found) > 40 and not rows.limit.any()
+    assert expected == len(found) > 100 and not rows.limit.any()
 
 
 def test_a_triangle_that_the_bone_goes_through_is_let_go(shaped, capsules):
@@ -161,25 +160,9 @@ def test_a_bone_carries_the_cloth_of_its_limb_and_no_other(square, shaped, capsu
     assert over.min() > 0.01 if worn == "on the limb" else over.max() < -0.02
 
 
-def folded_knee(shaped, frames):
-    """The left leg kicks: thigh up, the heel to the seat, and back."""
-    rest = shaped.rest_pose
-    before = rest.rotations.astype(np.float64)
-    rotations, share = np.repeat(before[None], frames, axis=0), np.sin(np.pi * np.arange(frames) / (frames - 1)) ** 2
-    for name, degrees in (("left_hip", -80.0), ("left_knee", BENT_DEG)):
-        joint = parent = JOINT_NAMES.index(name)
-        above = np.array([1.0, 0, 0, 0])
-        while (parent := PARENTS[parent]) >= 0:
-            above = multiply(before[parent], above)
-        turns = from_axis_angle(np.deg2rad(degrees) * share[:, None] * [1.0, 0, 0])
-        rotations[:, joint] = multiply(multiply(multiply(inverse(above), turns), above), before[joint])
-    translations = np.repeat(rest.translation[None], frames, axis=0)
-    return Motion(rotations.astype(np.float32), translations.astype(np.float32), 30.0, shaped.leg_length)
-
-
 @pytest.mark.parametrize("guarded", [True, False])
 def test_a_trouser_leg_stays_around_a_knee_that_is_folded_as_far_as_it_goes(shaped, guarded):
-    trousers, motion = garments.load("trousers-light"), folded_knee(shaped, 12)
+    trousers, motion = garments.load("trousers-light"), kicked(shaped, 12)
     settings = SimSettings(lead_in=0.0)
     dressed = DressedBody(trousers, shaped, settings)
     if not guarded:
