@@ -45,6 +45,11 @@ def nearest_on_triangle(p, q, a, b, c):
 
 
 @kernel
+def _apart(a, b):
+    return ((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2) ** 0.5
+
+
+@kernel
 def _off_axis(x, a, d, square):
     """Distance of a point from the segment from a along d."""
     r0, r1, r2 = x[0] - a[0], x[1] - a[1], x[2] - a[2]
@@ -80,10 +85,8 @@ def near_capsules(
             if limb_of_face[f] != limb[k]:
                 continue
             a, b, c = x[faces[f, 0]], x[faces[f, 1]], x[faces[f, 2]]
-            long = 0.0
-            for axis in range(3):
-                long += max(abs(b[axis] - a[axis]), abs(c[axis] - a[axis]))
-            if _off_axis(a, p, d, square) > widest + long or pierced(p, q, a, b, c):
+            reach = widest + max(_apart(a, b), _apart(a, c))
+            if _off_axis(a, p, d, square) > reach or pierced(p, q, a, b, c):
                 continue
             t, v, w, distance = nearest_on_triangle(p, q, a, b, c)
             distance = distance**0.5
