@@ -7,9 +7,9 @@ benchmarks/results/soak.jsonl, pictures of failures and of each garment's worst 
 prints what is there.
 
 A take fails where the simulator says so, where a vertex is not finite or farther from the pelvis than cloth can be
-(`FARTHEST`), where one is inside the body that is not pinched, or where an opening of the garment has lost its limb
-(`still_worn.py`). In one frame a take, the one with most crossings, libigl counts the vertices inside, and those of the
-body that stand out of the cloth.
+(`FARTHEST`), where one is inside the body that is not pinched, where an opening of the garment lost its limb for good,
+or where a limb is through cloth at its end (`still_worn.py`). In one frame a take, the one with most crossings, libigl
+counts the vertices inside, and those of the body that stand out of the cloth.
 """
 
 import argparse
@@ -131,6 +131,9 @@ def judged(dataset: Dataset, row: Row, title: str) -> dict:
     if not failed and worn.lost:
         at, joint = worn.lost
         failed = f"frame {at}: nothing goes through its opening near the {joint} any more"
+    if not failed and worn.at_end:
+        at, joint = worn.at_end
+        failed = f"frame {at}: the limb below the {joint} is through its cloth, to the end"
     if failed:
         PICTURES.mkdir(parents=True, exist_ok=True)
         _draw(take, garment, shaped, at).save(PICTURES / f"{title}.png")
@@ -139,7 +142,7 @@ def judged(dataset: Dataset, row: Row, title: str) -> dict:
         "figures": {key: round(float(take.figures[key]), 5) for key in FIGURES}, "worst_frame": worst,
         "inside_by_libigl": int((turns > 0.5).sum()), "pinched_then": int(take.pinched[worst]),
         "body_vertices_out": int(out.sum()), "limb_through_percent": round(worn.through_percent, 2),
-        "limb_through_at_end": worn.through_at_end,
+        "limb_through_at_end": worn.at_end is not None,
     }  # fmt: skip
 
 
@@ -200,15 +203,15 @@ def draw_worst(names: Iterable[str]) -> None:
 
 def table() -> None:
     """One line a garment."""
-    print("| garment | vertices | takes; frames | failed | inside | crossings %, mean; worst | body out | through |")
-    print("|---|---|---|---|---|---|---|---|")
+    print("| garment | vertices | takes; frames | failed | inside | crossings %, mean; worst | out | through | by |")
+    print("|---|---|---|---|---|---|---|---|---|")
     rows = list(known().values())
     for name in dict.fromkeys(row["garment"] for row in rows):
         of = [row for row in rows if row["garment"] == name]
-        made = [row for row in of if row["take"]]
+        made, commits = [row for row in of if row["take"]], ", ".join(dict.fromkeys(row["commit"] for row in of))
         failed = sum(row["failed"] is not None for row in of)
         if not made:
-            print(f"| {name} | - | {len(of)} | {failed} | - | - | - | - |")
+            print(f"| {name} | - | {len(of)} | {failed} | - | - | - | - | {commits} |")
             continue
         crossing = [row["figures"]["self_crossing_percent"] for row in made]
         inside = max(row["figures"]["inside"] for row in made)
@@ -217,7 +220,7 @@ def table() -> None:
         through = f"{sum(known_ends)} of {len(known_ends)}" if known_ends else "-"
         print(
             f"| {name} | {made[0]['vertices']} | {len(of)}; {sum(row['frames'] for row in made)} | {failed} "
-            f"| {inside:.0f} | {np.mean(crossing):.2f}; {max(crossing):.2f} | {out:.1f} | {through} |"
+            f"| {inside:.0f} | {np.mean(crossing):.2f}; {max(crossing):.2f} | {out:.1f} | {through} | {commits} |"
         )
     for row in rows:
         if row["failed"]:

@@ -21,34 +21,39 @@ class StillWorn(NamedTuple):
     """What became of a garment in a take.
 
     Attributes:
-        lost: The first frame looked at in which no limb goes through an opening that was used at first, and the joint
-            near it; None: there is none.
+        lost: The frame looked at from which on, to the end, no limb goes through an opening that was used at first, and
+            the joint near it then; None: there is none. For a while one may, as in a squat the feet are in the skirt.
         through_percent: Frames looked at in which a limb goes through cloth [percent].
-        through_at_end: Whether one does in the last of them.
+        at_end: The last of them and the joint that such a limb begins at, where one does there; else None.
     """
 
     lost: tuple[int, str] | None
     through_percent: float
-    through_at_end: bool
+    at_end: tuple[int, str] | None
 
 
 def still_worn(take: Take, garment: Garment, shaped, every: int) -> StillWorn:
     """Look at every so many frames of a take."""
     rims = rims_of(garment.vertices, garment.faces)
-    used, lost, through = None, None, []
+    since: list[tuple[int, str] | None] = [None] * len(rims)
+    used, through, at_end = None, [], None
     for frame in range(0, len(take.vertices), every):
         posed = shaped.posed(take.motion[frame])
         skeleton, cloth = Skeleton.of(posed.joints), take.vertices[frame].astype(np.float64)
         placed = [rim.at(cloth) for rim in rims]
         passed = [rim.passed(skeleton) for rim in placed]
         used = passed if used is None else used
-        for rim, now, before in zip(placed, passed, used, strict=True):
-            if before and not now and lost is None:
+        for number, (rim, now, before) in enumerate(zip(placed, passed, used, strict=True)):
+            if now or not before:
+                since[number] = None
+            elif since[number] is None:
                 near = np.linalg.norm(posed.joints - rim.points[-1], axis=1).argmin()
-                lost = frame, JOINT_NAMES[int(near)]
+                since[number] = frame, JOINT_NAMES[int(near)]
         cut = _crossed(skeleton, cloth, garment.faces) & ~_crossed(skeleton, posed.vertices, posed.faces)
         through.append(bool(cut.any()))
-    return StillWorn(lost, 100 * float(np.mean(through)), through[-1])
+        at_end = (frame, JOINT_NAMES[int(skeleton.limbs[cut.argmax(), 0])]) if cut.any() else None
+    lost = min((each for each in since if each is not None), default=None)
+    return StillWorn(lost, 100 * float(np.mean(through)), at_end)
 
 
 def _crossed(skeleton: Skeleton, vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
