@@ -27,7 +27,7 @@ def nearest_on_triangle(p, q, a, b, c):
     """Where the segment p q and the triangle a b c, which it does not go through, are nearest: the share along the
     segment, the weights of b and c, the squared distance.
     """
-    at, v, w = 0.0, 0.0, 0.0
+    at = 0.0
     v, w, least = closest_on_triangle(p[0], p[1], p[2], a, b, c)
     far_v, far_w, square = closest_on_triangle(q[0], q[1], q[2], a, b, c)
     if square < least:
