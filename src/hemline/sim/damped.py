@@ -19,6 +19,9 @@ from .state import ClothState, Positions
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
 
+SEAM_STEP = 1 / 240
+"""Length of a step while seams close [s]."""
+
 STILL = 0.02
 """Mean speed below which dynamics have brought the cloth near enough to its equilibrium [m/s]."""
 
@@ -55,12 +58,16 @@ def swung(
     state, step, frames, irons = dressed.stepper.start(positions), 1 / settings.fps, round(seconds * settings.fps), 0
     # what is being dressed is to find the places that are closest, not to keep those that it had
     state = replace(state, sides=None) if kept < 1 else state
+
+    def still_frame(state: ClothState, seconds: float, substeps: int | None) -> ClothState:
+        state, _, _ = dressed.frame(state, posed.pose, posed.pose, substeps=substeps, seconds=seconds)
+        cleaned = end.clean(posed, state.positions, seconds, state.sides)
+        return dressed.fed_back(state, cleaned.positions, cleaned.pinched)
+
     try:
-        state = sewn(dressed, end, posed.pose, state)
+        state = sewn(dressed.sheet, state, lambda now: still_frame(now, SEAM_STEP, 1))
         for frame in range(frames):
-            state, _, _ = dressed.frame(state, posed.pose, posed.pose, substeps=2 if kept < 1 else None, seconds=step)
-            cleaned = end.clean(posed, state.positions, step, state.sides)
-            state = dressed.fed_back(state, cleaned.positions, cleaned.pinched)
+            state = still_frame(state, step, 2 if kept < 1 else None)
             state = replace(state, velocities=kept * state.velocities, change=kept * state.change)
             speed = float(np.linalg.norm(state.velocities, axis=1).mean())
             quiet = kept < 1 and frame > 5 and speed < still

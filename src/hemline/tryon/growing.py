@@ -13,7 +13,7 @@ from hemline.sim import Scene, SimSettings, Skin
 from hemline.sim.dressed_body import DressedBody
 from hemline.sim.frame_end import FrameEnd
 from hemline.sim.lead_in import between
-from hemline.sim.sewing import CLOSED, stretch
+from hemline.sim.sewing import sewn, stretch
 from hemline.sim.state import ClothState
 
 from .alignment import Alignment
@@ -28,8 +28,8 @@ GIRTHS = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.15, 0.1, 0.07)
 FEW, SHALLOW = 0.005, 0.01
 """Share of vertices that may be inside then, and how deep [m]."""
 
-SEAM_STEP, SEAM_STEPS = 1 / 1500, 400
-"""Length of a step while seams close, short so that cloth does not jump over a thin limb [s]; such steps, at most."""
+SEAM_STEP = 1 / 1500
+"""Length of a step while seams close, short so that cloth does not jump over a thin limb [s]."""
 
 FRAMES, GROWN, TURNING = 40, 0.7, 0.3
 """Frames of growing and turning; share of them when the body is grown, and when it starts to turn."""
@@ -77,7 +77,8 @@ def grown(
     girth = _girth(thin, alignment, positions)
     state = dressed.stepper.start(positions)
     stretched, crossed = stretch(dressed.sheet, positions), len(crossing_edges(garment.vertices, garment.faces))
-    state = _sewn(dressed, _scene(thin.at(girth).posed(alignment.pose)), state)
+    at_first = _scene(thin.at(girth).posed(alignment.pose))
+    state = sewn(dressed.sheet, state, lambda now: dressed.stepper.advance(now, SEAM_STEP, lambda _: at_first)[0])
     turned = alignment.pose.hash != shaped.rest_pose.hash
     frames = FRAMES if girth < 1 or turned else 0
 
@@ -109,16 +110,6 @@ def _girth(thin: ThinBody, alignment: Alignment, positions: Vertices) -> float:
 
 def _scene(posed: "PosedBody") -> Scene:
     return Scene(np.zeros((0, 3)), Skin(posed.vertices, posed.normals))
-
-
-def _sewn(dressed: DressedBody, scene: Scene, state: ClothState) -> ClothState:
-    """Seams closed in short steps, each from standing still."""
-    for _ in range(SEAM_STEPS):
-        if stretch(dressed.sheet, state.positions) < CLOSED:
-            break
-        state, _ = dressed.stepper.advance(state, SEAM_STEP, lambda _: scene)
-        state = _slowed(state, 0.0)
-    return state
 
 
 def _frame(dressed: DressedBody, state: ClothState, scene_at: Callable[[float], Scene]) -> ClothState:
