@@ -65,6 +65,29 @@ def test_the_unit_is_guessed_from_the_size(shaped, mesh, tmp_path, unit, scale):
     assert said == [] if unit == "m" else f"they are {unit}" in said[0]
 
 
+@pytest.mark.parametrize("name", ["cape-light", "skirt-light", "tshirt-light", "longsleeve-light", "dress-light"])
+@pytest.mark.parametrize("floor", [False, True])
+def test_the_axis_up_is_guessed_from_the_body(shaped, tmp_path, name, floor):
+    known = garments.load(name)
+    vertices = known.vertices - (0, floor * shaped.vertices[:, 1].min(), 0)
+    obj(tmp_path / "y.obj", vertices, known.faces)
+    obj(tmp_path / "z.obj", vertices[:, [0, 2, 1]] * (1, -1, 1), known.faces)
+    for axis in "yz":
+        (tmp_path / f"{axis}.toml").write_text(f"mesh = '{axis}.obj'\npins = 'none'")
+    expected, garment = (garments.read(tmp_path / f"{axis}.toml", shaped) for axis in "yz")
+    np.testing.assert_allclose(garment.vertices, expected.vertices, atol=2e-6)
+    said = ("up: z, as it fits the body so; it was turned to y up",)
+    assert set(garment.notes) - set(expected.notes) == set(said)
+    assert any(note.startswith("origin: on the floor") for note in garment.notes) == floor
+
+
+def test_an_axis_that_is_declared_is_kept(shaped, mesh, tmp_path):
+    obj(tmp_path / "skirt.obj", mesh[0][:, [0, 2, 1]] * (1, -1, 1), mesh[1])
+    (tmp_path / "skirt.toml").write_text("mesh = 'skirt.obj'\nup = 'y'")
+    with pytest.raises(BadGarment, match="must fit the body at rest"):
+        garments.read(tmp_path / "skirt.toml", shaped)
+
+
 def test_a_declared_unit_that_contradicts_the_size_is_refused(shaped, mesh, tmp_path):
     path = obj(tmp_path / "skirt.obj", mesh[0] * 100, mesh[1])
     with pytest.raises(

@@ -28,15 +28,33 @@ def laid(path, shaped):
 ])  # fmt: skip
 def test_limbs_are_laid_through_openings_and_not_through_cloth(shaped, mesh_of, name, scale):
     _, alignment = laid(mesh_of(name), shaped)
-    assert alignment.through == () and alignment.empty == 0 and alignment.rims > 1
+    assert alignment.through == () and alignment.empty == 0 and alignment.rims > 1 and alignment.up == "y"
     assert alignment.scale == pytest.approx(scale, abs=0.03)
 
 
 def test_cloth_without_openings_is_laid_near_the_body(shaped):
     cape = garments.load("cape-light")
     alignment = aligned(cape.vertices - (0, 0, 0.15), cape.faces, shaped)
-    assert alignment.rims == 0
+    assert alignment.rims == 0 and alignment.up == "y"
     assert np.linalg.norm(alignment.vertices - cape.vertices, axis=1).mean() < 0.01
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", ["style3d_bsd3/h1_jacket_12k.obj", "makehuman_cc0/f_shorts.obj"])
+def test_a_mesh_with_z_up_is_laid_as_it_would_be_with_y_up(shaped, mesh_of, name):
+    cloth, expected = laid(mesh_of(name), shaped)
+    z_up = cloth.vertices[:, [0, 2, 1]] * (1, -1, 1)
+    found = aligned(z_up, cloth.faces, shaped)
+    assert (found.up, expected.up) == ("z", "y")
+    assert np.array_equal(found.vertices, expected.vertices)
+
+
+def test_a_cape_with_z_up_is_turned_unless_y_is_declared(shaped):
+    cape = garments.load("cape-light")
+    z_up = (cape.vertices - (0, 0, 0.15))[:, [0, 2, 1]] * (1, -1, 1)
+    found = aligned(z_up, cape.faces, shaped)
+    assert found.up == "z" and np.linalg.norm(found.vertices - cape.vertices, axis=1).mean() < 0.01
+    assert aligned(z_up, cape.faces, shaped, up="y").up == "y"
 
 
 @pytest.mark.data

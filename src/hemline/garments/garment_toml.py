@@ -21,8 +21,8 @@ class GarmentFile:
     """Name of the garment; the file's stem unless given."""
     unit: str | None = None
     """Unit of the mesh: m, dm, cm, mm, in, ft."""
-    up: str = "y"
-    """Axis that points up in the mesh: y or z."""
+    up: str | None = None
+    """Axis that points up in the mesh: y or z; guessed unless given."""
     origin: str | None = None
     """Where the mesh has its origin: pelvis (of the body at rest) or floor (between its soles)."""
     body: str | None = None

@@ -61,12 +61,12 @@ def _worn(garment: Garment, body: "ShapedBody | None", dressed: bool) -> Garment
 def _placed(path: Path, said: GarmentFile, body: "ShapedBody", unit: str | None) -> Cloth:
     """The mesh of a garment on the body it was made on."""
     cloth = cloth_of(path, said, unit)
-    vertices, placed = on_body(cloth.vertices, body_tree(body), said.origin, cloth.name)
+    vertices, placed = on_body(cloth.vertices, body_tree(body), cloth.name, up=said.up, origin=said.origin)
     return replace(cloth, vertices=vertices, notes=cloth.notes + placed)
 
 
 def cloth_of(path: Path, said: GarmentFile, unit: str | None) -> Cloth:
-    """The mesh of a garment as it is in its file, in metres and y up, wherever it is.
+    """The mesh of a garment as it is in its file, in metres, whatever its place and its axis up.
 
     Args:
         path: The mesh, or the TOML that names it.
@@ -85,7 +85,5 @@ def cloth_of(path: Path, said: GarmentFile, unit: str | None) -> Cloth:
     found_unit, unit_notes = unit_of(mesh.vertices, unit, name)
     scale = UNITS[found_unit]
     vertices = mesh.vertices * scale
-    if said.up == "z":
-        vertices = vertices[:, [0, 2, 1]] * (1, 1, -1)
     rest_edges, from_pattern, metric_notes = rest_shape(mesh, vertices, scale, said.pattern, name)
     return wound_alike(Cloth(name, vertices, mesh.faces, rest_edges, from_pattern, notes + unit_notes + metric_notes))

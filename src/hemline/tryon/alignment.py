@@ -8,6 +8,7 @@ import numpy as np
 
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.bodies import skin_points
+from hemline.garments.up_axis import AXES, BETTER, stood_up
 from hemline.motions.motion import JOINT_NAMES, PARENTS, Pose
 from hemline.motions.quaternions import from_axis_angle, inverse, multiply
 
@@ -44,8 +45,9 @@ class Alignment:
     Attributes:
         vertices: The garment [m].
         pose: The body's pose.
+        up: The axis that points up in the garment's own world, y or z.
         scale: Factor on the garment.
-        moved: Way of its centre [m].
+        moved: Way of its centre, once y is up [m].
         angles: Arms up, arms forward, elbows bent, legs apart, from the rest pose [rad].
         through: Names of body parts whose lines go through cloth; none where all is well.
         empty: Number of openings that nothing goes through.
@@ -54,6 +56,7 @@ class Alignment:
 
     vertices: Vertices
     pose: Pose
+    up: str
     scale: float
     moved: Float[np.ndarray, "3"]
     angles: tuple[float, float, float, float]
@@ -62,7 +65,9 @@ class Alignment:
     rims: int
 
 
-def aligned(vertices: Vertices, faces: Faces, shaped: "ShapedBody", *, scaled: bool = True) -> Alignment:
+def aligned(
+    vertices: Vertices, faces: Faces, shaped: "ShapedBody", *, scaled: bool = True, up: str | None = None
+) -> Alignment:
     """Place, scale and pose that fit a garment and a body to each other.
 
     Sought is the least of: cloth inside the body, cloth far from it, openings whose centre is far from a limb,
@@ -70,22 +75,27 @@ def aligned(vertices: Vertices, faces: Faces, shaped: "ShapedBody", *, scaled: b
     place and the scale. From a grid of places and poses the best go on by Powell's method.
 
     Args:
-        vertices: The garment, y up, in metres; its origin at the pelvis or on the floor, or else anywhere.
+        vertices: The garment, in metres; its origin at the pelvis or on the floor, or else anywhere.
         faces: Triangles.
         shaped: The body.
         scaled: Whether the scale is sought too.
+        up: The axis that points up, y or z; None: y, unless the grid has a much better place with z up.
     """
     sizes = SIZES if scaled else (0.0,)
-    search = _Search(np.asarray(vertices, np.float64), np.ascontiguousarray(faces), shaped, sizes)
+    points, faces = np.asarray(vertices, np.float64), np.ascontiguousarray(faces)
+    axes = (up,) if up else AXES
+    searches = [_Search(stood_up(points, axis), faces, shaped, sizes) for axis in axes]
+    chosen = int(searches[-1].least < BETTER * searches[0].least)
+    search = searches[chosen]
     bounds = [*BOUNDS]
     if not scaled:
         bounds[2] = (-1e-9, 1e-9)
-    found = [search.descended(start, lift, bounds) for lift, start in search.starts()]
+    found = [search.descended(start, lift, bounds) for lift, start in search.starts]
     _, x, lift = min(found, key=lambda each: each[0])
     # Powell's method goes along one direction at a time: once more without what it did to the scale
     again = search.descended(np.where(np.arange(len(x)) == 2, 0.0, x), lift, bounds)
     _, x, lift = min((again, *found), key=lambda each: each[0])
-    return search.result(x, lift)
+    return search.result(x, lift, axes[chosen])
 
 
 class _Search:
@@ -99,6 +109,7 @@ class _Search:
         self.rims = rims_of(vertices, faces)
         self.body = lru_cache(maxsize=4096)(self._body)
         self.origins = self._origins()
+        self.starts, self.least = self._starts()
 
     def _origins(self) -> list[np.ndarray]:
         """Where the garment's origin may be: the pelvis, the floor; where both are far off, its middle, by its top."""
@@ -112,8 +123,8 @@ class _Search:
         tops = [float(joints[JOINT_NAMES.index(name)][1]) for name in ("neck", "spine2")]
         return [np.array([-middle[0], top - self.vertices[:, 1].max(), -middle[2]]) for top in tops]
 
-    def starts(self) -> list[tuple[int, np.ndarray]]:
-        """The best places and poses of a grid, far apart from each other."""
+    def _starts(self) -> tuple[list[tuple[int, np.ndarray]], float]:
+        """The best places and poses of a grid, far apart from each other, and the cost of the best."""
         grid = [
             (lift, np.array([up, 0, size, arms, 0, elbows, 0], np.float64))
             for lift in range(len(self.origins)) for arms in (-0.6, -0.3, 0.0, 0.35, 0.7) for elbows in (-0.6, 0.0, 1.0)
@@ -127,7 +138,7 @@ class _Search:
                 picked.append((lift, start))
         # a garment that is nowhere near with one of the origins is not sought there
         least = self.cost(picked[0][1], picked[0][0])
-        return [(lift, start) for lift, start in picked if self.cost(start, lift) < 2 * least + 1]
+        return [(lift, start) for lift, start in picked if self.cost(start, lift) < 2 * least + 1], least
 
     def descended(self, start: np.ndarray, lift: int, bounds: list) -> tuple[float, np.ndarray, int]:
         """The least cost on the way down from a start, where it is, and the origin."""
@@ -182,14 +193,14 @@ class _Search:
         crossings_of_segments(skeleton.points, skeleton.inner, placed, self.faces, count)
         return count
 
-    def result(self, x: np.ndarray, lift: int) -> Alignment:
+    def result(self, x: np.ndarray, lift: int, up: str) -> Alignment:
         """The alignment at what was found."""
         placed = self.placed(x, lift)
         skeleton, _ = self.heights(x, placed[self.some])
         through = tuple(dict.fromkeys(skeleton.name(int(s)) for s in np.flatnonzero(self.crossed(placed, skeleton))))
         empty = sum(not rim.at(placed).passed(skeleton) for rim in self.rims)
         return Alignment(
-            placed, posed_for(self.shaped, tuple(x[3:])), float(np.exp(x[2])), placed.mean(axis=0) - self.centre,
+            placed, posed_for(self.shaped, tuple(x[3:])), up, float(np.exp(x[2])), placed.mean(axis=0) - self.centre,
             (float(x[3]), float(x[4]), float(x[5]), float(x[6])), through, empty, len(self.rims),
         )  # fmt: skip
 

@@ -15,6 +15,7 @@ from hemline.garments.material import Material
 from hemline.garments.pin_rules import NO_PINS
 from hemline.garments.read import cloth_of, read
 from hemline.garments.shipped import names, open_garment
+from hemline.garments.up_axis import TURNED
 from hemline.motions.motion import JOINT_NAMES
 
 from .alignment import Alignment, aligned
@@ -98,7 +99,7 @@ def try_on(
     if say and len(cloth.vertices) > MANY:
         minutes = max(1, round(len(cloth.vertices) * COST / 60))
         say(f"{cloth.name} has {len(cloth.vertices)} vertices: this takes {minutes} minutes or more")
-    alignment = aligned(cloth.vertices, cloth.faces, made_on, scaled=scaled)
+    alignment = aligned(cloth.vertices, cloth.faces, made_on, scaled=scaled, up=said.up)
     loose = around(cloth, said, made_on, alignment)
     try:
         result = grown(loose, made_on, alignment, progress)
@@ -109,7 +110,7 @@ def try_on(
         ) from failure
     on_body = Cloth(
         cloth.name, result.vertices, loose.faces, loose.rest_edges, cloth.from_pattern,
-        notes + cloth.notes + _said(alignment, result),
+        notes + cloth.notes + _said(alignment, result, guessed=said.up is None),
     )  # fmt: skip
     if said.pins is None and on_shoulders(result.vertices, made_on):
         said = replace(said, pins="none")
@@ -142,10 +143,11 @@ def on_shoulders(vertices: np.ndarray, shaped: "ShapedBody") -> bool:
     return True
 
 
-def _said(alignment: Alignment, result: Grown) -> tuple[str, ...]:
-    """What was done, in words."""
+def _said(alignment: Alignment, result: Grown, *, guessed: bool) -> tuple[str, ...]:
+    """What was done, in words; the axis up only where it was guessed."""
     up, forward, bend, apart = np.degrees(alignment.angles)
-    notes = [f"place: moved by ({', '.join(f'{value:.2f}' for value in alignment.moved)}) m"]
+    notes = [TURNED] if guessed and alignment.up == "z" else []
+    notes += [f"place: moved by ({', '.join(f'{value:.2f}' for value in alignment.moved)}) m"]
     if abs(alignment.scale - 1) > SCALED:
         notes.append(f"size: {100 * (alignment.scale - 1):+.0f} %, cloth and all, as it was made for another body")
     if max(abs(up), abs(forward), abs(bend), abs(apart)) > 5:
