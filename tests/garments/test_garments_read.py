@@ -81,6 +81,15 @@ def test_the_axis_up_is_guessed_from_the_body(shaped, tmp_path, name, floor):
     assert any(note.startswith("origin: on the floor") for note in garment.notes) == floor
 
 
+def test_what_fits_either_way_keeps_y_up(shaped, tmp_path):
+    y, z = np.meshgrid(np.linspace(-0.1, 0.2, 7), np.linspace(-0.05, 0.1, 7))
+    beside = float(shaped.vertices[np.abs(shaped.vertices[:, 1]) < 0.2][:, 0].max()) + 0.1
+    sheet = np.stack([np.full_like(y, beside), y, z], axis=-1).reshape(-1, 3)
+    obj(tmp_path / "sheet.obj", sheet, grid_faces(7, 7))
+    (tmp_path / "sheet.toml").write_text("mesh = 'sheet.obj'\npins = 'none'")
+    np.testing.assert_allclose(garments.read(tmp_path / "sheet.toml", shaped).vertices, sheet, atol=2e-6)
+
+
 def test_an_axis_that_is_declared_is_kept(shaped, mesh, tmp_path):
     obj(tmp_path / "skirt.obj", mesh[0][:, [0, 2, 1]] * (1, -1, 1), mesh[1])
     (tmp_path / "skirt.toml").write_text("mesh = 'skirt.obj'\nup = 'y'")
