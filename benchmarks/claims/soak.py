@@ -65,12 +65,12 @@ def clips_of(name: str, files: list[Path]) -> list[Path]:
 
 
 def strangers() -> dict[str, Path]:
-    """The garments that `wearing.py` kept and found worn."""
+    """The garments that `wearing.py` kept and found worn, by folder and file, as two have the same file name."""
     from wearing import DATA, KEPT, done
 
     rows = [mesh for (mesh, shape), row in done().items() if shape == 0 and row["reason"] is None]
-    kept = {mesh: KEPT / f"{(DATA / mesh).parent.name}-{Path(mesh).name}.safetensors" for mesh in sorted(rows)}
-    return {Path(mesh).name: file for mesh, file in kept.items() if file.exists()}
+    kept = [KEPT / f"{(DATA / mesh).parent.name}-{Path(mesh).name}.safetensors" for mesh in sorted(rows)]
+    return {file.stem: file for file in kept if file.exists()}
 
 
 def _clip(file: Path) -> str:
@@ -111,7 +111,7 @@ def _soak(name: str, garment: Garment, files: list[Path], jobs: int) -> None:
 def _note(row: dict) -> None:
     with RESULTS.open("a") as stream:
         stream.write(json.dumps(row | {"machine": machine(), "commit": commit()}) + "\n")
-    print(f"{row['garment']:<28}{row['clip']:<14}{row['failed'] or 'ok'}", flush=True)
+    print(f"{row['garment']:<44}{row['clip']:<24}{row['failed'] or 'ok'}", flush=True)
 
 
 def judged(dataset: Dataset, row: Row, title: str) -> dict:
@@ -193,7 +193,7 @@ def draw_worst(names: Iterable[str]) -> None:
         if named and some:
             pictures.write_webp(PICTURES / f"{name}.webp", [pictures.side_by_side(some, said)], 1.0)
         elif not named:
-            tiles, captions = tiles + [each[::2, ::2] for each in some], captions + [name for _ in said]
+            tiles, captions = tiles + [each[::2, ::2] for each in some], captions + [name.partition("-")[2] for _ in said]
     if tiles:
         lines = [pictures.side_by_side(tiles[at : at + 8], captions[at : at + 8]) for at in range(0, len(tiles), 8)]
         wide = max(line.shape[1] for line in lines)
