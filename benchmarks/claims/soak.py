@@ -193,7 +193,8 @@ def draw_worst(names: Iterable[str]) -> None:
         if named and some:
             pictures.write_webp(PICTURES / f"{name}.webp", [pictures.side_by_side(some, said)], 1.0)
         elif not named:
-            tiles, captions = tiles + [each[::2, ::2] for each in some], captions + [name.partition("-")[2] for _ in said]
+            tiles += [each[::2, ::2] for each in some]
+            captions += [name.partition("-")[2] for _ in said]
     if tiles:
         lines = [pictures.side_by_side(tiles[at : at + 8], captions[at : at + 8]) for at in range(0, len(tiles), 8)]
         wide = max(line.shape[1] for line in lines)
