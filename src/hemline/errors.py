@@ -71,17 +71,17 @@ class MissingExtra(HemlineError, ImportError):
     """An optional library is needed and not installed.
 
     Args:
-        library: Its import name.
+        module: The library's import name.
         extra: The extra of hemline that brings it.
         need: What it is needed for.
     """
 
-    def __init__(self, library: str, extra: str, need: str):
-        self.library, self.extra, self.need = library, extra, need
-        super().__init__(f"{need} needs {library}; it is not installed; run: pip install 'hemline[{extra}]'")
+    def __init__(self, module: str, extra: str, need: str):
+        self.module, self.extra, self.need = module, extra, need
+        super().__init__(f"{need} needs {module}; it is not installed; run: pip install 'hemline[{extra}]'")
 
     def __reduce__(self):
-        return type(self), (self.library, self.extra, self.need)
+        return type(self), (self.module, self.extra, self.need)
 
 
 class SimulationFailed(HemlineError):

@@ -65,10 +65,10 @@ def test_the_unit_is_guessed_from_the_size(shaped, mesh, tmp_path, unit, scale):
     assert said == [] if unit == "m" else f"they are {unit}" in said[0]
 
 
-@pytest.mark.parametrize("name", ["cape-light", "skirt-light", "tshirt-light", "longsleeve-light", "dress-light"])
+@pytest.mark.parametrize("cloth", ["cape", "skirt", "tshirt", "longsleeve", "trousers", "dress"])
 @pytest.mark.parametrize("floor", [False, True])
-def test_the_axis_up_is_guessed_from_the_body(shaped, tmp_path, name, floor):
-    known = garments.load(name)
+def test_the_axis_up_is_guessed_from_the_body(shaped, tmp_path, cloth, floor):
+    known = garments.load(f"{cloth}-light")
     vertices = known.vertices - (0, floor * shaped.vertices[:, 1].min(), 0)
     obj(tmp_path / "y.obj", vertices, known.faces)
     obj(tmp_path / "z.obj", vertices[:, [0, 2, 1]] * (1, -1, 1), known.faces)
