@@ -93,12 +93,17 @@ def row(name: str, threads: int) -> dict:
     band, right = arguments[BAND], np.ones(len(arguments[BAND]))
     coarse = seconds(lambda: [solve_band(band, right.copy()) for _ in range(ITERATIONS)])
     return {
-        "garment": name, "vertices": len(layout.slot), "threads": threads,
-        "iteration_us": round(1e6 * took, 1), "mbytes": round(size / 1e6, 2),
-        "gbytes_s": round(size / took / 1e9, 1), "plain_read_us": round(1e6 * plain, 1),
-        "plain_read_gbytes_s": round(size / plain / 1e9, 1), "share_of_bound": round(plain / took, 2),
+        "garment": name,
+        "vertices": len(layout.slot),
+        "threads": threads,
+        "iteration_us": round(1e6 * took, 1),
+        "mbytes": round(size / 1e6, 2),
+        "gbytes_s": round(size / took / 1e9, 1),
+        "plain_read_us": round(1e6 * plain, 1),
+        "plain_read_gbytes_s": round(size / plain / 1e9, 1),
+        "share_of_bound": round(plain / took, 2),
         "coarse_solve_us": round(1e6 * coarse, 1),
-    }  # fmt: skip
+    }
 
 
 def main() -> None:

@@ -35,17 +35,37 @@ def steps(mesh: Path, work: Path) -> dict[str, list[str]]:
     truth = work / "truth"
     return {
         "tryon": ["tryon", str(mesh), "-o", str(garment), "--picture", str(work / "worn.png")],
-        "simulate": ["simulate", str(garment), "-m", *map(str, files), "-o", str(data), "--seconds", SECONDS, "--jobs",
-                     "2", "--quantised"],
+        "simulate": [
+            "simulate",
+            str(garment),
+            "-m",
+            *map(str, files),
+            "-o",
+            str(data),
+            "--seconds",
+            SECONDS,
+            "--jobs",
+            "2",
+            "--quantised",
+        ],
         "fit": ["fit", str(data), "--animator", "ropes", "-o", str(model)],
         "animate": ["animate", str(model), "--motion", HELD_OUT[0], "-o", str(work / "run.glb")],
         "simulate held out": ["simulate", str(garment), "-m", *HELD_OUT, "-o", str(truth), "--jobs", "2"],
         **{
-            f"evaluate {name}": ["evaluate", str(model), "--motion", name, "--truth", str(truth), "--json", "--picture",
-                                 str(work / f"{name}.png")]
+            f"evaluate {name}": [
+                "evaluate",
+                str(model),
+                "--motion",
+                name,
+                "--truth",
+                str(truth),
+                "--json",
+                "--picture",
+                str(work / f"{name}.png"),
+            ]
             for name in HELD_OUT
         },
-    }  # fmt: skip
+    }
 
 
 def main() -> None:
@@ -71,11 +91,15 @@ def main() -> None:
     minutes = sum(seconds[step] for step in ("tryon", "simulate", "fit")) / 60
     figures = {name: json.loads(said[f"evaluate {name}"]) | {"model": arguments.mesh.stem} for name in HELD_OUT}
     row = {
-        "mesh": arguments.mesh.name, "clips": CLIPS, "seconds": seconds,
+        "mesh": arguments.mesh.name,
+        "clips": CLIPS,
+        "seconds": seconds,
         # of a run that was continued the times say nothing
         "minutes_to_model": None if continued else round(minutes, 1),
-        "figures": figures, "machine": machine(), "commit": commit(),
-    }  # fmt: skip
+        "figures": figures,
+        "machine": machine(),
+        "commit": commit(),
+    }
     with (ROOT / "benchmarks" / "results" / "own_garment.jsonl").open("a") as stream:
         stream.write(json.dumps(row) + "\n")
 

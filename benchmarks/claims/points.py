@@ -41,10 +41,15 @@ def row(name: str) -> dict:
     BodyPoints.begin = begin
     with_them, without = (float(np.median(spent[on])) for on in (True, False))
     return {
-        "garment": name, "frame_ms": round(with_them, 1), "frame_ms_without": round(without, 1),
-        "ratio": round(with_them / without, 3), "points_a_step": round(float(np.mean(points)), 1),
-        "threads": threads(), "machine": machine(), "commit": commit(),
-    }  # fmt: skip
+        "garment": name,
+        "frame_ms": round(with_them, 1),
+        "frame_ms_without": round(without, 1),
+        "ratio": round(with_them / without, 3),
+        "points_a_step": round(float(np.mean(points)), 1),
+        "threads": threads(),
+        "machine": machine(),
+        "commit": commit(),
+    }
 
 
 def main() -> None:

@@ -52,9 +52,16 @@ FARTHEST = 3.0
 STANDS_OUT = 0.002
 """A vertex of the body that stands so far out of the cloth is counted [m]."""
 FIGURES = (
-    "edge_strain_p99", "edge_tension_p99", "edge_strain_max", "inside", "deepest_mm", "pinched", "residual_share",
-    "self_crossing_percent", "self_crossing_percent_max",
-)  # fmt: skip
+    "edge_strain_p99",
+    "edge_tension_p99",
+    "edge_strain_max",
+    "inside",
+    "deepest_mm",
+    "pinched",
+    "residual_share",
+    "self_crossing_percent",
+    "self_crossing_percent_max",
+)
 
 
 def clips_of(name: str, files: list[Path]) -> list[Path]:
@@ -122,9 +129,11 @@ def judged(dataset: Dataset, row: Row, title: str) -> dict:
     shaped = bodies.load(garment.body_name).shaped(take.betas)
     worn = still_worn(take, garment, shaped, EVERY)
     body = shaped.posed(take.motion[worst])
-    turns = np.abs(igl.winding_number(
-        body.vertices.astype(np.float64), body.faces.astype(np.int64), take.vertices[worst].astype(np.float64)
-    ))  # fmt: skip
+    turns = np.abs(
+        igl.winding_number(
+            body.vertices.astype(np.float64), body.faces.astype(np.int64), take.vertices[worst].astype(np.float64)
+        )
+    )
     out = standing_out(take.vertices[worst], garment.faces, body.vertices, body.normals) > STANDS_OUT
     failed = take.failed or _broken(take)
     at = len(take.vertices) - 1 if take.failed else worst
@@ -138,12 +147,18 @@ def judged(dataset: Dataset, row: Row, title: str) -> dict:
         PICTURES.mkdir(parents=True, exist_ok=True)
         _draw(take, garment, shaped, at).save(PICTURES / f"{title}.png")
     return {
-        "vertices": len(garment.vertices), "take": row.name, "frames": row.frames, "failed": failed,
-        "figures": {key: round(float(take.figures[key]), 5) for key in FIGURES}, "worst_frame": worst,
-        "inside_by_libigl": int((turns > 0.5).sum()), "pinched_then": int(take.pinched[worst]),
-        "body_vertices_out": int(out.sum()), "limb_through_percent": round(worn.through_percent, 2),
+        "vertices": len(garment.vertices),
+        "take": row.name,
+        "frames": row.frames,
+        "failed": failed,
+        "figures": {key: round(float(take.figures[key]), 5) for key in FIGURES},
+        "worst_frame": worst,
+        "inside_by_libigl": int((turns > 0.5).sum()),
+        "pinched_then": int(take.pinched[worst]),
+        "body_vertices_out": int(out.sum()),
+        "limb_through_percent": round(worn.through_percent, 2),
         "limb_through_at_end": worn.at_end is not None,
-    }  # fmt: skip
+    }
 
 
 def _broken(take: Take) -> str | None:

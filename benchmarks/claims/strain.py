@@ -44,12 +44,14 @@ def row(young: float, pin: float | None) -> dict:
     frames = len(take.motion) - 1
     percent = {name: round(100 * v, 2) for name, v in take.figures.items() if name.startswith("edge_")}
     return {
-        "young_N_m": young, "pin_N_m": pin, "percent": percent,
+        "young_N_m": young,
+        "pin_N_m": pin,
+        "percent": percent,
         "newton_steps_a_frame": round(sum(n for n, _ in work) / frames, 1),
         "solver_steps_a_frame": round(sum(s for _, s in work) / frames),
         "cpu_ms_a_frame": round(1000 * (time.process_time() - began) / frames),
         "residual_share": round(take.figures["residual_share"], 2),
-    }  # fmt: skip
+    }
 
 
 def main() -> None:

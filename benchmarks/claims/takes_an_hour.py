@@ -32,10 +32,16 @@ def main() -> None:
         rows = produce(folder, garment, clips, jobs=jobs)
         seconds = time.perf_counter() - began
     row = {
-        "garment": name, "vertices": len(garment.vertices), "takes": len(rows), "seconds": round(seconds, 1),
-        "failed": sum(row.failed is not None for row in rows), "an_hour": round(3600 * len(rows) / seconds),
-        "jobs": jobs, "machine": machine(), "commit": commit(),
-    }  # fmt: skip
+        "garment": name,
+        "vertices": len(garment.vertices),
+        "takes": len(rows),
+        "seconds": round(seconds, 1),
+        "failed": sum(row.failed is not None for row in rows),
+        "an_hour": round(3600 * len(rows) / seconds),
+        "jobs": jobs,
+        "machine": machine(),
+        "commit": commit(),
+    }
     print(json.dumps(row))
     with RESULTS.open("a") as stream:
         stream.write(json.dumps(row) + "\n")

@@ -48,9 +48,10 @@ def worn(path: Path, shaped: ShapedBody) -> tuple[Garment, Fitness, dict]:
     more = {}
     if tried.alignment and tried.grown:
         more = {
-            "scale": round(tried.alignment.scale, 3), "girth": tried.grown.girth,
+            "scale": round(tried.alignment.scale, 3),
+            "girth": tried.grown.girth,
             "crossed": [tried.grown.crossed_before, tried.grown.crossed_after],
-        }  # fmt: skip
+        }
     return tried.garment, tried.fitness, more
 
 
@@ -84,10 +85,16 @@ def work(paths: list[Path], count: int) -> None:
             except HemlineError as error:
                 garment, found = None, Fitness(str(error), {}, None)
             row = {
-                "mesh": name, "shape": number, "vertices": len(garment.vertices) if garment else None,
-                "reason": found.reason, "figures": {key: round(value, 4) for key, value in found.figures.items()},
-                **more, "seconds": round(time.perf_counter() - began, 1), "machine": machine(), "commit": commit(),
-            }  # fmt: skip
+                "mesh": name,
+                "shape": number,
+                "vertices": len(garment.vertices) if garment else None,
+                "reason": found.reason,
+                "figures": {key: round(value, 4) for key, value in found.figures.items()},
+                **more,
+                "seconds": round(time.perf_counter() - began, 1),
+                "machine": machine(),
+                "commit": commit(),
+            }
             with RESULTS.open("a") as stream:
                 stream.write(json.dumps(row) + "\n")
             print(f"{name:<50} shape {number}  {row['seconds']:>6} s  {found.reason or 'worn'}", flush=True)

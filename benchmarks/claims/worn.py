@@ -33,8 +33,10 @@ from hemline.sim.dressed_body import sheet_of
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
 MESHES = {
-    "skirt": "skirt_circle_mean_all.obj", "shirt": "tshirt_mean_all.obj", "trousers": "pants_mean_all.obj",
-}  # fmt: skip
+    "skirt": "skirt_circle_mean_all.obj",
+    "shirt": "tshirt_mean_all.obj",
+    "trousers": "pants_mean_all.obj",
+}
 CLIPS = {"squat kicks": "90_30.bvh", "roundhouse kick": "daz_rig/135_07.bvh", "bend over": "02_06.bvh"}
 SECONDS, FPS = 2.0, 30.0
 OUT = 0.002
@@ -126,14 +128,23 @@ def scenes(names: list[str], shaped: ShapedBody) -> Iterator[tuple[str, str, dic
             worst = int(crossed.argmax()) if crossed.any() else len(crossed) // 2
             figures = {
                 key: round(float(take.figures[key]), 5)
-                for key in ("edge_tension_p99", "edge_strain_max", "inside", "pinched", "residual_share",
-                            "self_crossing_percent", "self_crossing_percent_max")
-            }  # fmt: skip
+                for key in (
+                    "edge_tension_p99",
+                    "edge_strain_max",
+                    "inside",
+                    "pinched",
+                    "residual_share",
+                    "self_crossing_percent",
+                    "self_crossing_percent_max",
+                )
+            }
             bodies_then = (shaped.posed(pose) for pose in (take.motion[frame] for frame in range(len(take.motion))))
-            out = np.array([
-                (standing_out(frame, garment.faces, body.vertices, body.normals) > OUT).sum()
-                for frame, body in zip(take.vertices, bodies_then, strict=True)
-            ])  # fmt: skip
+            out = np.array(
+                [
+                    (standing_out(frame, garment.faces, body.vertices, body.normals) > OUT).sum()
+                    for frame, body in zip(take.vertices, bodies_then, strict=True)
+                ]
+            )
             figures |= {"body_vertices_out": round(float(out.mean()), 2), "body_vertices_out_most": int(out.max())}
             figures |= {"settled_crossing_percent": settled, "frame_ms": round(spent, 1), "worst_frame": worst}
             posed = shaped.posed(take.motion[worst])
@@ -148,8 +159,15 @@ def main() -> None:
     names = sys.argv[1:] or ["skirt", "shirt", "trousers", "cape"]
     tiles, captions = [], []
     for name, motion, figures, picture in scenes(names, bodies.load("anny24").shaped()):
-        row = {"garment": name, "motion": motion, "figures": figures, "machine": machine(), "threads": threads(),
-               "commit": commit(), "date": time.strftime("%Y-%m-%d")}  # fmt: skip
+        row = {
+            "garment": name,
+            "motion": motion,
+            "figures": figures,
+            "machine": machine(),
+            "threads": threads(),
+            "commit": commit(),
+            "date": time.strftime("%Y-%m-%d"),
+        }
         print(f"{name:<9}{motion:<18}" + "  ".join(f"{key} {value}" for key, value in figures.items()), flush=True)
         with (ROOT / "benchmarks" / "results" / "worn.jsonl").open("a") as stream:
             stream.write(json.dumps(row) + "\n")

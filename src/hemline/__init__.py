@@ -35,14 +35,32 @@ __version__ = "0.1.0"
 
 _ROOMS = ("bodies", "datasets", "errors", "export", "garments", "metrics", "motions", "pictures", "sim")
 _NAMES = {
-    "HemlineError": "errors", "evaluate": "playback", "fit": "animators", "load": "animators", "play": "playback",
+    "HemlineError": "errors",
+    "evaluate": "playback",
+    "fit": "animators",
+    "load": "animators",
+    "play": "playback",
     "record": "playback",
-}  # fmt: skip
+}
 
 __all__ = [
-    "HemlineError", "__version__", "bodies", "datasets", "errors", "evaluate", "export", "fit", "garments", "load",
-    "metrics", "motions", "pictures", "play", "record", "sim",
-]  # fmt: skip
+    "HemlineError",
+    "__version__",
+    "bodies",
+    "datasets",
+    "errors",
+    "evaluate",
+    "export",
+    "fit",
+    "garments",
+    "load",
+    "metrics",
+    "motions",
+    "pictures",
+    "play",
+    "record",
+    "sim",
+]
 
 
 def __getattr__(name: str) -> Any:

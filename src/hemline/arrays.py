@@ -41,6 +41,18 @@ Mask = Bool[np.ndarray, " verts"]
 """One truth value a vertex."""
 
 __all__ = [
-    "Betas", "Bool", "Faces", "Float", "FramesOfVertices", "Int", "Joints", "Mask", "Nodes", "Normals", "Points",
-    "Quaternions", "Transforms", "Vertices",
-]  # fmt: skip
+    "Betas",
+    "Bool",
+    "Faces",
+    "Float",
+    "FramesOfVertices",
+    "Int",
+    "Joints",
+    "Mask",
+    "Nodes",
+    "Normals",
+    "Points",
+    "Quaternions",
+    "Transforms",
+    "Vertices",
+]

@@ -94,6 +94,14 @@ def use_threads(count: int | None) -> None:
 prange = numba.prange
 
 __all__ = [
-    "cache_folder", "cgutils", "intrinsic", "kernel", "kernel_files", "prange", "source_hash", "threads", "types",
+    "cache_folder",
+    "cgutils",
+    "intrinsic",
+    "kernel",
+    "kernel_files",
+    "prange",
+    "source_hash",
+    "threads",
+    "types",
     "use_threads",
-]  # fmt: skip
+]

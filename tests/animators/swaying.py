@@ -45,7 +45,8 @@ def swaying_frames(clips: int = 10, frames: int = 60, *, order: np.ndarray | Non
     return Frames(
         displacements=displacements.reshape(len(clip), -1)[order],
         bones=np.ascontiguousarray(bones.reshape(len(clip), -1)[order]),
-        rope_bones=np.ascontiguousarray(bones.reshape(len(clip), -1)[order]), free=free.reshape(-1),
+        rope_bones=np.ascontiguousarray(bones.reshape(len(clip), -1)[order]),
+        free=free.reshape(-1),
         side=np.where(clip % 10 < 8, 0, clip % 10 - 7)[order].astype(np.int32),
         mark=f"swaying {clips} {frames}",
-    )  # fmt: skip
+    )

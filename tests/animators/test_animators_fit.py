@@ -20,9 +20,20 @@ from hemline.motions.quaternions import multiply
 pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 ROWS, COLUMNS, LEAD_IN = 15, 20, 4
 TINY = RopesConfig(
-    components=10, shape_components=10, hidden=48, epochs=60, batch=32, collision_vertices=50, bridge_hidden=24,
-    skinning_rate=3e-3, shape_rate=1e-3, checkpoint_epochs=20, threads=1, second_columns=2, bridge_epochs=8,
-)  # fmt: skip
+    components=10,
+    shape_components=10,
+    hidden=48,
+    epochs=60,
+    batch=32,
+    collision_vertices=50,
+    bridge_hidden=24,
+    skinning_rate=3e-3,
+    shape_rate=1e-3,
+    checkpoint_epochs=20,
+    threads=1,
+    second_columns=2,
+    bridge_epochs=8,
+)
 
 
 def swinging(shaped, clip: int, frames: int = 40) -> Motion:
@@ -34,8 +45,14 @@ def swinging(shaped, clip: int, frames: int = 40) -> Motion:
     turn = np.stack([np.cos(half), 0 * t, np.sin(half), 0 * t], axis=1)
     rotations[:, 0] = multiply(turn, rotations[:, 0])
     travel = np.stack([0.2 * np.sin(t), 0 * t, t], axis=1)
-    return Motion(rotations.astype(np.float32), (rest.translation + travel).astype(np.float32), fps=30.0,
-                  leg_length=shaped.leg_length, name=f"clip{clip}", licence="free")  # fmt: skip
+    return Motion(
+        rotations.astype(np.float32),
+        (rest.translation + travel).astype(np.float32),
+        fps=30.0,
+        leg_length=shaped.leg_length,
+        name=f"clip{clip}",
+        licence="free",
+    )
 
 
 def trailing(garment, shaped, motion: Motion) -> np.ndarray:
@@ -56,8 +73,16 @@ def take(garment, shaped, motion: Motion, clip: int, kind: str = "clip") -> Take
     frames = len(motion)
     vertices = np.repeat(garment.vertices[None], frames, axis=0) if rest else trailing(garment, shaped, motion)
     inputs = {"garment": garment.hash, "clip": "" if rest else motion.name, "subject": f"{clip}", "part": 0}
-    return Take(kind, vertices, motion, shaped.betas, (np.arange(frames) < LEAD_IN) & (not rest),
-                np.zeros(frames, np.int32), {"edge_strain_p99": 0.02}, inputs)  # fmt: skip
+    return Take(
+        kind,
+        vertices,
+        motion,
+        shaped.betas,
+        (np.arange(frames) < LEAD_IN) & (not rest),
+        np.zeros(frames, np.int32),
+        {"edge_strain_p99": 0.02},
+        inputs,
+    )
 
 
 @pytest.fixture(scope="module")

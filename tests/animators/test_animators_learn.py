@@ -13,9 +13,20 @@ from hemline.errors import BadInput, BadModel
 
 pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 SMALL = RopesConfig(
-    components=12, shape_components=12, hidden=64, epochs=48, batch=64, collision_vertices=100, bridge_hidden=32,
-    bridge_epochs=10, skinning_rate=3e-3, shape_rate=1e-3, second_columns=3, checkpoint_epochs=5, threads=1,
-)  # fmt: skip
+    components=12,
+    shape_components=12,
+    hidden=64,
+    epochs=48,
+    batch=64,
+    collision_vertices=100,
+    bridge_hidden=32,
+    bridge_epochs=10,
+    skinning_rate=3e-3,
+    shape_rate=1e-3,
+    second_columns=3,
+    checkpoint_epochs=5,
+    threads=1,
+)
 
 
 @pytest.fixture(scope="module")
@@ -196,9 +207,15 @@ def test_sampled_collision_loss_is_unbiased(frames, floor):
 
     found = principal(lambda at: frames.displacements[:, at], 3 * VERTICES, 12)
     lesson = Lesson(
-        "skinning", frames.bones, frames.free, frames.displacements @ found.basis.T, found.deviations,
-        frames.train, frames.val, VERTICES,
-    )  # fmt: skip
+        "skinning",
+        frames.bones,
+        frames.free,
+        frames.displacements @ found.basis.T,
+        found.deviations,
+        frames.train,
+        frames.val,
+        VERTICES,
+    )
     contact = Contact(found.basis, frames.displacements, None, floor)
     chosen = frames.train[::10]
     guess = torch.from_numpy(np.float32(1.2) * lesson.coefficients[chosen])

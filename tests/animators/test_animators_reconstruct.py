@@ -104,7 +104,10 @@ def test_damaged_bases_are_refused(change, complaint):
 
 def test_absurd_numbers_of_columns_are_refused():
     for columns in (0, 513):
-        arrays = {"digits": np.zeros((30, columns), np.int8), "scales": np.zeros(columns, np.float32),
-                  "modes": np.arange(columns, dtype=np.int32)}  # fmt: skip
+        arrays = {
+            "digits": np.zeros((30, columns), np.int8),
+            "scales": np.zeros(columns, np.float32),
+            "modes": np.arange(columns, dtype=np.int32),
+        }
         with pytest.raises(BadModel, match=f"1 to 512 columns; got {columns}"):
             PackedBasis.of(arrays, vertex_count=10)

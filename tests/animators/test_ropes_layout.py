@@ -43,9 +43,11 @@ def skirt(columns=40, rows=20, spacing=0.03):
     height = np.sqrt(np.maximum((two**2).sum(1) - along**2, 0))
     edges = np.stack([np.stack([first, 0 * first], 1), np.stack([along, height], 1)], 2).astype(np.float64)
     pins = Pins(
-        np.arange(columns, dtype=np.int32), np.zeros(columns, np.int32),
-        np.tile([1.0, 0, 0], (columns, 1)).astype(np.float32), np.full(columns, 0.004, np.float32),
-    )  # fmt: skip
+        np.arange(columns, dtype=np.int32),
+        np.zeros(columns, np.int32),
+        np.tile([1.0, 0, 0], (columns, 1)).astype(np.float32),
+        np.full(columns, 0.004, np.float32),
+    )
     return Garment(
         "tube", vertices, faces.astype(np.int32), edges, MATERIALS["cotton"], pins, "pelvis", flat_rest=False
     )
@@ -153,10 +155,12 @@ def test_chains_by_hand_all_around_are_joined_where_they_close():
 def test_chains_by_hand_on_separate_cloths_are_not_joined():
     tube = skirt()
     below = replace(
-        tube, vertices=np.concatenate([tube.vertices, tube.vertices - np.array([0, 1, 0], np.float32)]),
-        faces=np.concatenate([tube.faces, tube.faces + 800]), rest_edges=np.concatenate([tube.rest_edges] * 2),
+        tube,
+        vertices=np.concatenate([tube.vertices, tube.vertices - np.array([0, 1, 0], np.float32)]),
+        faces=np.concatenate([tube.faces, tube.faces + 800]),
+        rest_edges=np.concatenate([tube.rest_edges] * 2),
         chains=((0, 80, 160), (5, 85, 165), (800, 880, 960)),
-    )  # fmt: skip
+    )
     chains = lay_out(below, shaped()).chains
     np.testing.assert_array_equal(chains.pairs, [[1, 4], [2, 5]])
     assert np.isfinite(chains.pair_spans).all()

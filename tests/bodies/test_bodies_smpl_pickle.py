@@ -82,18 +82,43 @@ def test_a_command_of_the_system_is_not_run(protocol, place, tmp_path):
 
 
 ASKED = [
-    ("builtins", "eval"), ("builtins", "getattr"), ("__builtin__", "getattr"), ("builtins", "exec"),
-    ("operator", "attrgetter"), ("operator", "methodcaller"), ("_operator", "attrgetter"), ("functools", "partial"),
-    ("copyreg", "__newobj__"), ("copyreg", "add_extension"), ("copy_reg", "_inverted_registry"),
-    ("numpy.f2py.crackfortran", "myeval"), ("numpy.f2py", "compile"), ("numpy", "load"), ("numpy", "ndarray.tofile"),
-    ("numpy", "core.multiarray._reconstruct"), ("numpy", "lib.npyio.os.system"), ("numpy", "memmap"),
-    ("numpy", "dtype.__class__"), ("numpy.core.multiarray", "fromfile"), ("numpy._core.multiarray", "frombuffer"),
-    ("numpy.testing._private.utils", "runstring"), ("chumpy.ch", "Ch.__init__"), ("chumpy.ch", "Concatenate"),
-    ("chumpy.ch", "pickle"), ("chumpy.reordering", "ch"), ("scipy.sparse.csc", "np"), ("scipy.sparse", "save_npz"),
-    ("collections", "OrderedDict.__init__"), ("_codecs", "lookup"), ("codecs", "encode"), ("builtins", "bytearray"),
-    ("hemline.bodies.smpl_stand_ins", "np"), ("hemline.bodies.smpl_stand_ins", "Array"),
-    ("os", "system"), ("nt", "system"),
-]  # fmt: skip
+    ("builtins", "eval"),
+    ("builtins", "getattr"),
+    ("__builtin__", "getattr"),
+    ("builtins", "exec"),
+    ("operator", "attrgetter"),
+    ("operator", "methodcaller"),
+    ("_operator", "attrgetter"),
+    ("functools", "partial"),
+    ("copyreg", "__newobj__"),
+    ("copyreg", "add_extension"),
+    ("copy_reg", "_inverted_registry"),
+    ("numpy.f2py.crackfortran", "myeval"),
+    ("numpy.f2py", "compile"),
+    ("numpy", "load"),
+    ("numpy", "ndarray.tofile"),
+    ("numpy", "core.multiarray._reconstruct"),
+    ("numpy", "lib.npyio.os.system"),
+    ("numpy", "memmap"),
+    ("numpy", "dtype.__class__"),
+    ("numpy.core.multiarray", "fromfile"),
+    ("numpy._core.multiarray", "frombuffer"),
+    ("numpy.testing._private.utils", "runstring"),
+    ("chumpy.ch", "Ch.__init__"),
+    ("chumpy.ch", "Concatenate"),
+    ("chumpy.ch", "pickle"),
+    ("chumpy.reordering", "ch"),
+    ("scipy.sparse.csc", "np"),
+    ("scipy.sparse", "save_npz"),
+    ("collections", "OrderedDict.__init__"),
+    ("_codecs", "lookup"),
+    ("codecs", "encode"),
+    ("builtins", "bytearray"),
+    ("hemline.bodies.smpl_stand_ins", "np"),
+    ("hemline.bodies.smpl_stand_ins", "Array"),
+    ("os", "system"),
+    ("nt", "system"),
+]
 
 
 @pytest.mark.parametrize("module, name", ASKED, ids=".".join)
@@ -116,9 +141,10 @@ def test_no_stand_in_can_be_changed(module, name, tmp_path):
     kind = STAND_INS[module, name]
     before = {each: dict(vars(each)) for each in kind.__mro__[:-1]}
     for state in (
-        b"}" + text("made") + text("x") + b"s", b"N}" + text("made") + text("x") + b"s\x86",
+        b"}" + text("made") + text("x") + b"s",
+        b"N}" + text("made") + text("x") + b"s\x86",
         b"N}" + text("__setstate__") + text("x") + b"s\x86",
-    ):  # fmt: skip
+    ):
         with pytest.raises(Refused):
             pickled_arrays(P.PROTO + b"\2" + named(module, name) + state + P.BUILD + END, ["f"])
     assert {each: dict(vars(each)) for each in kind.__mro__[:-1]} == before
@@ -154,7 +180,7 @@ BOMBS = {
     "selection shape": (Select(NUMBERS, NUMBERS, (HUGE,)), "a selection of 3 in the shape"),
     "selection form": (Select(NUMBERS, NUMBERS, "x"), "a selection whose shape is none"),
     "selection of floats": (Select(NUMBERS, NUMBERS / 1, (3,)), "indices that are not within"),
-}  # fmt: skip
+}
 
 
 def peak_bytes(call) -> int:

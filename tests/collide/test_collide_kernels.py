@@ -85,12 +85,22 @@ def test_sought_places_are_nearest(frame):
     def distances(limb):
         rows = [
             seek_place(
-                frame.body, patches.faces, patches.leaf_start, patches.leaf_vertices, patches.patch_start,
-                frame.patch_box, patches.patch_limb, patches.across, patches.ring_start, patches.ring, limb, *point,
+                frame.body,
+                patches.faces,
+                patches.leaf_start,
+                patches.leaf_vertices,
+                patches.patch_start,
+                frame.patch_box,
+                patches.patch_limb,
+                patches.across,
+                patches.ring_start,
+                patches.ring,
+                limb,
+                *point,
                 bound,
             )
             for point in points
-        ]  # fmt: skip
+        ]
         return np.sqrt([squared for _, _, _, squared in rows])
 
     limb = patches.limb[0]

@@ -88,14 +88,16 @@ def test_any_input():
     shaped, poses, fps = clip("turn", frames=4)
     random, body = np.random.default_rng(8), poses[0].vertices
     joints = poses[0].joints
-    garbage = np.concatenate([
-        random.uniform(body.min(0), body.max(0), (1500, 3)),  # anywhere
-        joints[random.integers(0, 24, 500)] + random.normal(0, 0.01, (500, 3)),  # deep
-        joints[[20, 21, 22, 23]].repeat(100, axis=0) + random.normal(0, 0.03, (400, 3)),  # wrists and fingers
-        body[random.integers(0, len(body), 500)],  # on the skin itself
-        random.normal(0, 100, (50, 3)),
-        np.full((50, 3), 1e6),
-    ]).astype(np.float32)  # fmt: skip
+    garbage = np.concatenate(
+        [
+            random.uniform(body.min(0), body.max(0), (1500, 3)),  # anywhere
+            joints[random.integers(0, 24, 500)] + random.normal(0, 0.01, (500, 3)),  # deep
+            joints[[20, 21, 22, 23]].repeat(100, axis=0) + random.normal(0, 0.03, (400, 3)),  # wrists and fingers
+            body[random.integers(0, len(body), 500)],  # on the skin itself
+            random.normal(0, 100, (50, 3)),
+            np.full((50, 3), 1e6),
+        ]
+    ).astype(np.float32)
     rest = random.uniform(shaped.vertices.min(0), shaped.vertices.max(0), garbage.shape).astype(np.float32)
     frames = [garbage, random.permutation(garbage), garbage, garbage[::-1].copy()]
     projected, reports = run(Projector.prepare(shaped, rest, NO_FACES), poses, frames, fps)

@@ -39,10 +39,12 @@ def test_agrees_with_solid_angles_on_a_body_that_cuts_itself(name):
     for posed in poses:
         near = posed.vertices[random.integers(0, len(posed.vertices), 1500)]
         low, high = posed.vertices.min(0), posed.vertices.max(0)
-        points = np.concatenate([
-            near + random.normal(0, 0.004, near.shape),
-            random.uniform(low - 0.05, high + 0.05, (1000, 3)),
-        ]).astype(np.float32)  # fmt: skip
+        points = np.concatenate(
+            [
+                near + random.normal(0, 0.004, near.shape),
+                random.uniform(low - 0.05, high + 0.05, (1000, 3)),
+            ]
+        ).astype(np.float32)
         ours = winding_numbers(posed.vertices, posed.faces, points)
         theirs = igl.winding_number(
             posed.vertices.astype(float), np.ascontiguousarray(posed.faces), points.astype(float)

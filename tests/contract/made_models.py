@@ -48,10 +48,20 @@ def ropes_model() -> AnimatorRopes:
 
     first, second = pack_basis(basis[:modes], np.ones(modes), extra=2), pack_basis(basis[modes:], np.ones(modes))
     return AnimatorRopes(
-        garment, ropes, garment.vertices, first, second, network(modes), network(modes), network(inputs, 0.01),
-        body_name=body().body.name, body_hash=body().body.hash, config=RopesConfig(components=modes),
-        figures={"test_error_mm": 1.5}, licences=("none",),
-    )  # fmt: skip
+        garment,
+        ropes,
+        garment.vertices,
+        first,
+        second,
+        network(modes),
+        network(modes),
+        network(inputs, 0.01),
+        body_name=body().body.name,
+        body_hash=body().body.hash,
+        config=RopesConfig(components=modes),
+        figures={"test_error_mm": 1.5},
+        licences=("none",),
+    )
 
 
 ANIMATORS = {"ropes": ropes_model}
@@ -69,8 +79,12 @@ def walk(frames: int = 40, fps: float = 30.0) -> Motion:
         turn[:, 0], turn[:, 1 + axis] = np.cos(half), np.sin(half)
         rotations[:, joint] = multiply(turn, rotations[:, joint])
     travel = np.stack([0.3 * np.sin(2 * t), 0.05 * np.sin(7 * t), 0.8 * t], axis=1)
-    return Motion(rotations.astype(np.float32), (rest.translation + travel).astype(np.float32), fps=fps,
-                  leg_length=body().leg_length)  # fmt: skip
+    return Motion(
+        rotations.astype(np.float32),
+        (rest.translation + travel).astype(np.float32),
+        fps=fps,
+        leg_length=body().leg_length,
+    )
 
 
 def turned_about_the_vertical(pose: Pose, angle: float, shift: np.ndarray) -> Pose:

@@ -9,8 +9,16 @@ from made_models import body, ropes_model, small_cape
 from hemline.files import read_tensors
 
 PAGE = (Path(__file__).parents[2] / "docs" / "format.md").read_text()
-SHORT = {"float16": "f16", "float32": "f32", "float64": "f64", "int8": "i8", "int16": "i16", "int32": "i32",
-         "uint8": "u8", "uint16": "u16"}  # fmt: skip
+SHORT = {
+    "float16": "f16",
+    "float32": "f32",
+    "float64": "f64",
+    "int8": "i8",
+    "int16": "i16",
+    "int32": "i32",
+    "uint8": "u8",
+    "uint16": "u16",
+}
 
 
 def section(kind: str) -> str:

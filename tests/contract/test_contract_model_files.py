@@ -30,9 +30,15 @@ def changed(model, path, arrays=(), metadata=()):
 
 def every_array() -> list[str]:
     model = ropes_model()
-    parts = {"garment": model.garment, "ropes": model.ropes, "skinning_basis": model.skinning_basis,
-             "shape_basis": model.shape_basis, "skinning": model.skinning, "shape": model.shape,
-             "bridge": model.bridge}  # fmt: skip
+    parts = {
+        "garment": model.garment,
+        "ropes": model.ropes,
+        "skinning_basis": model.skinning_basis,
+        "shape_basis": model.shape_basis,
+        "skinning": model.skinning,
+        "shape": model.shape,
+        "bridge": model.bridge,
+    }
     return ["rest", *(f"{name}.{key}" for name, part in parts.items() for key in part.arrays())]
 
 

@@ -23,8 +23,13 @@ def make_take(garment: Garment, clip: str = "02_01", part: int = 0, frames: int 
     rotations = np.tile(np.array([1, 0, 0, 0], np.float32), (frames, 24, 1))
     motion = Motion(rotations, np.zeros((frames, 3), np.float32), fps=30, leg_length=0.9, name=clip, source="test")
     return Take(
-        kind="clip", vertices=rng.normal(0, 1, (frames, 4, 3)).astype(np.float32), motion=motion,
-        betas=np.zeros(16, np.float32), lead_in=np.arange(frames) < 2, pinched=np.zeros(frames, np.int32),
-        figures={"edge_strain_p99": 0.01}, end_state={"velocities": rng.normal(0, 1, (4, 3))},
+        kind="clip",
+        vertices=rng.normal(0, 1, (frames, 4, 3)).astype(np.float32),
+        motion=motion,
+        betas=np.zeros(16, np.float32),
+        lead_in=np.arange(frames) < 2,
+        pinched=np.zeros(frames, np.int32),
+        figures={"edge_strain_p99": 0.01},
+        end_state={"velocities": rng.normal(0, 1, (4, 3))},
         inputs={"garment": garment.hash, "clip": clip, "subject": clip.split("_")[0], "part": part, "seed": seed},
-    )  # fmt: skip
+    )

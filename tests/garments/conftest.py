@@ -23,10 +23,15 @@ def patch():
         np.array([0.004], np.float32),
     )
     return {
-        "name": "patch", "vertices": vertices, "faces": np.array([[0, 1, 2], [0, 2, 3]], np.int32),
-        "rest_edges": np.array([[[0.1, 0.1], [0, 0.1]], [[0.1, 0], [0.1, 0.1]]]), "material": Material.of("silk"),
-        "pins": pins, "key_joint": "neck", "chains": ((0, 1), (3, 2)),
-    }  # fmt: skip
+        "name": "patch",
+        "vertices": vertices,
+        "faces": np.array([[0, 1, 2], [0, 2, 3]], np.int32),
+        "rest_edges": np.array([[[0.1, 0.1], [0, 0.1]], [[0.1, 0], [0.1, 0.1]]]),
+        "material": Material.of("silk"),
+        "pins": pins,
+        "key_joint": "neck",
+        "chains": ((0, 1), (3, 2)),
+    }
 
 
 @pytest.fixture

@@ -14,9 +14,14 @@ from hemline.garments import Garment, Pins
 def test_arrays_have_their_own_types(small):
     types = {name: array.dtype.name for name, array in small.arrays().items()}
     assert types == {
-        "vertices": "float32", "faces": "int32", "rest_edges": "float64", "pin_vertices": "int32",
-        "pin_body_faces": "int32", "pin_barycentric": "float32", "pin_heights": "float32",
-    }  # fmt: skip
+        "vertices": "float32",
+        "faces": "int32",
+        "rest_edges": "float64",
+        "pin_vertices": "int32",
+        "pin_body_faces": "int32",
+        "pin_barycentric": "float32",
+        "pin_heights": "float32",
+    }
     assert all(array.flags.c_contiguous for array in small.arrays().values())
 
 
@@ -35,10 +40,15 @@ def test_hash_knows_all_but_name_and_notes(small, patch):
     moved = patch["vertices"].copy()
     moved[0, 0] += 1e-6
     changes = [
-        {"vertices": moved}, {"chains": ()}, {"key_joint": "pelvis"}, {"flat_rest": False}, {"body_betas": np.ones(3)},
-        {"material": garments.MATERIALS["wool"]}, {"rest_edges": patch["rest_edges"] * 1.01},
+        {"vertices": moved},
+        {"chains": ()},
+        {"key_joint": "pelvis"},
+        {"flat_rest": False},
+        {"body_betas": np.ones(3)},
+        {"material": garments.MATERIALS["wool"]},
+        {"rest_edges": patch["rest_edges"] * 1.01},
         {"pins": replace(patch["pins"], heights=np.array([0.005], np.float32))},
-    ]  # fmt: skip
+    ]
     hashes = {replace(small, **change).hash for change in changes}
     assert len(hashes) == len(changes) and small.hash not in hashes
 

@@ -38,8 +38,13 @@ def test_on_the_body_of_the_makers_it_is_what_they_made(shaped, mesh, tmp_path):
     assert np.abs(edge_strain(garment.vertices, garment.faces, garment.rest_edges)).max() < 1e-5
     assert set(garment.pins.vertices.tolist()) == set(range(36)) and garment.key_joint in ("pelvis", "spine1")
     text = garments.explain(garment)
-    for said in ("the mesh itself on the mean shape", "body vertices that the file hides are kept", "material: cotton",
-                 "polygons of more than three corners", "pins: the highest of 2 open rims"):  # fmt: skip
+    for said in (
+        "the mesh itself on the mean shape",
+        "body vertices that the file hides are kept",
+        "material: cotton",
+        "polygons of more than three corners",
+        "pins: the highest of 2 open rims",
+    ):
         assert said in text
 
 
@@ -207,8 +212,11 @@ def test_files_that_are_none_are_refused(shaped, mesh, tmp_path):
     with pytest.raises(BadMesh, match=r"cannot read .*clothes.obj; got No such file"):
         (tmp_path / "clothes.obj").unlink()
         garments.read(path, shaped)
-    for content, got in ((b"", "nothing in it"), (b"\xff\xfe\x00\x81" * 99, "bytes that are no text"),
-                         (b"name shirt\nobj_file shirt.obj\n", "2 lines without a line 'verts'")):  # fmt: skip
+    for content, got in (
+        (b"", "nothing in it"),
+        (b"\xff\xfe\x00\x81" * 99, "bytes that are no text"),
+        (b"name shirt\nobj_file shirt.obj\n", "2 lines without a line 'verts'"),
+    ):
         path.write_bytes(content)
         with pytest.raises(BadGarment, match=f"is no clothes file; got {got}"):
             garments.read(path, shaped)

@@ -29,10 +29,16 @@ def tube(shaped, *, radius=0.28, rows=8, columns=28, top=0.0, length=0.35, mater
     across = np.sqrt((two * two).sum(1) - along**2)
     rest = np.stack([np.stack([length_one, along], 1), np.stack([0 * along, across], 1)], axis=1)
     return Garment(
-        name=name, vertices=vertices, faces=faces, rest_edges=rest, material=garments.MATERIALS[material],
-        pins=Pins.on_joint(np.arange(columns), vertices[:columns], 0, shaped.joints), key_joint="pelvis",
-        body_betas=shaped.betas, flat_rest=False,
-    )  # fmt: skip
+        name=name,
+        vertices=vertices,
+        faces=faces,
+        rest_edges=rest,
+        material=garments.MATERIALS[material],
+        pins=Pins.on_joint(np.arange(columns), vertices[:columns], 0, shaped.joints),
+        key_joint="pelvis",
+        body_betas=shaped.betas,
+        flat_rest=False,
+    )
 
 
 def test_pieces_follow_each_other_with_their_own_materials(shaped):
@@ -40,8 +46,9 @@ def test_pieces_follow_each_other_with_their_own_materials(shaped):
     both = worn_together([inner, outer])
     assert both.name == "skirt+over"
     assert [(p.name, p.vertex_count, p.material.name) for p in both.pieces] == [
-        ("skirt", 224, "cotton"), ("over", 240, "silk"),
-    ]  # fmt: skip
+        ("skirt", 224, "cotton"),
+        ("over", 240, "silk"),
+    ]
     np.testing.assert_array_equal(both.vertices, np.concatenate([inner.vertices, outer.vertices]))
     assert both.pins.vertices.tolist() == [*range(28), *range(224, 254)]
     sheet = sheet_of(both)
@@ -156,8 +163,13 @@ def test_cloth_between_thighs_and_belly_is_marked_pinched_and_the_take_goes_on(s
     settings = sim.SimSettings(lead_in=0.2, settle=0.5, self_contact=False)
     walk = shaped.placed(motions.load("walk").resampled(30))[:13]
     rotations = walk.rotations.copy()
-    for joint, degrees in (("left_hip", -150), ("right_hip", -150), ("spine1", 60), ("left_knee", 150),
-                           ("right_knee", 150)):  # fmt: skip
+    for joint, degrees in (
+        ("left_hip", -150),
+        ("right_hip", -150),
+        ("spine1", 60),
+        ("left_knee", 150),
+        ("right_knee", 150),
+    ):
         bent = Rotation.from_euler("x", degrees * np.linspace(0, 1, len(walk))[:, None], degrees=True).as_quat()
         rotations[:, JOINT_NAMES.index(joint)] = bent[:, [3, 0, 1, 2]]
     skirt = tube(shaped, radius=0.24, rows=14, columns=56, top=0.06, length=0.40)

@@ -23,9 +23,12 @@ def along(beta, value):
 
 
 SHAPES = {
-    "mean": np.zeros(16), "short": along(STATURE, -2.5), "tall": along(STATURE, 2.5),
-    "thin": along(BULK, -2.5), "heavy": along(BULK, 2.5),
-} | {f"random {seed}": np.random.default_rng(seed).normal(size=16) for seed in range(8)}  # fmt: skip
+    "mean": np.zeros(16),
+    "short": along(STATURE, -2.5),
+    "tall": along(STATURE, 2.5),
+    "thin": along(BULK, -2.5),
+    "heavy": along(BULK, 2.5),
+} | {f"random {seed}": np.random.default_rng(seed).normal(size=16) for seed in range(8)}
 
 
 def shape(name):

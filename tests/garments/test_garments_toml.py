@@ -32,10 +32,20 @@ def written(folder, text):
 def test_reads_all_that_may_be_said(tmp_path):
     said = read_garment_toml(written(tmp_path, FULL))
     assert said == GarmentFile(
-        mesh="skirt.obj", name="twirl", unit="cm", up="z", origin="floor", body="anny24", betas=(0.5, -1),
-        material={"base": "cotton", "density": 0.2}, pins=(0, 1, 2), chains=((0, 10, 20), (1, 11, 21)),
-        key_joint="pelvis", pattern=False, flat_rest=True,
-    )  # fmt: skip
+        mesh="skirt.obj",
+        name="twirl",
+        unit="cm",
+        up="z",
+        origin="floor",
+        body="anny24",
+        betas=(0.5, -1),
+        material={"base": "cotton", "density": 0.2},
+        pins=(0, 1, 2),
+        chains=((0, 10, 20), (1, 11, 21)),
+        key_joint="pelvis",
+        pattern=False,
+        flat_rest=True,
+    )
 
 
 GROUPS = """

@@ -12,9 +12,16 @@ from hemline.collide.proxy import BodyProxy
 
 GRAVITY = 9.81
 QUIET = {
-    "drag": 0.0, "air_drag": 0.0, "air_lift": 0.0, "parent_damping": 0.0, "lateral": 0.0, "lateral_stretch": 0.0,
-    "shrink": 0.0, "margin": 0.0, "friction": 0.0,
-}  # fmt: skip
+    "drag": 0.0,
+    "air_drag": 0.0,
+    "air_lift": 0.0,
+    "parent_damping": 0.0,
+    "lateral": 0.0,
+    "lateral_stretch": 0.0,
+    "shrink": 0.0,
+    "margin": 0.0,
+    "friction": 0.0,
+}
 STILL = np.eye(4)[None, :3].copy()
 
 

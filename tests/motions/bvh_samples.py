@@ -45,13 +45,29 @@ ENDS = {
 }
 NAMES = tuple(LIMBS)
 OURS = {
-    "pelvis": "Hips", "left_hip": "LeftUpLeg", "left_knee": "LeftLeg", "left_ankle": "LeftFoot",
-    "left_foot": "LeftToeBase", "right_foot": "RightToeBase", "left_wrist": "LeftHand", "right_wrist": "RightHand",
-    "right_hip": "RightUpLeg", "right_knee": "RightLeg", "right_ankle": "RightFoot",
-    "spine1": "LowerBack", "spine2": "Spine", "spine3": "Spine1", "neck": "Neck", "head": "Head",
-    "left_collar": "LeftShoulder", "left_shoulder": "LeftArm", "left_elbow": "LeftForeArm",
-    "right_collar": "RightShoulder", "right_shoulder": "RightArm", "right_elbow": "RightForeArm",
-}  # fmt: skip
+    "pelvis": "Hips",
+    "left_hip": "LeftUpLeg",
+    "left_knee": "LeftLeg",
+    "left_ankle": "LeftFoot",
+    "left_foot": "LeftToeBase",
+    "right_foot": "RightToeBase",
+    "left_wrist": "LeftHand",
+    "right_wrist": "RightHand",
+    "right_hip": "RightUpLeg",
+    "right_knee": "RightLeg",
+    "right_ankle": "RightFoot",
+    "spine1": "LowerBack",
+    "spine2": "Spine",
+    "spine3": "Spine1",
+    "neck": "Neck",
+    "head": "Head",
+    "left_collar": "LeftShoulder",
+    "left_shoulder": "LeftArm",
+    "left_elbow": "LeftForeArm",
+    "right_collar": "RightShoulder",
+    "right_shoulder": "RightArm",
+    "right_elbow": "RightForeArm",
+}
 
 
 def quaternions(rotation: Rotation) -> np.ndarray:
@@ -114,11 +130,14 @@ def text_of(bvh: Bvh, orders: dict[str, str] | None = None, names: dict[str, str
         columns.append(turned.as_euler(order, degrees=True))
         root = skeleton.parents[joint] < 0
         channels = ["Xposition", "Yposition", "Zposition"] * root + [f"{axis}rotation" for axis in order]
-        lines.extend([
-            f"{pad}{'ROOT' if root else 'JOINT'} {names.get(name, name)}", pad + "{",
-            f"{pad}\tOFFSET {' '.join(f'{x:.9g}' for x in skeleton.offsets[joint])}",
-            f"{pad}\tCHANNELS {len(channels)} {' '.join(channels)}",
-        ])  # fmt: skip
+        lines.extend(
+            [
+                f"{pad}{'ROOT' if root else 'JOINT'} {names.get(name, name)}",
+                pad + "{",
+                f"{pad}\tOFFSET {' '.join(f'{x:.9g}' for x in skeleton.offsets[joint])}",
+                f"{pad}\tCHANNELS {len(channels)} {' '.join(channels)}",
+            ]
+        )
         for child, parent in enumerate(skeleton.parents):
             if parent == joint:
                 write(child, depth + 1)

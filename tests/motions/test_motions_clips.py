@@ -15,12 +15,23 @@ from hemline.motions.excerpts import EXCERPTS, make_excerpt
 FOLDER = Path(__file__).resolve().parents[2] / "../shared/data/motion"
 MANIFEST = FOLDER / "manifest.csv"
 ROWS = list(csv.DictReader(MANIFEST.read_text().splitlines())) if MANIFEST.exists() else []
-SOME = ("02_03.bvh", "05_11.bvh", "16_21.bvh", "35_01.bvh", "id_unverified/backflip.bvh", "style_loops/120_08.bvh",
-        "style_loops/142_10.bvh", "daz_rig/135_04.bvh")  # fmt: skip
+SOME = (
+    "02_03.bvh",
+    "05_11.bvh",
+    "16_21.bvh",
+    "35_01.bvh",
+    "id_unverified/backflip.bvh",
+    "style_loops/120_08.bvh",
+    "style_loops/142_10.bvh",
+    "daz_rig/135_04.bvh",
+)
 STRICTER = {
-    "01_07.bvh": (0, 3364), "05_10.bvh": (385, 817), "13_26.bvh": (0, 874), "60_08.bvh": (485, 2944),
+    "01_07.bvh": (0, 3364),
+    "05_10.bvh": (385, 817),
+    "13_26.bvh": (0, 874),
+    "60_08.bvh": (485, 2944),
     "daz_rig/135_07.bvh": (0, 1149),
-}  # fmt: skip
+}
 """Clean stretches that differ from the manifest's, which judges joint by joint: here an upper arm is judged against the
 chest, and the pelvis by half the limit."""
 pytestmark = [

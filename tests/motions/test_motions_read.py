@@ -84,10 +84,17 @@ def test_damaged_motion_files_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("clip", "subject"),
     [
-        ("02_03.bvh", "02"), ("some/where/135_07.bvh", "135"), ("61_01.bvh", "60"), ("60_08.bvh", "60"), ("run", "02"),
-        ("running_1.bvh", "running"), ("charleston1", "charleston"), ("my walk 2.bvh", "my walk"), ("12.bvh", "12"),
+        ("02_03.bvh", "02"),
+        ("some/where/135_07.bvh", "135"),
+        ("61_01.bvh", "60"),
+        ("60_08.bvh", "60"),
+        ("run", "02"),
+        ("running_1.bvh", "running"),
+        ("charleston1", "charleston"),
+        ("my walk 2.bvh", "my walk"),
+        ("12.bvh", "12"),
     ],
-)  # fmt: skip
+)
 def test_subjects_by_name(clip, subject):
     """60 and 61 danced together, so they count as one."""
     assert motions.subject_of(clip) == subject

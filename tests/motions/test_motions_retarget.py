@@ -175,8 +175,17 @@ def test_arms_on_the_root_are_refused():
 def test_other_naming_customs_give_the_same_motion(tmp_path):
     clip = person()
     plain = retarget(read_text(tmp_path, text_of(clip)))
-    parts = {"UpLeg": "Thigh", "Leg": "Shin", "Foot": "Foot", "ToeBase": "Toe", "Arm": "Shldr", "ForeArm": "ForeArm",
-             "Hand": "Hand", "Shoulder": "Collar", "Thumb": "Thumb1"}  # fmt: skip
+    parts = {
+        "UpLeg": "Thigh",
+        "Leg": "Shin",
+        "Foot": "Foot",
+        "ToeBase": "Toe",
+        "Arm": "Shldr",
+        "ForeArm": "ForeArm",
+        "Hand": "Hand",
+        "Shoulder": "Collar",
+        "Thumb": "Thumb1",
+    }
     daz = {f"{side}{part}": f"{side[0].lower()}{name}" for side in ("Left", "Right") for part, name in parts.items()}
     assert in_degrees(plain, retarget(read_text(tmp_path, text_of(clip, names=daz)))) < 1e-3
     prefixed = {name: f"mixamorig:{name}" for name in NAMES}

@@ -68,9 +68,18 @@ def test_frames_come_at_the_rate_asked_for(cape):
 def test_evaluate_has_the_keys_that_scripts_rely_on(cape):
     figures = hemline.evaluate(cape, body(), hemline.motions.load("run")[:12]).figures
     assert {
-        "animator", "vertices", "frames", "fps", "threads", "frame_ms", "inside_percent", "deepest_mm", "edge_strain",
-        "vertex_error_mm", "drive",
-    } <= set(figures)  # fmt: skip
+        "animator",
+        "vertices",
+        "frames",
+        "fps",
+        "threads",
+        "frame_ms",
+        "inside_percent",
+        "deepest_mm",
+        "edge_strain",
+        "vertex_error_mm",
+        "drive",
+    } <= set(figures)
     assert (figures["animator"], figures["vertices"], figures["frames"]) == ("ropes", 12690, 12)
     assert set(figures["frame_ms"]) >= {"median", "p95", "worst", "stages"}
     assert set(figures["frame_ms"]["stages"]) == {"body", "animator", "projection"}

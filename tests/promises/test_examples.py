@@ -14,8 +14,12 @@ SCRIPTS = [*sorted((ROOT / "examples").glob("*.py")), ROOT / "benchmarks/learned
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
 def test_scripts_run(script, tmp_path):
     done = subprocess.run(
-        [sys.executable, str(script)], cwd=tmp_path, env=os.environ | {"NUMBA_NUM_THREADS": "1"},
-        capture_output=True, text=True, timeout=240,
-    )  # fmt: skip
+        [sys.executable, str(script)],
+        cwd=tmp_path,
+        env=os.environ | {"NUMBA_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        timeout=240,
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout

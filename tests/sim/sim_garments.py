@@ -21,9 +21,14 @@ def hanging_strip(*, pinned: bool = True, young: float = 60.0):
     vertices[top] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
     material = Material("test", density=0.15, young=young, poisson=0.0, bending=1e-7, drag=0.0, lift=0.0)
     garment = Garment(
-        name="strip", vertices=vertices.astype(np.float32), faces=faces, rest_edges=rest, material=material, pins=pins,
+        name="strip",
+        vertices=vertices.astype(np.float32),
+        faces=faces,
+        rest_edges=rest,
+        material=material,
+        pins=pins,
         key_joint="spine3",
-    )  # fmt: skip
+    )
     return garment, shaped, length
 
 
@@ -43,7 +48,12 @@ def hanging_loop(*, gap: float = 0.0008, radius: float = 0.03):
     vertices[ends] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
     material = Material("test", density=0.15, young=60.0, poisson=0.0, bending=3e-6, drag=0.0, lift=0.0)
     garment = Garment(
-        name="loop", vertices=vertices.astype(np.float32), faces=faces, rest_edges=rest, material=material, pins=pins,
+        name="loop",
+        vertices=vertices.astype(np.float32),
+        faces=faces,
+        rest_edges=rest,
+        material=material,
+        pins=pins,
         key_joint="spine3",
-    )  # fmt: skip
+    )
     return garment, shaped

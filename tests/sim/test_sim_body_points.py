@@ -147,9 +147,13 @@ def test_what_a_growing_body_does_to_the_points_is_in_the_derivatives(monkeypatc
         # the same points, each on its triangle of the changed body: what a step finds, as long as none changes sides
         skin = Skin(posed.vertices.astype(float) + sign * way * velocity, posed.normals.astype(float))
         step = StaticStep(
-            derivatives._dressed.stepper, rest.positions, rest.pinched, Scene(np.zeros((0, 3)), skin), rest.grip,
+            derivatives._dressed.stepper,
+            rest.positions,
+            rest.pinched,
+            Scene(np.zeros((0, 3)), skin),
+            rest.grip,
             held=rest.face,
-        )  # fmt: skip
+        )
         ends.append(step.memory.pressed.copy())
     loaded = len(derivatives._step.stepper.body_points)
     assert loaded > 100

@@ -108,7 +108,7 @@ def test_a_triangle_that_the_bone_goes_through_is_let_go(shaped, capsules):
         joints, through = with_shin(shaped, ends), beside == 0
         rows = capsules.rows(
             corners + [beside, 0, 0], np.array([[0, 1, 2]]), capsules.limb[[SHIN]], joints, joints, np.ones(3)
-        )  # fmt: skip
+        )
         assert pierced(*ends, *(corners + [beside, 0, 0])) == through
         assert len(rows) == (0 if through else 1)
 

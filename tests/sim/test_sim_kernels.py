@@ -295,7 +295,20 @@ def test_the_search_for_the_body_stays_within_its_grid(axis, side):
     x[0, axis] = side * 0.9
     nearest, face = np.full(1, -1, np.int32), np.empty(1, np.int32)
     closest_faces.py_func(
-        x, vertices, surface.faces, surface.star.starts, surface.star.columns, grid.low, grid.cell, grid.size,
-        grid.starts, grid.order, 0.04, np.zeros(1, bool), nearest, face, np.zeros((1, 2)),
-    )  # fmt: skip
+        x,
+        vertices,
+        surface.faces,
+        surface.star.starts,
+        surface.star.columns,
+        grid.low,
+        grid.cell,
+        grid.size,
+        grid.starts,
+        grid.order,
+        0.04,
+        np.zeros(1, bool),
+        nearest,
+        face,
+        np.zeros((1, 2)),
+    )
     assert face[0] == -1

@@ -203,8 +203,11 @@ def test_two_processes_on_one_dataset_lose_nothing_and_make_nothing_twice(unbrok
     assert [process.returncode for process in running] == [0, 0], errors
     assert digests(folder) == digests(unbroken[0])
     assert sorted(path.name for path in folder.iterdir()) == [
-        "garment.safetensors", "manifest.json", "takes", "timings.jsonl",
-    ]  # fmt: skip
+        "garment.safetensors",
+        "manifest.json",
+        "takes",
+        "timings.jsonl",
+    ]
     dataset = open_dataset(folder)
     dataset.verify()
     assert [row.name for row in dataset.rows()] == [row.name for row in open_dataset(unbroken[0]).rows()]

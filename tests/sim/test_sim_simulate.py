@@ -108,9 +108,13 @@ def test_a_clip_that_jumps_is_marked_with_the_frame_and_keeps_those_before():
     jump[3:] += [1.0, 0, 0]
     seen = []
     take = simulate(
-        cape, shaped, replace(run, translations=jump), SETTINGS, start=rest,
+        cape,
+        shaped,
+        replace(run, translations=jump),
+        SETTINGS,
+        start=rest,
         progress=lambda done, total: seen.append((done, total)),
-    )  # fmt: skip
+    )
     assert take.failed is not None
     assert take.failed.startswith("frame 9: the clip jumps, the pelvis moves at 3")
     assert take.failed.endswith("m/s; cut it there, see motions.longest_clean")

@@ -20,12 +20,15 @@ def laid(path, shaped):
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(("name", "scale"), [
-    # without the cost of openings that nothing goes through it lies 0.8 m too high, around the chest
-    ("style3d_bsd3/skirt_12k.obj", 1.06),
-    # without that of limbs through cloth the arms are beside the sleeves
-    ("style3d_bsd3/h1_jacket_12k.obj", 1.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "scale"),
+    [
+        # without the cost of openings that nothing goes through it lies 0.8 m too high, around the chest
+        ("style3d_bsd3/skirt_12k.obj", 1.06),
+        # without that of limbs through cloth the arms are beside the sleeves
+        ("style3d_bsd3/h1_jacket_12k.obj", 1.0),
+    ],
+)
 def test_limbs_are_laid_through_openings_and_not_through_cloth(shaped, mesh_of, name, scale):
     _, alignment = laid(mesh_of(name), shaped)
     assert alignment.through == () and alignment.empty == 0 and alignment.rims > 1 and alignment.up == "y"
@@ -58,13 +61,16 @@ def test_a_cape_with_z_up_is_turned_unless_y_is_declared(shaped):
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(("name", "girths", "longest"), [
-    # begun at its full girth, not grown, or not turned, the body tears and tangles it
-    ("makehuman_cc0/tshirt06.obj", (0.3,), 0.4),
-    # panels that stand around the body: not sewn first, they go through each other. 15 or 16 vertices of the mesh
-    # are inside the body where the rounding of a processor lays them, and 15 may be
-    ("garmentcode_mit/pants_mean_female.obj", (0.8, 1.0), 0.4),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "girths", "longest"),
+    [
+        # begun at its full girth, not grown, or not turned, the body tears and tangles it
+        ("makehuman_cc0/tshirt06.obj", (0.3,), 0.4),
+        # panels that stand around the body: not sewn first, they go through each other. 15 or 16 vertices of the mesh
+        # are inside the body where the rounding of a processor lays them, and 15 may be
+        ("garmentcode_mit/pants_mean_female.obj", (0.8, 1.0), 0.4),
+    ],
+)
 def test_the_body_grows_into_cloth_without_tangling_or_tearing_it(shaped, mesh_of, name, girths, longest):
     path = mesh_of(name)
     cloth, alignment = laid(path, shaped)

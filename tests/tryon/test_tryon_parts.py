@@ -114,11 +114,14 @@ def test_a_thin_body_lies_within_the_body_and_keeps_its_joints(shaped):
     assert np.median(np.einsum("vi,vi->v", slim.normals, narrow.vertex_normals)) > 0.98
 
 
-@pytest.mark.parametrize(("angles", "moves"), [
-    ((0.5, 0, 0, 0), ("left_elbow", (None, +1, None))),
-    ((0, 0.5, 0, 0), ("left_elbow", (None, None, +1))),
-    ((0, 0, 0, 0.3), ("left_knee", (+1, None, None))),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("angles", "moves"),
+    [
+        ((0.5, 0, 0, 0), ("left_elbow", (None, +1, None))),
+        ((0, 0.5, 0, 0), ("left_elbow", (None, None, +1))),
+        ((0, 0, 0, 0.3), ("left_knee", (+1, None, None))),
+    ],
+)
 def test_angles_turn_both_sides_alike(shaped, angles, moves):
     before, after = shaped.joints, shaped.joints_at(posed_for(shaped, angles))
     name, signs = moves

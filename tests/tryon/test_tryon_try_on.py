@@ -151,11 +151,14 @@ def test_the_command_writes_a_garment_that_can_be_simulated(shaped, worn, as_obj
     assert garments.read(output, shaped).hash == garments.Garment.load(output).hash
 
 
-@pytest.mark.parametrize(("words", "said"), [
-    (["-o", "shirt.obj"], "must end in .safetensors"),
-    (["-o", "a.safetensors", "--picture", "a.jpg"], "must end in .png"),
-    (["-o", "nowhere/a.safetensors"], "nowhere"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["-o", "shirt.obj"], "must end in .safetensors"),
+        (["-o", "a.safetensors", "--picture", "a.jpg"], "must end in .png"),
+        (["-o", "nowhere/a.safetensors"], "nowhere"),
+    ],
+)
 def test_the_command_refuses_outputs_before_any_work(words, said, capsys):
     assert main(["tryon", "no_such.obj", *words]) == 2
     assert said in capsys.readouterr().err

@@ -21,10 +21,16 @@ HERE = Path(__file__).parent
 ENVIRONMENTS = {"blender": "HEMLINE_BLENDER_PYTHON", "newton": "HEMLINE_NEWTON_PYTHON"}
 """Environment variables that name each judge's Python; `docs/truth.md` says how to make them."""
 DEFAULTS: dict[str, dict[str, Any]] = {
-    "blender": {"quality": 10, "collision_quality": 3, "air_damping": 0.0, "damping": 0.0, "self_thickness": 0.0,
-                "threads": 1},
+    "blender": {
+        "quality": 10,
+        "collision_quality": 3,
+        "air_damping": 0.0,
+        "damping": 0.0,
+        "self_thickness": 0.0,
+        "threads": 1,
+    },
     "newton": {"substeps": 20, "iterations": 20, "kept_speed": 1.0, "self_thickness": 0.0},
-}  # fmt: skip
+}
 TIGHT = SimSettings(self_contact=False, residual_share=0.03, solver_share=0.05, newton_steps=12)
 """Our solver with little left over, so that its model is judged and not its haste."""
 RESTING = SimSettings(self_contact=False, residual_share=0.05, solver_share=0.05, newton_steps=12, substeps=2)

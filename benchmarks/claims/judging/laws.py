@@ -53,8 +53,11 @@ def other_cuts(engine: str) -> list[Row]:
     """The same strip in other cells, of width x length; not in Newton, whose elements are ours."""
     if engine == "newton":
         return []
-    cuts = {"strip, cells 25 x 25": (9, 41, 0.2, 1.0), "strip, cells 50 x 50": (5, 21, 0.2, 1.0),
-            "strip, cells 38 x 33": (9, 31, 0.3, 1.0)}  # fmt: skip
+    cuts = {
+        "strip, cells 25 x 25": (9, 41, 0.2, 1.0),
+        "strip, cells 50 x 50": (5, 21, 0.2, 1.0),
+        "strip, cells 38 x 33": (9, 31, 0.3, 1.0),
+    }
     return [_strip(name, engine, size) for name, size in cuts.items()]
 
 
@@ -136,6 +139,10 @@ def _last_row(scene: Any) -> np.ndarray:
 def _row(scene: str, engine: str, found: float, wanted: float, what: str) -> Row:
     off = 100 * (float(found) / wanted - 1)
     return {
-        "scene": scene, "engine": engine, "found": float(found), "wanted": float(wanted), "off_percent": off,
+        "scene": scene,
+        "engine": engine,
+        "found": float(found),
+        "wanted": float(wanted),
+        "off_percent": off,
         "what": what,
-    }  # fmt: skip
+    }

@@ -33,11 +33,14 @@ class Played:
         self.scene, self.asked = scene, asked
         self.model = built(scene)
         self.solver = newton.solvers.SolverVBD(
-            self.model, iterations=asked["iterations"], friction_epsilon=float(scene["creep"]),
+            self.model,
+            iterations=asked["iterations"],
+            friction_epsilon=float(scene["creep"]),
             particle_enable_self_contact=asked["self_thickness"] > 0,
             particle_self_contact_margin=max(asked["self_thickness"], 1e-4),
-            particle_self_contact_gap=max(asked["self_thickness"], 1e-4), particle_enable_tile_solve=False,
-        )  # fmt: skip
+            particle_self_contact_gap=max(asked["self_thickness"], 1e-4),
+            particle_enable_tile_solve=False,
+        )
         self.now, self.next = self.model.state(), self.model.state()
         self.control = self.model.control()
         self.bodied = bool(len(scene["body_faces"]))
@@ -89,11 +92,20 @@ def built(scene: dict):
     young, poisson = float(scene["young"]), float(scene["poisson"])
     shear = young / (2 * (1 + poisson))
     builder.add_cloth_mesh(
-        pos=wp.vec3(0.0), rot=wp.quat_identity(), scale=1.0, vel=wp.vec3(0.0), vertices=scene["vertices"].tolist(),
-        indices=scene["faces"].ravel().tolist(), density=1.0, tri_ke=shear, tri_ka=young * poisson / (1 - poisson**2),
-        tri_kd=0.5 * float(scene["damping"]) * shear, edge_ke=0.0, edge_kd=0.0,
+        pos=wp.vec3(0.0),
+        rot=wp.quat_identity(),
+        scale=1.0,
+        vel=wp.vec3(0.0),
+        vertices=scene["vertices"].tolist(),
+        indices=scene["faces"].ravel().tolist(),
+        density=1.0,
+        tri_ke=shear,
+        tri_ka=young * poisson / (1 - poisson**2),
+        tri_kd=0.5 * float(scene["damping"]) * shear,
+        edge_ke=0.0,
+        edge_kd=0.0,
         particle_radius=float(scene["thickness"]),
-    )  # fmt: skip
+    )
     builder.particle_mass = scene["mass"].tolist()
     if len(scene["body_faces"]):
         mesh = newton.Mesh(scene["body"][0].astype(np.float32), scene["body_faces"].ravel(), compute_inertia=False)

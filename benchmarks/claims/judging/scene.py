@@ -65,10 +65,24 @@ class JudgedScene:
         sheet = self.sheet
         constants = {field.name: getattr(self.elastic, field.name) for field in fields(Elastic)}
         np.savez(
-            path, allow_pickle=False, vertices=self.vertices, faces=self.faces, rest_edges=self.rest_edges,
-            rest_vertices=self.rest_vertices, pins=self.pins, pinned=self.pinned, body=self.body,
-            body_faces=self.body_faces, fps=self.fps, mass=sheet.mass, hinges=sheet.hinges,
-            hinge_weight=sheet.hinge_weight, hinge_rest=sheet.hinge_rest, gravity=np.array(settings.gravity),
-            thickness=settings.thickness, creep=settings.creep,
-            push=settings.contact_stiffness * float(sheet.vertex_area.mean()), **constants,
-        )  # fmt: skip
+            path,
+            allow_pickle=False,
+            vertices=self.vertices,
+            faces=self.faces,
+            rest_edges=self.rest_edges,
+            rest_vertices=self.rest_vertices,
+            pins=self.pins,
+            pinned=self.pinned,
+            body=self.body,
+            body_faces=self.body_faces,
+            fps=self.fps,
+            mass=sheet.mass,
+            hinges=sheet.hinges,
+            hinge_weight=sheet.hinge_weight,
+            hinge_rest=sheet.hinge_rest,
+            gravity=np.array(settings.gravity),
+            thickness=settings.thickness,
+            creep=settings.creep,
+            push=settings.contact_stiffness * float(sheet.vertex_area.mean()),
+            **constants,
+        )

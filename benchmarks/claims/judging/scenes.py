@@ -104,9 +104,17 @@ def on_a_ball(count: int, frames: int, *, size: float = 0.8, radius: float = 0.2
     ball = trimesh.creation.icosphere(4, radius)
     body = np.repeat(np.asarray(ball.vertices)[None], frames, axis=0)
     return JudgedScene(
-        "square on a ball", x, faces, rest, x, COTTON, np.zeros((frames, 0, 3)), np.zeros(0, int), body,
+        "square on a ball",
+        x,
+        faces,
+        rest,
+        x,
+        COTTON,
+        np.zeros((frames, 0, 3)),
+        np.zeros(0, int),
+        body,
         np.asarray(ball.faces, np.int32),
-    )  # fmt: skip
+    )
 
 
 def _bare(name, x, faces, rest, elastic, pins) -> JudgedScene:

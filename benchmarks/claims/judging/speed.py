@@ -35,9 +35,14 @@ def rows(engines: list[str], *, skirt: bool, self_thickness: float, **_: Any) ->
         for _turn in range(TURNS):
             for quality in QUALITIES if "blender" in engines else ():
                 theirs = played(
-                    "blender", scene, base, quality=quality, threads=threads, self_thickness=self_thickness,
+                    "blender",
+                    scene,
+                    base,
+                    quality=quality,
+                    threads=threads,
+                    self_thickness=self_thickness,
                     collision_quality=2,
-                )  # fmt: skip
+                )
                 net = float(np.median(theirs.ms[lead - 1 :]) - np.median(theirs.ms_without[lead - 1 :]))
                 times.setdefault(("blender", quality), []).append(net)
                 strains["blender", quality] = strain(scene, theirs.frames[lead:])["strain_p99"]
@@ -59,9 +64,16 @@ def _table(scene: str, threads: int, times: dict, strains: dict, self_thickness:
         ms = statistics.median(spans)
         print(f"{engine:<9}{steps:>14}{ms:>12.1f}{strains[engine, steps]:>14.2f}")
         found.append(
-            {"scene": scene, "engine": engine, "steps": steps, "frame_ms": ms, "strain_p99": strains[engine, steps],
-             "used_threads": threads, "self_thickness": self_thickness}
-        )  # fmt: skip
+            {
+                "scene": scene,
+                "engine": engine,
+                "steps": steps,
+                "frame_ms": ms,
+                "strain_p99": strains[engine, steps],
+                "used_threads": threads,
+                "self_thickness": self_thickness,
+            }
+        )
     blender = [row for row in found if row["engine"] == "blender"]
     for mine in (row for row in found if row["engine"] == "hemline") if blender else ():
         as_good = [row for row in blender if row["strain_p99"] <= 1.02 * mine["strain_p99"]]

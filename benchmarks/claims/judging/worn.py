@@ -79,15 +79,26 @@ def running(garment: Garment, rest: Take, settings: sim.SimSettings, frames: int
 def _scene(garment: Garment, name: str, start: np.ndarray, posed: list) -> JudgedScene:
     material = garment.material
     elastic = Elastic(
-        density=material.density, young=material.young, poisson=material.poisson, bending=material.bending,
-        damping=material.damping, friction=material.friction,
-    )  # fmt: skip
+        density=material.density,
+        young=material.young,
+        poisson=material.poisson,
+        bending=material.bending,
+        damping=material.damping,
+        friction=material.friction,
+    )
     scene = JudgedScene(
-        name, np.asarray(start, np.float64), garment.faces, garment.rest_edges, garment.vertices.astype(np.float64),
-        elastic, np.array([garment.pins.on(each) for each in posed], np.float64),
-        garment.pins.vertices, np.array([each.vertices for each in posed], np.float64), posed[0].faces,
+        name,
+        np.asarray(start, np.float64),
+        garment.faces,
+        garment.rest_edges,
+        garment.vertices.astype(np.float64),
+        elastic,
+        np.array([garment.pins.on(each) for each in posed], np.float64),
+        garment.pins.vertices,
+        np.array([each.vertices for each in posed], np.float64),
+        posed[0].faces,
         flat=garment.flat_rest,
-    )  # fmt: skip
+    )
     return replace(scene, rest_vertices=unstrained(scene)) if garment.flat_rest else scene
 
 

@@ -81,9 +81,15 @@ def save_model(
         BadOutput: The path cannot be written.
     """
     metadata = {
-        "kind": "model", "animator": animator, "config": dict(config), "garment": garment.metadata(),
-        "body": dict(body), "units": UNITS, "licences": list(licences), "figures": dict(figures),
-    } | dict(extra)  # fmt: skip
+        "kind": "model",
+        "animator": animator,
+        "config": dict(config),
+        "garment": garment.metadata(),
+        "body": dict(body),
+        "units": UNITS,
+        "licences": list(licences),
+        "figures": dict(figures),
+    } | dict(extra)
     write_tensors(path, dict(arrays) | {f"garment.{n}": a for n, a in garment.arrays().items()}, metadata)
 
 

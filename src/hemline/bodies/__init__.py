@@ -83,6 +83,18 @@ def write(path: str | Path, body: Body) -> None:
 
 
 __all__ = [
-    "Body", "MotionUntangling", "PosedBody", "ShapedBody", "Untangling", "load", "names", "overlap_percent",
-    "overlapping", "read", "skin_points", "untangle", "untangle_motion", "write",
-]  # fmt: skip
+    "Body",
+    "MotionUntangling",
+    "PosedBody",
+    "ShapedBody",
+    "Untangling",
+    "load",
+    "names",
+    "overlap_percent",
+    "overlapping",
+    "read",
+    "skin_points",
+    "untangle",
+    "untangle_motion",
+    "write",
+]

@@ -61,9 +61,15 @@ def bake_base(model: Any, body: Body) -> tuple[BaseMesh, Float[np.ndarray, "beta
         raise RuntimeError(f"the body's vertices are missed by {1000 * missed:.3f} mm")
     helpers = np.setdiff1d(np.arange(len(template)), skin)
     base = BaseMesh(
-        name="hm08", body_name=body.name, body_hash=body.hash, body_vertices=skin, helper_vertices=helpers,
-        template=template[helpers], shapedirs=shapedirs[:, helpers], licence=LICENCE,
-    )  # fmt: skip
+        name="hm08",
+        body_name=body.name,
+        body_hash=body.hash,
+        body_vertices=skin,
+        helper_vertices=helpers,
+        template=template[helpers],
+        shapedirs=shapedirs[:, helpers],
+        licence=LICENCE,
+    )
     return base, np.vstack([mean, directions])
 
 

@@ -102,9 +102,14 @@ def _largest_balls(shaped: ShapedBody, at: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _cover(
-    points: np.ndarray, areas: np.ndarray, touching: np.ndarray, other: np.ndarray, centres: np.ndarray,
-    radii: np.ndarray, count: int,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    points: np.ndarray,
+    areas: np.ndarray,
+    touching: np.ndarray,
+    other: np.ndarray,
+    centres: np.ndarray,
+    radii: np.ndarray,
+    count: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """The balls that greedily cover the widest skin."""
     distances = np.linalg.norm(centres[:, None] - points[None], axis=2)
     covers = (distances < radii[:, None] + _COVERED).astype(np.float32)

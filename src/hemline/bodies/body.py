@@ -99,10 +99,17 @@ class Body:
     def hash(self) -> str:
         """Short hash of all that shapes and moves the mesh."""
         return content_hash(
-            self.template, self.faces, self.shapedirs, self.joints, self.joint_shapedirs,
-            self.weight_indices, self.weights, self.parents, self.rest_offsets,
+            self.template,
+            self.faces,
+            self.shapedirs,
+            self.joints,
+            self.joint_shapedirs,
+            self.weight_indices,
+            self.weights,
+            self.parents,
+            self.rest_offsets,
             *(() if self.posedirs is None else (self.posedirs,)),
-        )  # fmt: skip
+        )
 
     def shaped(self, betas: Betas | tuple[float, ...] | list[float] = ()) -> "ShapedBody":
         """This body at given shape coefficients, ready to be posed.

@@ -10,10 +10,14 @@ def dual_quaternions(transforms, duals_out):
     """Unit dual quaternions of rigid transforms. in: transforms (joints, 3, 4). out: duals (joints, 8), wxyz twice."""
     for j in range(len(transforms)):
         m = transforms[j]
-        squares = np.array([
-            1 + m[0, 0] + m[1, 1] + m[2, 2], 1 + m[0, 0] - m[1, 1] - m[2, 2],
-            1 - m[0, 0] + m[1, 1] - m[2, 2], 1 - m[0, 0] - m[1, 1] + m[2, 2],
-        ])  # fmt: skip
+        squares = np.array(
+            [
+                1 + m[0, 0] + m[1, 1] + m[2, 2],
+                1 + m[0, 0] - m[1, 1] - m[2, 2],
+                1 - m[0, 0] + m[1, 1] - m[2, 2],
+                1 - m[0, 0] - m[1, 1] + m[2, 2],
+            ]
+        )
         best = np.argmax(squares)
         a, b, c = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
         d, e, f = m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1]

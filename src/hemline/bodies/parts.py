@@ -12,9 +12,16 @@ from hemline.motions import JOINT_NAMES
 from .body import Body
 
 PART_ROOTS = (
-    "pelvis", "left_shoulder", "left_elbow", "right_shoulder", "right_elbow", "left_hip", "left_knee", "right_hip",
+    "pelvis",
+    "left_shoulder",
+    "left_elbow",
+    "right_shoulder",
+    "right_elbow",
+    "left_hip",
+    "left_knee",
+    "right_hip",
     "right_knee",
-)  # fmt: skip
+)
 """The joint that each part hangs from."""
 
 CREASE = 1.5

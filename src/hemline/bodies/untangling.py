@@ -159,9 +159,20 @@ def _step(shaped: ShapedBody, pose: Pose, balls: Balls, gaps: np.ndarray, free: 
     axes = transforms[0][above, :, :3] @ _from_rest(shaped.body)
     at = joints[0][list(TURNED)].astype(np.float64)
     add_overlaps(
-        centres, balls.radii, balls.pairs, balls.limb_pairs, gaps, _RAMP, at, axes, _shares(shaped), scales,
-        matrix, vector, np.empty(len(free)),
-    )  # fmt: skip
+        centres,
+        balls.radii,
+        balls.pairs,
+        balls.limb_pairs,
+        gaps,
+        _RAMP,
+        at,
+        axes,
+        _shares(shaped),
+        scales,
+        matrix,
+        vector,
+        np.empty(len(free)),
+    )
     return np.linalg.solve(matrix + _DAMPING * np.diag(np.diag(matrix)), vector)
 
 

@@ -50,9 +50,12 @@ def run(arguments: Arguments) -> int:
         task = display.add_task("animate", total=total)
         clip = record(
             play(animator, body, motion, fps=arguments.fps, untangle=arguments.untangle),
-            garment_name=animator.garment.name, garment_faces=animator.garment.faces, motion=motion,
-            fps=arguments.fps, keep=lambda frame: display.advance(task),
-        )  # fmt: skip
+            garment_name=animator.garment.name,
+            garment_faces=animator.garment.faces,
+            motion=motion,
+            fps=arguments.fps,
+            keep=lambda frame: display.advance(task),
+        )
     for path in export.write(output, clip):
         print(path)
     return 0

@@ -48,14 +48,17 @@ def run(arguments: Arguments) -> int:
     with bars() as display:
         task = display.add_task(garment.name, total=len(shapes))
         found = produce_rests(
-            arguments.output, garment, shapes,
+            arguments.output,
+            garment,
+            shapes,
             report=lambda done, total: display.update(task, completed=done, total=total),
-        )  # fmt: skip
+        )
     rows = [
-        {"betas": list(betas), "reason": rest, "figures": {}} if isinstance(rest, str)
+        {"betas": list(betas), "reason": rest, "figures": {}}
+        if isinstance(rest, str)
         else {"betas": list(betas), "reason": None, "figures": {key: float(v) for key, v in rest.figures.items()}}
         for betas, rest in zip(shapes, found, strict=True)
-    ]  # fmt: skip
+    ]
     if arguments.json:
         print(json.dumps(rows))
     else:

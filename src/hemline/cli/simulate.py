@@ -83,14 +83,29 @@ def run(arguments: Arguments) -> int:
             display.update(tasks[clip], completed=done, total=total)
 
         rows = produce(
-            arguments.output, garment, clips, betas=tuple(float(b) for b in shaped.betas), settings=settings,
-            untangle=arguments.untangle, jobs=arguments.jobs, quantised=arguments.quantised, report=report,
-        )  # fmt: skip
+            arguments.output,
+            garment,
+            clips,
+            betas=tuple(float(b) for b in shaped.betas),
+            settings=settings,
+            untangle=arguments.untangle,
+            jobs=arguments.jobs,
+            quantised=arguments.quantised,
+            report=report,
+        )
     takes = [
-        {"take": i, "name": row.name, "clip": row.clip, "part": row.part, "frames": row.frames,
-         "failed": row.failed is not None, "reason": row.failed, "figures": row.figures}
+        {
+            "take": i,
+            "name": row.name,
+            "clip": row.clip,
+            "part": row.part,
+            "frames": row.frames,
+            "failed": row.failed is not None,
+            "reason": row.failed,
+            "figures": row.figures,
+        }
         for i, row in enumerate(rows)
-    ]  # fmt: skip
+    ]
     if arguments.json:
         print(json.dumps(takes))
     else:

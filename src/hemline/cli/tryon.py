@@ -45,10 +45,13 @@ def run(arguments: Arguments) -> int:
     with bars() as display:
         task = display.add_task("try on", total=None)
         tried = try_on(
-            arguments.garment, shaped, unit=arguments.unit, scaled=arguments.scaled,
+            arguments.garment,
+            shaped,
+            unit=arguments.unit,
+            scaled=arguments.scaled,
             say=note,
             progress=lambda done, total: display.update(task, completed=done, total=total),
-        )  # fmt: skip
+        )
     note(garments.explain(tried.garment))
     if tried.fitness.reason or tried.fitness.rest is None:
         raise SimulationFailed(f"{tried.garment.name} cannot be worn: {tried.fitness.reason}")

@@ -10,7 +10,13 @@ from .winding import inside as inside
 from .winding import winding_numbers as winding_numbers
 
 __all__ = [
-    "ProjectionReport", "ProjectionSettings", "Projector", "ProjectorState", "inside", "limb_of_vertices",
-    "limbs", "winding_numbers",
-]  # fmt: skip
+    "ProjectionReport",
+    "ProjectionSettings",
+    "Projector",
+    "ProjectorState",
+    "inside",
+    "limb_of_vertices",
+    "limbs",
+    "winding_numbers",
+]
 """Names of the room; rounded cones and the like are in `proxy` and `primitives`."""

@@ -27,9 +27,13 @@ class ProjectedFrame:
     """Body and garment in the frame of the key bone, and what the stages find out about them."""
 
     def __init__(
-        self, projector: Projector, state: ProjectorState, posed: "PosedBody", vertices: Vertices,
+        self,
+        projector: Projector,
+        state: ProjectorState,
+        posed: "PosedBody",
+        vertices: Vertices,
         places: Int[np.ndarray, " verts"] | None = None,
-    ):  # fmt: skip
+    ):
         patches = projector.patches
         self.projector, self.patches, self.vertices = projector, patches, vertices
         self.margin, self.gap = np.float32(projector.settings.margin), np.float32(projector.settings.gap)
@@ -84,9 +88,16 @@ class ProjectedFrame:
         near, state = np.empty(len(self.points), np.int32), self.state
         tries = 5 if state.frame == 1 else 1
         count = certify(
-            self.points, self.patch_box, state.lively, SKYLINE_MARGIN, state.frame, tries, state.directions,
-            state.hidden, near,
-        )  # fmt: skip
+            self.points,
+            self.patch_box,
+            state.lively,
+            SKYLINE_MARGIN,
+            state.frame,
+            tries,
+            state.directions,
+            state.hidden,
+            near,
+        )
         return near[:count]
 
     def pushed(self, ids: Int[np.ndarray, " near"], dt: float) -> tuple[Points, Float[np.ndarray, " near"]]:
@@ -95,11 +106,32 @@ class ProjectedFrame:
         settings, patches, state = self.projector.settings, self.patches, self.state
         decay, far = np.float32(np.exp(-dt / settings.release)), np.float32(settings.far)
         push(
-            self.points, ids, self.body, patches.faces, patches.across, patches.ring_start, patches.ring,
-            patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.patch_box, patches.patch_limb,
-            self.known, self.normals, self.places, state.anchors, state.heights, state.offsets, decay, self.margin,
-            self.gap, far, state.frame, pushed, signed,
-        )  # fmt: skip
+            self.points,
+            ids,
+            self.body,
+            patches.faces,
+            patches.across,
+            patches.ring_start,
+            patches.ring,
+            patches.leaf_start,
+            patches.leaf_vertices,
+            patches.patch_start,
+            self.patch_box,
+            patches.patch_limb,
+            self.known,
+            self.normals,
+            self.places,
+            state.anchors,
+            state.heights,
+            state.offsets,
+            decay,
+            self.margin,
+            self.gap,
+            far,
+            state.frame,
+            pushed,
+            signed,
+        )
         return pushed, signed
 
     def tested(
@@ -121,9 +153,21 @@ class ProjectedFrame:
         exact, patches = self.projector.guarantee == "exact", self.patches
         inside = self.windings(self.points[ids], ids)[0] != 0 if exact else signed < 0
         depth = deepest(
-            self.points, ids, inside, signed, self.body, patches.faces, patches.leaf_start, patches.leaf_vertices,
-            patches.patch_start, self.patch_box, patches.patch_limb, patches.across, patches.ring_start, patches.ring,
-        )  # fmt: skip
+            self.points,
+            ids,
+            inside,
+            signed,
+            self.body,
+            patches.faces,
+            patches.leaf_start,
+            patches.leaf_vertices,
+            patches.patch_start,
+            self.patch_box,
+            patches.patch_limb,
+            patches.across,
+            patches.ring_start,
+            patches.ring,
+        )
         return int(np.count_nonzero(inside)) if exact else None, depth
 
     def windings(
@@ -132,9 +176,20 @@ class ProjectedFrame:
         """Winding numbers of points that belong to vertices, ascending; and which are within rounding of the skin."""
         winding, near, patches = np.empty(len(tests), np.int32), np.empty(len(tests), np.bool_), self.patches
         windings(
-            tests, ids, self.state.directions, self.body, patches.faces, self.leaf_box, patches.patch_start,
-            self.patch_box, self.rounding, self.corners, self.gathered, winding, near,
-        )  # fmt: skip
+            tests,
+            ids,
+            self.state.directions,
+            self.body,
+            patches.faces,
+            self.leaf_box,
+            patches.patch_start,
+            self.patch_box,
+            self.rounding,
+            self.corners,
+            self.gathered,
+            winding,
+            near,
+        )
         return winding, near
 
     def led_out(
@@ -173,11 +228,33 @@ class ProjectedFrame:
         trial, otherwise = np.empty((len(bad), 3), np.float32), np.empty((len(bad), 3), np.float32)
         patches, state = self.patches, self.state
         seek_ways_out(
-            self.points, ids, bad, self.projector.limb, own_limb, PINCH_OFFSET, self.margin, self.gap, self.body,
-            patches.faces, patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.patch_box,
-            patches.patch_limb, patches.across, patches.ring_start, patches.ring, self.known, self.normals, starts,
-            state.anchors, state.heights, signed, trial, otherwise,
-        )  # fmt: skip
+            self.points,
+            ids,
+            bad,
+            self.projector.limb,
+            own_limb,
+            PINCH_OFFSET,
+            self.margin,
+            self.gap,
+            self.body,
+            patches.faces,
+            patches.leaf_start,
+            patches.leaf_vertices,
+            patches.patch_start,
+            self.patch_box,
+            patches.patch_limb,
+            patches.across,
+            patches.ring_start,
+            patches.ring,
+            self.known,
+            self.normals,
+            starts,
+            state.anchors,
+            state.heights,
+            signed,
+            trial,
+            otherwise,
+        )
         winding, near = self.windings(trial, ids[bad])
         still, where = np.empty(len(bad), np.int32), np.empty((len(bad), 3), np.float32)
         count = take_ways_out(bad, winding, near, trial, otherwise, pushed, still, where)

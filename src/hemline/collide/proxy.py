@@ -159,6 +159,9 @@ def _bounding_balls(kinds: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     cone = (kinds == ROUND_CONE)[:, None]
     middle = np.where(cone, (shapes[:, :3] + shapes[:, 3:6]) / 2, shapes[:, :3])
     half = np.linalg.norm(shapes[:, 3:6] - shapes[:, :3], axis=1) / 2 + shapes[:, 6:8].max(1, initial=0)
-    radius = np.select([kinds == ROUND_CONE, kinds == ELLIPSOID], [half, shapes[:, 3:6].max(1, initial=0)],
-                       np.linalg.norm(shapes[:, 3:6], axis=1) + shapes[:, 15])  # fmt: skip
+    radius = np.select(
+        [kinds == ROUND_CONE, kinds == ELLIPSOID],
+        [half, shapes[:, 3:6].max(1, initial=0)],
+        np.linalg.norm(shapes[:, 3:6], axis=1) + shapes[:, 15],
+    )
     return np.ascontiguousarray(np.column_stack([middle, radius]))

@@ -22,9 +22,32 @@ def lifted(distance, margin, gap):
 
 @kernel
 def push(
-    points, ids, body, faces, across, ring_start, ring, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb,
-    known, normals, places, anchors, heights, offsets, decay, margin, gap, far, turn, pushed_out, signed_out,
-):  # fmt: skip
+    points,
+    ids,
+    body,
+    faces,
+    across,
+    ring_start,
+    ring,
+    leaf_start,
+    leaf_vertices,
+    patch_start,
+    patch_box,
+    patch_limb,
+    known,
+    normals,
+    places,
+    anchors,
+    heights,
+    offsets,
+    decay,
+    margin,
+    gap,
+    far,
+    turn,
+    pushed_out,
+    signed_out,
+):
     """Where each listed vertex should go to be outside of the surface around its anchor.
 
     in: points (n,3), ids (k,), body (verts,3), its faces, the faces across their edges and around vertices; places
@@ -68,7 +91,7 @@ def push(
                 break
             vertex, nearest = seek(
                 body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, np.int32(-1), x, y, z, bound
-            )  # fmt: skip
+            )
             if nearest > squared * (one if turn == 1 else loyalty):
                 break
             start = np.int64(ring[ring_start[vertex]])
@@ -145,10 +168,33 @@ def judge(points, ids, winding, near, doubtful, winding_before, near_before, pus
 
 @kernel
 def seek_ways_out(
-    points, ids, bad, limb, own_limb, pinch, margin, gap, body, faces, leaf_start, leaf_vertices, patch_start,
-    patch_box, patch_limb, across, ring_start, ring, known, normals, starts, anchors, heights, signed_out, trial_out,
+    points,
+    ids,
+    bad,
+    limb,
+    own_limb,
+    pinch,
+    margin,
+    gap,
+    body,
+    faces,
+    leaf_start,
+    leaf_vertices,
+    patch_start,
+    patch_box,
+    patch_limb,
+    across,
+    ring_start,
+    ring,
+    known,
+    normals,
+    starts,
+    anchors,
+    heights,
+    signed_out,
+    trial_out,
     otherwise_out,
-):  # fmt: skip
+):
     """Where vertices that are still inside could go: over the nearest place of the surface.
 
     in: points (n,3), ids (k,), bad: which of them, limb (n,) of each vertex, own_limb: only search that and try the
@@ -167,9 +213,22 @@ def seek_ways_out(
             )
         else:
             face, at_b, at_c, squared = seek_place(
-                body, faces, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, across, ring_start, ring,
-                on, x, y, z, bound,
-            )  # fmt: skip
+                body,
+                faces,
+                leaf_start,
+                leaf_vertices,
+                patch_start,
+                patch_box,
+                patch_limb,
+                across,
+                ring_start,
+                ring,
+                on,
+                x,
+                y,
+                z,
+                bound,
+            )
         cx, cy, cz = place_on(body, faces, face, at_b, at_c)
         nx, ny, nz = blended_normal(body, faces, ring_start, ring, face, at_b, at_c, known, normals)
         height = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
@@ -187,9 +246,21 @@ def seek_ways_out(
 
 @kernel
 def deepest(
-    points, ids, inside, signed, body, faces, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, across,
-    ring_start, ring,
-):  # fmt: skip
+    points,
+    ids,
+    inside,
+    signed,
+    body,
+    faces,
+    leaf_start,
+    leaf_vertices,
+    patch_start,
+    patch_box,
+    patch_limb,
+    across,
+    ring_start,
+    ring,
+):
     """Distance to the skin of the deepest vertex [m]: anchors give upper bounds, the largest of which are looked into.
 
     in: points (n,3), ids (k,), inside (k,), signed (k,): distances to the anchors' surroundings; the body.
@@ -204,9 +275,22 @@ def deepest(
             i = _index(ids[k])
             x, y, z = points[i, 0], points[i, 1], points[i, 2]
             _, _, _, squared = seek_place(
-                body, faces, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, across, ring_start, ring,
-                np.int32(-1), x, y, z, bound,
-            )  # fmt: skip
+                body,
+                faces,
+                leaf_start,
+                leaf_vertices,
+                patch_start,
+                patch_box,
+                patch_limb,
+                across,
+                ring_start,
+                ring,
+                np.int32(-1),
+                x,
+                y,
+                z,
+                bound,
+            )
             depth = max(depth, min(np.sqrt(squared), abs(signed[k])))
     return depth
 

@@ -260,9 +260,20 @@ def settled_winding(corners, leaves, which, count, direction, point, rounding):
 
 @kernel
 def windings(
-    points, ids, direction, body, faces, leaf_box, patch_start, patch_box, rounding, corners, ready, winding_out,
+    points,
+    ids,
+    direction,
+    body,
+    faces,
+    leaf_box,
+    patch_start,
+    patch_box,
+    rounding,
+    corners,
+    ready,
+    winding_out,
     near_out,
-):  # fmt: skip
+):
     """Winding numbers of points with respect to the posed body, by rays along the direction of each vertex's group.
 
     in: points (n,3), ids (n,): vertices that they belong to, ascending; direction (groups,), body (verts,3), faces

@@ -191,9 +191,22 @@ def seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, li
 
 @kernel
 def seek_place(
-    body, faces, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, across, ring_start, ring, limb, x, y, z,
+    body,
+    faces,
+    leaf_start,
+    leaf_vertices,
+    patch_start,
+    patch_box,
+    patch_limb,
+    across,
+    ring_start,
+    ring,
+    limb,
+    x,
+    y,
+    z,
     bound,
-):  # fmt: skip
+):
     """Nearest place of the surface to a point, around the vertex that `seek` finds; as from `walk`."""
     vertex, _ = seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, limb, x, y, z, bound)
     start = np.int64(ring[ring_start[vertex]])

@@ -151,16 +151,26 @@ class Dataset:
         inputs = metadata["inputs"]
         if inputs.get("garment") != self.garment.hash:
             raise BadDataset(
-                f"take {file.name} was made for another garment", f"garment hash {inputs.get('garment')}",
+                f"take {file.name} was made for another garment",
+                f"garment hash {inputs.get('garment')}",
                 f"keep it in a dataset of its own; this one holds {self.garment.name} ({self.garment.hash})",
-            )  # fmt: skip
+            )
         take = read_take(file)
         return Row(
-            name=file.stem, kind=take.kind, clip=str(inputs.get("clip", "")), subject=str(inputs.get("subject", "")),
-            part=int(inputs.get("part", 0)), frames=len(take.motion), clip_frames=len(take.clip_frames),
-            betas=tuple(float(b) for b in take.betas), failed=take.failed, figures=dict(take.figures),
-            sha256=_sha256(file), bytes=stat.st_size, stamp=stat.st_mtime_ns,
-        )  # fmt: skip
+            name=file.stem,
+            kind=take.kind,
+            clip=str(inputs.get("clip", "")),
+            subject=str(inputs.get("subject", "")),
+            part=int(inputs.get("part", 0)),
+            frames=len(take.motion),
+            clip_frames=len(take.clip_frames),
+            betas=tuple(float(b) for b in take.betas),
+            failed=take.failed,
+            figures=dict(take.figures),
+            sha256=_sha256(file),
+            bytes=stat.st_size,
+            stamp=stat.st_mtime_ns,
+        )
 
     def _write_manifest(self, rows: list[Row]) -> None:
         content = {"version": MANIFEST_VERSION, "garment": self.garment.hash, "takes": [asdict(row) for row in rows]}
@@ -190,9 +200,10 @@ def create(folder: str | Path, garment: Garment) -> Dataset:
     found = open_dataset(folder)
     if found.garment.hash != garment.hash:
         raise BadDataset(
-            f"{folder} was made for another garment", f"{found.garment.name} ({found.garment.hash})",
+            f"{folder} was made for another garment",
+            f"{found.garment.name} ({found.garment.hash})",
             f"choose another folder for {garment.name} ({garment.hash})",
-        )  # fmt: skip
+        )
     return found
 
 

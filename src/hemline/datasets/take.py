@@ -81,19 +81,29 @@ def write_take(path: str | Path, take: Take, *, quantised: bool = False) -> None
         BadOutput: The path cannot be written.
     """
     arrays: dict[str, np.ndarray] = {
-        "rotations": take.motion.rotations, "translations": take.motion.translations,
-        "betas": np.asarray(take.betas, np.float32), "lead_in": np.asarray(take.lead_in, np.uint8),
+        "rotations": take.motion.rotations,
+        "translations": take.motion.translations,
+        "betas": np.asarray(take.betas, np.float32),
+        "lead_in": np.asarray(take.lead_in, np.uint8),
         "pinched": np.asarray(take.pinched, np.int32),
-    }  # fmt: skip
+    }
     arrays |= _quantised(take.vertices) if quantised else {"vertices": np.asarray(take.vertices, np.float32)}
     arrays |= {f"end_state.{name}": array for name, array in take.end_state.items()}
     motion = take.motion
     metadata = {
-        "kind": "take", "take": take.kind, "figures": dict(take.figures), "inputs": dict(take.inputs),
+        "kind": "take",
+        "take": take.kind,
+        "figures": dict(take.figures),
+        "inputs": dict(take.inputs),
         "failed": take.failed,
-        "motion": {"fps": motion.fps, "leg_length": motion.leg_length, "name": motion.name, "source": motion.source,
-                   "licence": motion.licence},
-    }  # fmt: skip
+        "motion": {
+            "fps": motion.fps,
+            "leg_length": motion.leg_length,
+            "name": motion.name,
+            "source": motion.source,
+            "licence": motion.licence,
+        },
+    }
     write_tensors(path, arrays, metadata)
 
 
@@ -113,11 +123,17 @@ def read_take(path: str | Path) -> Take:
     try:
         motion = Motion(rotations=arrays["rotations"], translations=arrays["translations"], **metadata["motion"])
         return Take(
-            kind=metadata["take"], vertices=arrays["vertices"], motion=motion, betas=arrays["betas"],
-            lead_in=arrays["lead_in"].astype(bool), pinched=arrays["pinched"], figures=metadata["figures"],
-            inputs=metadata["inputs"], failed=metadata["failed"],
+            kind=metadata["take"],
+            vertices=arrays["vertices"],
+            motion=motion,
+            betas=arrays["betas"],
+            lead_in=arrays["lead_in"].astype(bool),
+            pinched=arrays["pinched"],
+            figures=metadata["figures"],
+            inputs=metadata["inputs"],
+            failed=metadata["failed"],
             end_state={n.removeprefix("end_state."): a for n, a in arrays.items() if n.startswith("end_state.")},
-        )  # fmt: skip
+        )
     except (KeyError, TypeError) as reason:
         raise BadDataset(f"{path} lacks metadata", reason, cure) from reason
 

@@ -40,9 +40,11 @@ def glb_bytes(clip: Clip) -> bytes:
         "asset": {"version": "2.0", "generator": f"hemline {__version__}"},
         "scene": 0,
         "scenes": [{"nodes": []}],
-        "nodes": [], "meshes": [], "materials": [],
+        "nodes": [],
+        "meshes": [],
+        "materials": [],
         "animations": [{"name": "clip", "channels": [], "samplers": []}],
-    }  # fmt: skip
+    }
     if clip.notices:
         document["asset"]["copyright"] = "; ".join(clip.notices)
     for part in clip.parts:

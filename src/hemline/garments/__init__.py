@@ -30,6 +30,21 @@ def write(path: str | Path, garment: Garment) -> None:
 
 
 __all__ = [
-    "MATERIALS", "CapeCut", "Garment", "GarmentFile", "Material", "Piece", "Pins", "SkirtCut", "explain", "load",
-    "make_cape", "make_skirt", "names", "open_garment", "read", "worn_together", "write",
-]  # fmt: skip
+    "MATERIALS",
+    "CapeCut",
+    "Garment",
+    "GarmentFile",
+    "Material",
+    "Piece",
+    "Pins",
+    "SkirtCut",
+    "explain",
+    "load",
+    "make_cape",
+    "make_skirt",
+    "names",
+    "open_garment",
+    "read",
+    "worn_together",
+    "write",
+]

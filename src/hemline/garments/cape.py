@@ -97,7 +97,15 @@ def make_cape(
     vertices = cleared(laid.reshape(-1, 3), tree, CLEARANCE + 0.0002)
     faces = grid_faces(rows, columns)
     return grid_garment(
-        vertices, faces, flat=sector_pattern(rows, columns, rim=width, length=length, opening=cut.opening),
-        flat_faces=faces, columns=columns, shaped=shaped, tree=tree, material=material, name=name, key_joint="neck",
+        vertices,
+        faces,
+        flat=sector_pattern(rows, columns, rim=width, length=length, opening=cut.opening),
+        flat_faces=faces,
+        columns=columns,
+        shaped=shaped,
+        tree=tree,
+        material=material,
+        name=name,
+        key_joint="neck",
         asked=None if vertex_count == PAPER_VERTEX_COUNT else vertex_count,
-    )  # fmt: skip
+    )

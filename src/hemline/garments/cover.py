@@ -52,8 +52,9 @@ def covering(vertices: Vertices, faces: Faces, body: "ShapedBody") -> tuple[Vert
     most = float(np.linalg.norm(result - vertices, axis=1).max())
     if not most:
         return result, ()
-    return result, (f"{found} vertices of the body came through triangles; the cloth was raised by up to "
-                    f"{1000 * most:.1f} mm",)  # fmt: skip
+    return result, (
+        f"{found} vertices of the body came through triangles; the cloth was raised by up to {1000 * most:.1f} mm",
+    )
 
 
 def _beyond(closest: ClosestPoints, faces: Faces, count: int) -> Mask:

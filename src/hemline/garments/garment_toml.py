@@ -87,12 +87,20 @@ def read_garment_toml(path: str | Path) -> GarmentFile:
 
 
 _KINDS = {
-    "mesh": "text", "name": "text", "unit": "text", "up": "'y' or 'z'",
-    "origin": "'pelvis' or 'floor'", "body": "text", "betas": "a list of numbers",
-    "material": "a name or a table", "pins": "a list of vertex ids or a rule, or tables of them",
-    "chains": "a list of lists of vertex ids", "key_joint": "text",
-    "pattern": "true or false", "flat_rest": "true or false",
-}  # fmt: skip
+    "mesh": "text",
+    "name": "text",
+    "unit": "text",
+    "up": "'y' or 'z'",
+    "origin": "'pelvis' or 'floor'",
+    "body": "text",
+    "betas": "a list of numbers",
+    "material": "a name or a table",
+    "pins": "a list of vertex ids or a rule, or tables of them",
+    "chains": "a list of lists of vertex ids",
+    "key_joint": "text",
+    "pattern": "true or false",
+    "flat_rest": "true or false",
+}
 
 
 def _fits(key: str, value: Any) -> bool:

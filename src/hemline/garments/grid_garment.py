@@ -84,8 +84,14 @@ def grid_garment(
     said = f"size: {asked} vertices were asked for, {count // columns} rows of {columns} are {count}"
     cut = np.concatenate([flat.round(8), np.zeros((len(flat), 1))], axis=1)
     return Garment(
-        vertices=vertices.round(6).astype(np.float32), faces=faces, rest_edges=rest_edges_of_mesh(cut, flat_faces),
-        material=material if isinstance(material, Material) else Material.of(material), pins=pins,
-        body_name=shaped.body.name, body_betas=np.array(shaped.betas, np.float32), flat_rest=True,
-        notes=() if asked in (None, count) else (said,), **named,
-    )  # fmt: skip
+        vertices=vertices.round(6).astype(np.float32),
+        faces=faces,
+        rest_edges=rest_edges_of_mesh(cut, flat_faces),
+        material=material if isinstance(material, Material) else Material.of(material),
+        pins=pins,
+        body_name=shaped.body.name,
+        body_betas=np.array(shaped.betas, np.float32),
+        flat_rest=True,
+        notes=() if asked in (None, count) else (said,),
+        **named,
+    )

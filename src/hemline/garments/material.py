@@ -8,9 +8,14 @@ from typing import Any
 from hemline.errors import BadGarment
 
 _MOST = {
-    "density": (20.0, "kg/m^2"), "young": (1e6, "N/m"), "bending": (1.0, "N m"), "damping": (1.0, "s"),
-    "friction": (10.0, ""), "drag": (10.0, ""), "lift": (10.0, ""),
-}  # fmt: skip
+    "density": (20.0, "kg/m^2"),
+    "young": (1e6, "N/m"),
+    "bending": (1.0, "N m"),
+    "damping": (1.0, "s"),
+    "friction": (10.0, ""),
+    "drag": (10.0, ""),
+    "lift": (10.0, ""),
+}
 """What no cloth reaches: more is a mistaken unit, such as grams, or a modulus per cross-section [Pa]."""
 
 

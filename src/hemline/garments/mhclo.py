@@ -76,9 +76,15 @@ def read_mhclo(path: str | Path, base_count: int) -> BoundClothes:
     spans, lengths = _scales(path, said, base_count)
     assumed = () if "basemesh" in said else (f"base mesh: {BASE_MESH}, as none was named",)
     return BoundClothes(
-        name=" ".join(said.get("name", ())) or path.stem, mesh=path.parent / said["obj_file"][0], corners=corners,
-        weights=weights, offsets=offsets, spans=spans, lengths=lengths, notes=assumed,
-    )  # fmt: skip
+        name=" ".join(said.get("name", ())) or path.stem,
+        mesh=path.parent / said["obj_file"][0],
+        corners=corners,
+        weights=weights,
+        offsets=offsets,
+        spans=spans,
+        lengths=lengths,
+        notes=assumed,
+    )
 
 
 def _sections(path: Path) -> tuple[dict[str, list[str]], list[tuple[int, list[str]]]]:

@@ -40,17 +40,21 @@ class Piece:
     def as_dict(self) -> dict[str, Any]:
         """As JSON-like values."""
         return {
-            "name": self.name, "vertex_count": self.vertex_count, "material": self.material.as_dict(),
+            "name": self.name,
+            "vertex_count": self.vertex_count,
+            "material": self.material.as_dict(),
             "flat_rest": self.flat_rest,
-        }  # fmt: skip
+        }
 
     @classmethod
     def of(cls, content: Mapping[str, Any]) -> "Piece":
         """The piece that `as_dict` described."""
         return cls(
-            str(content["name"]), int(content["vertex_count"]), Material.of(content["material"]),
+            str(content["name"]),
+            int(content["vertex_count"]),
+            Material.of(content["material"]),
             bool(content["flat_rest"]),
-        )  # fmt: skip
+        )
 
 
 def worn_together(garments: Sequence["Garment"], *, name: str | None = None) -> "Garment":
@@ -95,7 +99,7 @@ def worn_together(garments: Sequence["Garment"], *, name: str | None = None) -> 
         flat_rest=all(piece.flat_rest for piece in pieces),
         notes=tuple(f"{garment.name}: {note}" for garment in garments for note in garment.notes),
         pieces=pieces,
-    )  # fmt: skip
+    )
     return layered(whole)
 
 
@@ -121,10 +125,8 @@ def layered(garment: "Garment") -> "Garment":
     return replace(
         garment,
         vertices=vertices.astype(np.float32),
-        pins=replace(
-            pins, heights=(pins.heights + raised).astype(np.float32), offsets=offsets.astype(np.float32)
-        ),
-    )  # fmt: skip
+        pins=replace(pins, heights=(pins.heights + raised).astype(np.float32), offsets=offsets.astype(np.float32)),
+    )
 
 
 def face_pieces(garment: "Garment") -> Int[np.ndarray, " faces"]:

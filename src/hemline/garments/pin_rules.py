@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 SURFACE = "surface"
 """What a group hangs on unless it names a joint."""
 
-NO_PINS = Pins(
-    np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, 3), np.float32), np.empty(0, np.float32)
-)  # fmt: skip
+NO_PINS = Pins(np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, 3), np.float32), np.empty(0, np.float32))
 """Of a garment that nothing is pinned of."""
 
 _CURE = "use vertex ids, 'top_rim', 'boundary:0', 'above:0.4' or 'none'"
@@ -63,8 +61,11 @@ class PinGroup:
             if key not in kinds:
                 near = get_close_matches(key, kinds, 1, 0.0)[0]
                 raise BadGarment(f"pins: unknown key '{key}'", repr(value)[:60], f"did you mean '{near}'")
-            fits = {"vertices": isinstance(value, str) or is_ids(value), "to": isinstance(value, str),
-                    "stiffness": isinstance(value, int | float) and not isinstance(value, bool)}  # fmt: skip
+            fits = {
+                "vertices": isinstance(value, str) or is_ids(value),
+                "to": isinstance(value, str),
+                "stiffness": isinstance(value, int | float) and not isinstance(value, bool),
+            }
             if not fits[key]:
                 raise BadGarment(f"pins: '{key}' must be {kinds[key]}", repr(value)[:60], "correct it")
         said = dict(table)

@@ -41,8 +41,11 @@ class Pins:
 
     def __post_init__(self) -> None:
         count = len(self.vertices)
-        for name, value in (("joints", np.full(count, -1, np.int32)), ("offsets", np.zeros((count, 3), np.float32)),
-                            ("stiffness", np.full(count, np.inf, np.float32))):  # fmt: skip
+        for name, value in (
+            ("joints", np.full(count, -1, np.int32)),
+            ("offsets", np.zeros((count, 3), np.float32)),
+            ("stiffness", np.full(count, np.inf, np.float32)),
+        ):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
 
@@ -99,9 +102,13 @@ class Pins:
         weights = np.tile(np.array([1, 0, 0], np.float32), (count, 1))
         offsets = (np.asarray(positions, np.float64) - joints[joint]).round(7).astype(np.float32)
         return cls(
-            np.asarray(vertices, np.int32), np.zeros(count, np.int32), weights, np.zeros(count, np.float32),
-            joints=np.full(count, joint, np.int32), offsets=offsets,
-        )  # fmt: skip
+            np.asarray(vertices, np.int32),
+            np.zeros(count, np.int32),
+            weights,
+            np.zeros(count, np.float32),
+            joints=np.full(count, joint, np.int32),
+            offsets=offsets,
+        )
 
     @classmethod
     def merged(cls, parts: Sequence["Pins"]) -> "Pins":

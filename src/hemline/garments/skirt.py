@@ -97,11 +97,19 @@ def make_skirt(
     vertices = cleared(_laid(rim, width, ways, cut, tree).reshape(-1, 3), tree, CLEARANCE + 0.0002)
     faces, unrolled = cone_faces(rows, columns)
     return grid_garment(
-        vertices, faces, flat=cone_pattern(ways, columns, rim=width, opening=cut.opening), flat_faces=unrolled,
-        columns=columns, shaped=shaped, tree=tree, material=material, name=name, key_joint="pelvis",
+        vertices,
+        faces,
+        flat=cone_pattern(ways, columns, rim=width, opening=cut.opening),
+        flat_faces=unrolled,
+        columns=columns,
+        shaped=shaped,
+        tree=tree,
+        material=material,
+        name=name,
+        key_joint="pelvis",
         chains=cone_chains(rows, columns, first=PINNED_ROWS - 1, chains=CHAINS, nodes=NODES),
         asked=None if vertex_count == PAPER_SIZE[0] * PAPER_SIZE[1] else vertex_count,
-    )  # fmt: skip
+    )
 
 
 def _check(cut: SkirtCut) -> None:

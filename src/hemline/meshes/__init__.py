@@ -21,7 +21,23 @@ from .subdivided import subdivided as subdivided
 from .welded import welded as welded
 
 __all__ = [
-    "ClosestPoints", "ClosestTree", "ReadMesh", "boundary_loops", "check_mesh", "closest_points_on_mesh", "components",
-    "consistent_winding", "crossing_edges", "edges", "face_areas", "face_normals", "geodesic_distances", "read_mesh",
-    "read_obj", "self_crossings", "subdivided", "vertex_normals", "welded",
-]  # fmt: skip
+    "ClosestPoints",
+    "ClosestTree",
+    "ReadMesh",
+    "boundary_loops",
+    "check_mesh",
+    "closest_points_on_mesh",
+    "components",
+    "consistent_winding",
+    "crossing_edges",
+    "edges",
+    "face_areas",
+    "face_normals",
+    "geodesic_distances",
+    "read_mesh",
+    "read_obj",
+    "self_crossings",
+    "subdivided",
+    "vertex_normals",
+    "welded",
+]

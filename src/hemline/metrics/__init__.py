@@ -16,6 +16,17 @@ from .normal_error_deg import normal_error_deg as normal_error_deg
 from .vertex_error_mm import vertex_error_mm as vertex_error_mm
 
 __all__ = [
-    "area_change_percent", "deepest_mm", "edge_strain", "edge_strains", "frame_ms", "inside_percent", "jerk_m_s3",
-    "memory_mb", "model_mb", "nearest_inside_percent", "normal_error_deg", "self_crossings", "vertex_error_mm",
-]  # fmt: skip
+    "area_change_percent",
+    "deepest_mm",
+    "edge_strain",
+    "edge_strains",
+    "frame_ms",
+    "inside_percent",
+    "jerk_m_s3",
+    "memory_mb",
+    "model_mb",
+    "nearest_inside_percent",
+    "normal_error_deg",
+    "self_crossings",
+    "vertex_error_mm",
+]

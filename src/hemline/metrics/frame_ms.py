@@ -29,6 +29,8 @@ def frame_ms(milliseconds: Sequence[Mapping[str, float]]) -> dict[str, float | d
     names = dict.fromkeys(name for frame in milliseconds for name in frame)
     stages = {name: float(np.median([frame.get(name, 0.0) for frame in milliseconds])) for name in names}
     return {
-        "median": float(np.median(totals)), "p95": float(np.percentile(totals, 95)), "worst": float(totals.max()),
+        "median": float(np.median(totals)),
+        "p95": float(np.percentile(totals, 95)),
+        "worst": float(totals.max()),
         "stages": stages,
-    }  # fmt: skip
+    }

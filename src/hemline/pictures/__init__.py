@@ -20,6 +20,22 @@ from .render import linear as linear
 from .render import render as render
 
 __all__ = [
-    "BODY", "CLOTH", "TRUTH", "VIEWS_DEG", "Camera", "Surface", "captioned", "compare", "compared", "draw",
-    "frame_clip", "frame_points", "linear", "picture_of", "render", "side_by_side", "write_png", "write_webp",
-]  # fmt: skip
+    "BODY",
+    "CLOTH",
+    "TRUTH",
+    "VIEWS_DEG",
+    "Camera",
+    "Surface",
+    "captioned",
+    "compare",
+    "compared",
+    "draw",
+    "frame_clip",
+    "frame_points",
+    "linear",
+    "picture_of",
+    "render",
+    "side_by_side",
+    "write_png",
+    "write_webp",
+]

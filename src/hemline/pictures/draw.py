@@ -67,6 +67,9 @@ def surface_of(vertices: Vertices, faces: Faces, colour: str | tuple[float, floa
     rgb = _NAMED[colour] if isinstance(colour, str) else colour
     body = colour == "body"
     return Surface(
-        np.asarray(vertices, np.float32), np.asarray(faces, np.int32), rgb, sheen=0.0 if body else 0.08,
+        np.asarray(vertices, np.float32),
+        np.asarray(faces, np.int32),
+        rgb,
+        sheen=0.0 if body else 0.08,
         inside=(0.9, 0.35, 0.9) if body else Surface.inside,
-    )  # fmt: skip
+    )

@@ -47,9 +47,15 @@ def write_webp(path: str | Path, frames: Sequence[Picture], fps: float, *, quali
     images = [Image.fromarray(np.ascontiguousarray(frame, np.uint8)) for frame in frames]
     with written_whole(path) as temporary:
         images[0].save(
-            temporary, format="WEBP", save_all=True, append_images=images[1:], duration=np.diff(ends_ms).tolist(),
-            loop=0, quality=quality, method=2,
-        )  # fmt: skip
+            temporary,
+            format="WEBP",
+            save_all=True,
+            append_images=images[1:],
+            duration=np.diff(ends_ms).tolist(),
+            loop=0,
+            quality=quality,
+            method=2,
+        )
 
 
 def side_by_side(pictures: Sequence[Picture], captions: Sequence[str] = ()) -> Picture:

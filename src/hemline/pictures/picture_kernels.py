@@ -149,9 +149,22 @@ def shade_ground(rays, eye, ground, light_map, blurred, colours, fade_centre, pi
 
 @kernel(fastmath=True)
 def shade(
-    screen, faces, face_surfaces, vertices, normals, colours, inside, eye, lights, light_map, shadow, bias,
-    face_seen, background, picture_out,
-):  # fmt: skip
+    screen,
+    faces,
+    face_surfaces,
+    vertices,
+    normals,
+    colours,
+    inside,
+    eye,
+    lights,
+    light_map,
+    shadow,
+    bias,
+    face_seen,
+    background,
+    picture_out,
+):
     """Colour of each pixel from the 2 x 2 samples of the visibility buffer, in linear light.
 
     # model: faces, face_surfaces (faces,), vertices, normals (unit, outward), colours (verts, 3) linear,

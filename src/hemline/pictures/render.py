@@ -104,9 +104,22 @@ def render(
     picture = np.empty_like(background)
     lights = np.array([*to_lights, _SKY_LIGHT, _FLOOR_LIGHT], np.float32)
     kernels.shade(
-        screen, faces, face_surfaces, vertices, normals, colours, inside, eye, lights, light_map, shadow,
-        np.float32(_BIAS), faces_seen, background, picture,
-    )  # fmt: skip
+        screen,
+        faces,
+        face_surfaces,
+        vertices,
+        normals,
+        colours,
+        inside,
+        eye,
+        lights,
+        light_map,
+        shadow,
+        np.float32(_BIAS),
+        faces_seen,
+        background,
+        picture,
+    )
     bytes_out = np.empty((height, width, 3), np.uint8)
     kernels.encode(picture, _SRGB_TABLE, bytes_out)
     return bytes_out

@@ -72,9 +72,13 @@ def run_benchmark(name: str) -> dict[str, Any]:
     from hemline.compiled import threads
 
     return {
-        "name": name, "figures": figures, "machine": machine(), "threads": threads(), "commit": commit(),
+        "name": name,
+        "figures": figures,
+        "machine": machine(),
+        "threads": threads(),
+        "commit": commit(),
         "date": time.strftime("%Y-%m-%d"),
-    }  # fmt: skip
+    }
 
 
 def machine() -> str:

@@ -140,6 +140,10 @@ def _timed(body: ShapedBody, rest: Vertices, clips: Any) -> dict[str, Any]:
             moved.append(report.moved)
             pinched += len(report.pinched)
     return {
-        "vertices": len(rest), "frames": len(frames) - 1, "frame_ms": frame_ms(frames[1:]),  # the first one compiles
-        "inside_before_percent": 100 * float(np.mean(before)), "moved": float(np.mean(moved)), "pinched": pinched,
-    }  # fmt: skip
+        "vertices": len(rest),
+        "frames": len(frames) - 1,
+        "frame_ms": frame_ms(frames[1:]),  # the first one compiles
+        "inside_before_percent": 100 * float(np.mean(before)),
+        "moved": float(np.mean(moved)),
+        "pinched": pinched,
+    }

@@ -61,10 +61,16 @@ def make_shirt(shaped: ShapedBody) -> Garment:
     faces = faces.reshape(-1, 3).astype(np.int32)
     none = np.zeros(0, np.int32)
     return Garment(
-        name="shirt", vertices=vertices, faces=faces, rest_edges=rest_edges_of_mesh(vertices, faces),
-        material=MATERIALS["cotton"], pins=Pins(none, none, np.zeros((0, 3), np.float32), np.zeros(0, np.float32)),
-        key_joint="spine3", body_name=body.name, body_betas=shaped.betas,
-    )  # fmt: skip
+        name="shirt",
+        vertices=vertices,
+        faces=faces,
+        rest_edges=rest_edges_of_mesh(vertices, faces),
+        material=MATERIALS["cotton"],
+        pins=Pins(none, none, np.zeros((0, 3), np.float32), np.zeros(0, np.float32)),
+        key_joint="spine3",
+        body_name=body.name,
+        body_betas=shaped.betas,
+    )
 
 
 def _timed_settle(garment: Garment, shaped: ShapedBody, start: Rest | None) -> tuple[Rest, float]:
@@ -78,10 +84,14 @@ def _settled(garment: Garment, first: ShapedBody, second: ShapedBody) -> dict[st
     _timed_settle(garment, second, start)  # compiles what the first one did not need
     rest, seconds = _timed_settle(garment, second, start)
     return {
-        "vertices": len(rest.positions), "seconds": seconds, "seconds_from_nothing": from_nothing,
-        "residual_share": rest.residual_share, "worst_share": rest.worst_share, "newton_steps": rest.newton_steps,
+        "vertices": len(rest.positions),
+        "seconds": seconds,
+        "seconds_from_nothing": from_nothing,
+        "residual_share": rest.residual_share,
+        "worst_share": rest.worst_share,
+        "newton_steps": rest.newton_steps,
         "solver_steps": rest.solver_steps,
-    }  # fmt: skip
+    }
 
 
 def _derived(garment: Garment, first: ShapedBody, second: ShapedBody) -> dict[str, Any]:
@@ -96,7 +106,10 @@ def _derived(garment: Garment, first: ShapedBody, second: ShapedBody) -> dict[st
     turns = derivatives.turns()
     each = (time.perf_counter() - began) / (turns.shape[0] * turns.shape[1])
     return {
-        "vertices": len(rest.positions), "directions": turns.shape[0] * turns.shape[1],
-        "seconds_factorisation": first_one - each, "seconds_a_direction": each, "seconds_settle": seconds,
+        "vertices": len(rest.positions),
+        "directions": turns.shape[0] * turns.shape[1],
+        "seconds_factorisation": first_one - each,
+        "seconds_a_direction": each,
+        "seconds_settle": seconds,
         "share_of_settle": each / seconds,
-    }  # fmt: skip
+    }

@@ -174,7 +174,9 @@ class _Tally:
             "threads": threads(),
             "frame_ms": frame_ms(self.milliseconds),
             "inside_percent": {
-                "before": percent[0].mean(), "after": percent[1].mean(), "worst_frame_after": percent[1].max(),
+                "before": percent[0].mean(),
+                "after": percent[1].mean(),
+                "worst_frame_after": percent[1].max(),
                 "pinched": percent[2].mean(),
             },
             "deepest_mm": {"before": max(d[0] for d in self.depth_mm), "after": max(d[1] for d in self.depth_mm)},
@@ -182,7 +184,7 @@ class _Tally:
             "vertex_error_mm": _error(self.errors_mm),
             "jerk_m_s3": {"mean": own, "ratio": own / theirs} if self.jerks and theirs else None,
             "worst_frame": index,
-        }  # fmt: skip
+        }
         return Evaluation(_plain(figures), frame, index, truth)
 
 

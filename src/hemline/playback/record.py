@@ -67,12 +67,26 @@ def _clip(
     """Cloth and body; formats that can skin get the skeleton that the skin follows, which is half the size."""
     shaped = bodies[0].shaped
     body = shaped.body
-    skeleton = Skeleton(
-        shaped.joints, body.parents, np.stack([posed.transforms for posed in bodies]), shaped.vertices,
-        body.weight_indices, body.weights, JOINT_NAMES,
-    ) if body.posedirs is None else None  # fmt: skip
+    skeleton = (
+        Skeleton(
+            shaped.joints,
+            body.parents,
+            np.stack([posed.transforms for posed in bodies]),
+            shaped.vertices,
+            body.weight_indices,
+            body.weights,
+            JOINT_NAMES,
+        )
+        if body.posedirs is None
+        else None
+    )
     return Clip(
-        vertices=vertices, faces=faces, body_vertices=np.stack([posed.vertices for posed in bodies]),
-        body_faces=body.faces, fps=fps, name=name, skeleton=skeleton,
+        vertices=vertices,
+        faces=faces,
+        body_vertices=np.stack([posed.vertices for posed in bodies]),
+        body_faces=body.faces,
+        fps=fps,
+        name=name,
+        skeleton=skeleton,
         notices=tuple(text for text in (body.licence, motion.source, motion.licence) if text),
-    )  # fmt: skip
+    )

@@ -46,4 +46,4 @@ __all__ = [
     "settle_all",
     "simulate",
     "spread_shapes",
-]  # fmt: skip
+]

@@ -12,9 +12,33 @@ INNER = 0.58
 
 @kernel(parallel=True)
 def points_above(
-    x, faces, fixed, ahead_face, ahead_weights, carried, out_of_body, held, vertices, normals, body_faces, low, cell,
-    size, starts, order, slack, deepest, reach, chunk, room, slid_out, far_out, count_out, out, share_out,
-):  # fmt: skip
+    x,
+    faces,
+    fixed,
+    ahead_face,
+    ahead_weights,
+    carried,
+    out_of_body,
+    held,
+    vertices,
+    normals,
+    body_faces,
+    low,
+    cell,
+    size,
+    starts,
+    order,
+    slack,
+    deepest,
+    reach,
+    chunk,
+    room,
+    slid_out,
+    far_out,
+    count_out,
+    out,
+    share_out,
+):
     """Vertices of the body that nearly are, or are, on the wrong side of a triangle of the cloth.
 
     # in:  x: the cloth as it is guessed; ahead_face, ahead_weights: closest point of the body for each of its vertices,
@@ -56,24 +80,41 @@ def points_above(
                 longest = max(longest, side)
             longest = longest**0.5
             nearest, farthest = (
-                min(far_out[a, 0], far_out[b, 0], far_out[c, 0]), max(far_out[a, 0], far_out[b, 0], far_out[c, 0]),
-            )  # fmt: skip
+                min(far_out[a, 0], far_out[b, 0], far_out[c, 0]),
+                max(far_out[a, 0], far_out[b, 0], far_out[c, 0]),
+            )
             towards = max(far_out[a, 1], far_out[b, 1], far_out[c, 1])
             limit = min(deepest + towards, reach)
             # no point of the triangle is nearer to the body than this
             if max(farthest - longest, nearest - INNER * longest) > limit:
                 continue
             found = _above(
-                slid_out[a], slid_out[b], slid_out[c], f, vertices, normals, low, cell, size, starts, order,
-                slack + towards, limit, number * room, room, found, out, share_out,
-            )  # fmt: skip
+                slid_out[a],
+                slid_out[b],
+                slid_out[c],
+                f,
+                vertices,
+                normals,
+                low,
+                cell,
+                size,
+                starts,
+                order,
+                slack + towards,
+                limit,
+                number * room,
+                room,
+                found,
+                out,
+                share_out,
+            )
         count_out[number] = found
 
 
 @kernel
 def _above(
     p, q, r, f, vertices, normals, low, cell, size, starts, order, slack, limit, first, room, found, out, share_out
-):  # fmt: skip
+):
     """Note vertices of the body within the limit of a triangle p q r; returns how many were found so far."""
     a0, a1 = cells_between(min(p[0], q[0], r[0]) - limit, max(p[0], q[0], r[0]) + limit, low[0], cell, size[0])
     b0, b1 = cells_between(min(p[1], q[1], r[1]) - limit, max(p[1], q[1], r[1]) + limit, low[1], cell, size[1])
@@ -117,10 +158,35 @@ def _above(
 
 @kernel
 def nearest_points(
-    count, room, entries, share, faces, piece, pieces, vertices_then, normals_then, vertices_now, body_faces,
-    star_starts, star, start, guess, push, friction, area, deepest, stiffness, stiffest,
-    body_vertex_out, corners_out, weights_out, start_out, ahead_out, push_out, friction_out,
-):  # fmt: skip
+    count,
+    room,
+    entries,
+    share,
+    faces,
+    piece,
+    pieces,
+    vertices_then,
+    normals_then,
+    vertices_now,
+    body_faces,
+    star_starts,
+    star,
+    start,
+    guess,
+    push,
+    friction,
+    area,
+    deepest,
+    stiffness,
+    stiffest,
+    body_vertex_out,
+    corners_out,
+    weights_out,
+    start_out,
+    ahead_out,
+    push_out,
+    friction_out,
+):
     """Of each vertex of the body the nearest triangle of each piece of cloth, and the values of the cloth there.
 
     One worn over another meets the same finger. A vertex more than `deepest` above the cloth at the step's start is

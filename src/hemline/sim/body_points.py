@@ -64,9 +64,13 @@ class BodyPoints:
     """
 
     def __init__(
-        self, sheet: Sheet, *, fixed: Bool[np.ndarray, " verts"], thickness: float,
+        self,
+        sheet: Sheet,
+        *,
+        fixed: Bool[np.ndarray, " verts"],
+        thickness: float,
         friction: Float[np.ndarray, " verts"],
-    ):  # fmt: skip
+    ):
         self.sheet, self.fixed, self.friction = sheet, fixed, friction
         self.thickness, self.distance = thickness, SHARE * thickness
         self._room = 16
@@ -92,12 +96,37 @@ class BodyPoints:
         body_vertex, corners = np.empty(total, np.int32), np.empty((total, 4), np.uint32)
         weights, start, ahead = np.empty((total, 4)), np.empty((total, 3)), np.empty((total, 3))
         push, friction = np.empty(total), np.empty(total)
-        kept = 0 if not total else nearest_points(
-            *found, sheet.faces, sheet.piece, self._pieces, then.vertices, then.normals, now.vertices, surface.faces,
-            surface.star.starts, surface.star.columns, contact.start, guess, contact.push, self.friction,
-            sheet.vertex_area, DEEPEST, STIFFNESS, STIFFEST, body_vertex, corners, weights, start, ahead, push,
-            friction,
-        )  # fmt: skip
+        kept = (
+            0
+            if not total
+            else nearest_points(
+                *found,
+                sheet.faces,
+                sheet.piece,
+                self._pieces,
+                then.vertices,
+                then.normals,
+                now.vertices,
+                surface.faces,
+                surface.star.starts,
+                surface.star.columns,
+                contact.start,
+                guess,
+                contact.push,
+                self.friction,
+                sheet.vertex_area,
+                DEEPEST,
+                STIFFNESS,
+                STIFFEST,
+                body_vertex,
+                corners,
+                weights,
+                start,
+                ahead,
+                push,
+                friction,
+            )
+        )
         nowhere = Anchors(body_vertex[:kept], np.full(kept, -1, np.int32), np.zeros((kept, 2)))
         free, ahead = np.zeros(kept, bool), ahead[:kept]
         near = free
@@ -114,10 +143,15 @@ class BodyPoints:
         planes = self.contact.planes
         depth = np.clip(self.distance - planes.gap(planes.carried), 0, self.thickness)
         self._rows = PairRows(
-            corners=self.corners, weights=self.weights, normal=planes.normal, reach=depth, carried=planes.carried,
-            thickness=np.full(len(self), self.thickness), stiffness=planes.stiffness,
+            corners=self.corners,
+            weights=self.weights,
+            normal=planes.normal,
+            reach=depth,
+            carried=planes.carried,
+            thickness=np.full(len(self), self.thickness),
+            stiffness=planes.stiffness,
             limit=friction[which] * planes.stiffness * depth**2 / self.thickness,
-        )  # fmt: skip
+        )
 
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> None:
         """Find the planes again, where the cloth is at the step's end."""
@@ -153,11 +187,33 @@ class BodyPoints:
             room = self._room
             out, share = np.empty((len(count) * room, 2), np.int32), np.empty((len(count) * room, 3))
             points_above(
-                guess, sheet.faces, self.fixed, ahead.face, ahead.weights, planes.carried, planes.normal,
+                guess,
+                sheet.faces,
+                self.fixed,
+                ahead.face,
+                ahead.weights,
+                planes.carried,
+                planes.normal,
                 planes.stiffness > 0,
-                contact.now.vertices, contact.now.normals, surface.faces, grid.low, grid.cell, grid.size, grid.starts,
-                grid.order, self.distance + MARGIN, DEEPEST, surface.reach, CHUNK, room, slid, far, count, out, share,
-            )  # fmt: skip
+                contact.now.vertices,
+                contact.now.normals,
+                surface.faces,
+                grid.low,
+                grid.cell,
+                grid.size,
+                grid.starts,
+                grid.order,
+                self.distance + MARGIN,
+                DEEPEST,
+                surface.reach,
+                CHUNK,
+                room,
+                slid,
+                far,
+                count,
+                out,
+                share,
+            )
             if count.max(initial=0) <= room:
                 return _Found(count, room, out, share)
             self._room = int(1.5 * count.max())

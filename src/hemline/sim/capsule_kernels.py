@@ -60,7 +60,7 @@ def _off_axis(x, a, d, square):
 @kernel
 def near_capsules(
     x, faces, limb_of_face, then, now, radius, limb, look, corners_out, weights_out, normal_out, point_out, radius_out
-):  # fmt: skip
+):
     """Which triangles of its limb are within `look` radii of a capsule's axis, and which way it holds them off.
 
     # in:  x (verts, 3): the cloth at the step's start; limb_of_face (faces,), -1 where there is no contact;
@@ -77,8 +77,10 @@ def near_capsules(
         over = 1.0 / (square * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2])) ** 0.5
         # the turn that takes the axis from its first direction to its second: axis times sine, and cosine
         s0, s1, s2 = (
-            over * (d[1] * e[2] - d[2] * e[1]), over * (d[2] * e[0] - d[0] * e[2]), over * (d[0] * e[1] - d[1] * e[0])
-        )  # fmt: skip
+            over * (d[1] * e[2] - d[2] * e[1]),
+            over * (d[2] * e[0] - d[0] * e[2]),
+            over * (d[0] * e[1] - d[1] * e[0]),
+        )
         cosine = over * (d[0] * e[0] + d[1] * e[1] + d[2] * e[2])
         widest = look * max(radius[k, 0], radius[k, 1])
         for f in range(faces.shape[0]):

@@ -20,11 +20,13 @@ from .pairs import PairRows
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
-BONES = np.array([
-    (JOINT_NAMES.index(f"{side}_{hinge}"), JOINT_NAMES.index(f"{side}_{end}"))
-    for side in ("left", "right")
-    for hinge, end in (("elbow", "shoulder"), ("elbow", "wrist"), ("knee", "hip"), ("knee", "ankle"))
-])  # fmt: skip
+BONES = np.array(
+    [
+        (JOINT_NAMES.index(f"{side}_{hinge}"), JOINT_NAMES.index(f"{side}_{end}"))
+        for side in ("left", "right")
+        for hinge, end in (("elbow", "shoulder"), ("elbow", "wrist"), ("knee", "hip"), ("knee", "ankle"))
+    ]
+)
 """Joints at both ends of each capsule, the one that folds first."""
 
 SHARE = 0.75
@@ -56,10 +58,14 @@ class Capsules:
         return cls(np.array([_radii(shaped.vertices, *each) for each in ends]), limbs(shaped.body.parents)[BONES[:, 0]])
 
     def rows(
-        self, start: Float[np.ndarray, "verts 3"], faces: Int[np.ndarray, "faces 3"],
-        limb_of_face: Int[np.ndarray, " faces"], then: Float[np.ndarray, "joints 3"],
-        now: Float[np.ndarray, "joints 3"], push: Float[np.ndarray, " verts"],
-    ) -> PairRows:  # fmt: skip
+        self,
+        start: Float[np.ndarray, "verts 3"],
+        faces: Int[np.ndarray, "faces 3"],
+        limb_of_face: Int[np.ndarray, " faces"],
+        then: Float[np.ndarray, "joints 3"],
+        now: Float[np.ndarray, "joints 3"],
+        push: Float[np.ndarray, " verts"],
+    ) -> PairRows:
         """What holds the triangles off that are near a bone of their own limb, on the side where they are.
 
         A triangle that a bone goes through is let go: nobody knows which way out is.
@@ -79,17 +85,22 @@ class Capsules:
             normal, point = np.empty((room, 3)), np.empty((room, 3))
             count = near_capsules(
                 start, faces, limb_of_face, *ends, self.radius, self.limb, LOOK, corners, weights, normal, point, radius
-            )  # fmt: skip
+            )
             if count <= room:
                 break
             room = count
         corners, weights, radius = corners[:count], weights[:count], radius[:count]
         normal, point = normal[:count], point[:count]
         return PairRows(
-            corners=corners, weights=weights, normal=normal, reach=np.einsum("rx,rx->r", normal, point) + radius,
-            carried=point, thickness=radius, stiffness=STIFFNESS * (weights * push[corners]).sum(axis=1),
+            corners=corners,
+            weights=weights,
+            normal=normal,
+            reach=np.einsum("rx,rx->r", normal, point) + radius,
+            carried=point,
+            thickness=radius,
+            stiffness=STIFFNESS * (weights * push[corners]).sum(axis=1),
             limit=np.zeros(count),
-        )  # fmt: skip
+        )
 
 
 def _radii(skin: np.ndarray, hinge: np.ndarray, end: np.ndarray) -> tuple[float, float]:

@@ -40,8 +40,10 @@ def halved(starts, columns, members, parts, part_out):
     count, made, number, stamp = starts.shape[0] - 1, 0, 0, 0
     owner, seen = np.full(count, -1, np.int64), np.full(count, -1, np.int64)
     order, room, first_half = (
-        np.empty(members.shape[0], np.int64), np.empty(members.shape[0], np.int64), np.zeros(count, np.bool_),
-    )  # fmt: skip
+        np.empty(members.shape[0], np.int64),
+        np.empty(members.shape[0], np.int64),
+        np.zeros(count, np.bool_),
+    )
     left = members.copy()
     # what is still to be cut: from, to, parts; each cut adds one
     waiting, top = np.empty((parts + 2, 3), np.int64), 1

@@ -133,10 +133,36 @@ def solve_band(band, values):
 
 @kernel(parallel=True, fastmath=FAST)
 def conjugate_gradients(
-    ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, inverse, begin, end, vertex, band, pair_corners,
-    pair_weights, pair_block, pair_starts, pair_entries, pressed_out, right, tolerance, iterations, solution_out,
-    residual_out, search_out, product_out, partial_out, patch_sum_out, coarse_out, shift_out,
-):  # fmt: skip
+    ring_starts,
+    ring,
+    blocks,
+    far_starts,
+    far,
+    far_bending,
+    diagonal,
+    inverse,
+    begin,
+    end,
+    vertex,
+    band,
+    pair_corners,
+    pair_weights,
+    pair_block,
+    pair_starts,
+    pair_entries,
+    pressed_out,
+    right,
+    tolerance,
+    iterations,
+    solution_out,
+    residual_out,
+    search_out,
+    product_out,
+    partial_out,
+    patch_sum_out,
+    coarse_out,
+    shift_out,
+):
     """Solve A x = right for the free vertices, which are those in patches; the others stay 0.
 
     # model: A = blocks on the ring, far_bending I beyond it, diagonal, and of each pair w w^T times its block;
@@ -187,16 +213,32 @@ def conjugate_gradients(
             total = 0.0
             for i in range(begin[patch], end[patch]):
                 total += row_product(
-                    i, diagonal, ring, ring_starts[i], ring_starts[i + 1], blocks, far, far_starts[i],
-                    far_starts[i + 1], far_bending, search_out, product_out,
-                )  # fmt: skip
+                    i,
+                    diagonal,
+                    ring,
+                    ring_starts[i],
+                    ring_starts[i + 1],
+                    blocks,
+                    far,
+                    far_starts[i],
+                    far_starts[i + 1],
+                    far_bending,
+                    search_out,
+                    product_out,
+                )
                 if pairs > FEW:
                     v = vertex[i]
                     if pair_starts[v] < pair_starts[v + 1]:
                         total += add_pairs(
-                            i, pair_starts[v], pair_starts[v + 1], pair_entries, pair_weights, pressed_out,
-                            search_out, product_out,
-                        )  # fmt: skip
+                            i,
+                            pair_starts[v],
+                            pair_starts[v + 1],
+                            pair_entries,
+                            pair_weights,
+                            pressed_out,
+                            search_out,
+                            product_out,
+                        )
             partial_out[patch] = total
         bend = 0.0
         for patch in range(patches):

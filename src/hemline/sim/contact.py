@@ -61,9 +61,7 @@ class Contact:
             return False
         planes, before = self.laid(self.ahead), self.planes
         kept = np.empty(len(positions), bool)
-        turned_inside(
-            positions, before.normal, before.stiffness, planes.normal, planes.point, planes.stiffness, kept
-        )  # fmt: skip
+        turned_inside(positions, before.normal, before.stiffness, planes.normal, planes.point, planes.stiffness, kept)
         self.anchors = _chosen(kept, self.anchors, self.ahead)
         self.planes = _chosen(kept, self.planes, planes)
         return True

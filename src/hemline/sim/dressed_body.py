@@ -31,9 +31,15 @@ def sheet_of(garment: Garment) -> Sheet:
     for number, piece in enumerate(garment.worn):
         faces, material = garment.faces[owner == number] - np.int32(first), piece.material
         elastic = Elastic(
-            density=material.density, young=material.young, poisson=material.poisson, bending=material.bending,
-            damping=material.damping, drag=material.drag, lift=material.lift, friction=material.friction,
-        )  # fmt: skip
+            density=material.density,
+            young=material.young,
+            poisson=material.poisson,
+            bending=material.bending,
+            damping=material.damping,
+            drag=material.drag,
+            lift=material.lift,
+            friction=material.friction,
+        )
         shape = None if piece.flat_rest else garment.vertices[first : first + piece.vertex_count]
         sheets.append(make_sheet(faces, garment.rest_edges[owner == number], elastic, rest_vertices=shape))
         first += piece.vertex_count
@@ -58,10 +64,15 @@ class DressedBody:
         self.pinned = np.zeros(self.sheet.vertex_count, bool)
         self.pinned[garment.pins.vertices] = True
         self.stepper = Stepper(
-            self.sheet, pinned=garment.pins.vertices, pin_stiffness=garment.pins.stiffness, surface=self.surface,
-            capsules=Capsules.of(shaped), home=limb[KDTree(shaped.vertices).query(garment.vertices)[1]],
-            settings=settings, wind=wind,
-        )  # fmt: skip
+            self.sheet,
+            pinned=garment.pins.vertices,
+            pin_stiffness=garment.pins.stiffness,
+            surface=self.surface,
+            capsules=Capsules.of(shaped),
+            home=limb[KDTree(shaped.vertices).query(garment.vertices)[1]],
+            settings=settings,
+            wind=wind,
+        )
 
     def scene(self, posed: "PosedBody") -> Scene:
         """What drives the cloth at a pose."""

@@ -32,9 +32,12 @@ def strain_figures(sheet: Sheet, vertices: FramesOfVertices, pinned: Mask) -> di
     middle, high, highest = np.percentile(np.abs(strain), [50, 99, 100])
     low, tension = np.percentile(strain, [1, 99])
     return {
-        "edge_strain_p50": float(middle), "edge_strain_p99": float(high), "edge_strain_max": float(highest),
-        "edge_tension_p99": max(float(tension), 0.0), "edge_compression_p99": max(-float(low), 0.0),
-    }  # fmt: skip
+        "edge_strain_p50": float(middle),
+        "edge_strain_p99": float(high),
+        "edge_strain_max": float(highest),
+        "edge_tension_p99": max(float(tension), 0.0),
+        "edge_compression_p99": max(-float(low), 0.0),
+    }
 
 
 CROSSINGS_EVERY = 5

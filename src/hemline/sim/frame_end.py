@@ -66,9 +66,12 @@ class FrameEnd:
         }
 
     def clean(
-        self, posed: "PosedBody", positions: Float[np.ndarray, "verts 3"], seconds: float,
+        self,
+        posed: "PosedBody",
+        positions: Float[np.ndarray, "verts 3"],
+        seconds: float,
         sides: SideFaces | None = None,
-    ) -> Cleaned:  # fmt: skip
+    ) -> Cleaned:
         """Project one frame.
 
         Args:

@@ -24,10 +24,13 @@ def joined(sheets: Sequence[Sheet]) -> Sheet:
     verts, faces, ring, far, pieces = (
         np.cumsum([0, *map(size, sheets[:-1])])
         for size in (
-            lambda s: s.vertex_count, lambda s: len(s.faces), lambda s: len(s.ring.columns),
-            lambda s: len(s.far.columns), lambda s: int(s.piece.max()) + 1,
+            lambda s: s.vertex_count,
+            lambda s: len(s.faces),
+            lambda s: len(s.ring.columns),
+            lambda s: len(s.far.columns),
+            lambda s: int(s.piece.max()) + 1,
         )
-    )  # fmt: skip
+    )
     curved = any(len(sheet.hinge_rest) for sheet in sheets)
     rests = [s.hinge_rest if len(s.hinge_rest) else np.zeros(curved * len(s.hinges)) for s in sheets]
 
@@ -41,8 +44,23 @@ def joined(sheets: Sequence[Sheet]) -> Sheet:
         values = [part.columns + np.uint32(column) for part, column in zip(parts, columns, strict=True)]
         return Rows(np.concatenate([np.zeros(1, np.uint32), *ends]), np.concatenate(values))
 
-    same = ("shape", "area", "vertex_area", "mass", "edge_length", "ring_bending", "far_bending", "hinge_weight",
-            "density", "lame", "shear", "damping", "drag", "lift", "friction")  # fmt: skip
+    same = (
+        "shape",
+        "area",
+        "vertex_area",
+        "mass",
+        "edge_length",
+        "ring_bending",
+        "far_bending",
+        "hinge_weight",
+        "density",
+        "lame",
+        "shear",
+        "damping",
+        "drag",
+        "lift",
+        "friction",
+    )
     return Sheet(
         faces=shifted("faces", verts),
         corners=rows("corners", 3 * faces, 3 * faces),

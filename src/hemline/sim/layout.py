@@ -65,11 +65,18 @@ def make_layout(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Layout:
     place = np.empty(len(ring_order), np.uint32)
     place[ring_order] = np.arange(len(ring_order))
     return Layout(
-        slot=slot.astype(np.uint32), vertex=vertex, begin=begin.astype(np.uint32),
-        end=(begin + sizes).astype(np.uint32), patch=patch, width=clusters.width, ring=ring,
-        ring_bending=sheet.ring_bending[ring_order], edge_slots=place[sheet.edge_slots], far=far,
+        slot=slot.astype(np.uint32),
+        vertex=vertex,
+        begin=begin.astype(np.uint32),
+        end=(begin + sizes).astype(np.uint32),
+        patch=patch,
+        width=clusters.width,
+        ring=ring,
+        ring_bending=sheet.ring_bending[ring_order],
+        edge_slots=place[sheet.edge_slots],
+        far=far,
         far_bending=sheet.far_bending[far_order].astype(np.float32),
-    )  # fmt: skip
+    )
 
 
 def _reordered(rows: Rows, slot: np.ndarray, count: int) -> tuple[Rows, np.ndarray]:

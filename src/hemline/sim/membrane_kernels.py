@@ -30,9 +30,21 @@ def green_strain(vertices, faces, shape, strain_out):
 
 @kernel(parallel=True, fastmath=FAST)
 def membrane(
-    vertices, faces, shape, area, strain_start, lame, shear, damping, over_h, cap,
-    corner_out, frame_out, tension_out, energy_out,
-):  # fmt: skip
+    vertices,
+    faces,
+    shape,
+    area,
+    strain_start,
+    lame,
+    shear,
+    damping,
+    over_h,
+    cap,
+    corner_out,
+    frame_out,
+    tension_out,
+    energy_out,
+):
     """Forces at corners (as gradient), columns of F, the tensile part of the stress, and the energy.
 
     # model: S = C : (E + v (E - E_start)), energy = area / 2 (E : C : E + v dE : C : dE), v = damping / h
@@ -58,9 +70,11 @@ def membrane(
         viscous, c12, c33 = damping[f] * over_h, area[f] * lame[f], area[f] * shear[f]
         c11 = c12 + 2.0 * c33
         energy_out[f] = 0.5 * (
-            c11 * (euu * euu + evv * evv) + 2.0 * c12 * euu * evv + c33 * euv * euv
+            c11 * (euu * euu + evv * evv)
+            + 2.0 * c12 * euu * evv
+            + c33 * euv * euv
             + viscous * (c11 * (duu * duu + dvv * dvv) + 2.0 * c12 * duu * dvv + c33 * duv * duv)
-        )  # fmt: skip
+        )
         suu, svv, suv = euu + viscous * duu, evv + viscous * dvv, euv + viscous * duv
         suu, svv, suv = c11 * suu + c12 * svv, c11 * svv + c12 * suu, c33 * suv
         w1u, w1v = suu * g1u + suv * g1v, suv * g1u + svv * g1v
@@ -84,9 +98,20 @@ def membrane(
 
 @kernel(parallel=True, fastmath=FAST)
 def membrane_blocks(
-    edge_starts, edge_corners, edge_slots, shape, area, frame, tension, lame, shear, damping, over_h, ring_bending,
+    edge_starts,
+    edge_corners,
+    edge_slots,
+    shape,
+    area,
+    frame,
+    tension,
+    lame,
+    shear,
+    damping,
+    over_h,
+    ring_bending,
     blocks_out,
-):  # fmt: skip
+):
     """Off-diagonal blocks of the Hessian, both (i, j) and its transpose (j, i); bending entries included.
 
     # model: K_ij = sum over shared triangles of sum_pq k_pq f_p f_q^T + (g_i . S+ g_j) I

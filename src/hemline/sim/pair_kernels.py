@@ -23,9 +23,11 @@ FEW = 200
 @kernel(inline="always")
 def _along(x, corner, weight, axis):
     return (
-        weight[0] * x[corner[0], axis] + weight[1] * x[corner[1], axis]
-        + weight[2] * x[corner[2], axis] + weight[3] * x[corner[3], axis]
-    )  # fmt: skip
+        weight[0] * x[corner[0], axis]
+        + weight[1] * x[corner[1], axis]
+        + weight[2] * x[corner[2], axis]
+        + weight[3] * x[corner[3], axis]
+    )
 
 
 @kernel(parallel=True)
@@ -72,9 +74,23 @@ def lay_pairs(x, start, corners, before, weights_out, normal_out, distance_out, 
 
 @kernel
 def near_rows(
-    distance, margin, corners, weights, normal, carried, thickness, stiffness, limit, corners_out, weights_out,
-    normal_out, carried_out, thickness_out, stiffness_out, limit_out,
-):  # fmt: skip
+    distance,
+    margin,
+    corners,
+    weights,
+    normal,
+    carried,
+    thickness,
+    stiffness,
+    limit,
+    corners_out,
+    weights_out,
+    normal_out,
+    carried_out,
+    thickness_out,
+    stiffness_out,
+    limit_out,
+):
     """The pairs that are nearer than their thickness and a margin, one after the other; returns how many."""
     count = 0
     for p in range(distance.shape[0]):
@@ -220,6 +236,14 @@ def incidence_of_pairs(corners, starts_out, entries_out):
 
 
 __all__ = [
-    "CHUNK", "FEW", "incidence_of_pairs", "lay_pairs", "near_rows", "pair_blocks", "pair_diagonal",
-    "pair_forces", "pairs_at_vertices", "press_terms",
-]  # fmt: skip
+    "CHUNK",
+    "FEW",
+    "incidence_of_pairs",
+    "lay_pairs",
+    "near_rows",
+    "pair_blocks",
+    "pair_diagonal",
+    "pair_forces",
+    "pairs_at_vertices",
+    "press_terms",
+]

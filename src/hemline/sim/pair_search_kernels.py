@@ -45,10 +45,13 @@ def _outside(frame, e, box, motion, p, slack):
     m0, m1, m2 = frame[e, 7] - motion[p, 0], frame[e, 8] - motion[p, 1], frame[e, 9] - motion[p, 2]
     reach = slack + frame[e, 3] + frame[e, 10] + motion[p, 3] + (m0 * m0 + m1 * m1 + m2 * m2) ** 0.5
     return (
-        frame[e, 0] + reach < box[p, 0] or frame[e, 0] - reach > box[p, 3]
-        or frame[e, 1] + reach < box[p, 1] or frame[e, 1] - reach > box[p, 4]
-        or frame[e, 2] + reach < box[p, 2] or frame[e, 2] - reach > box[p, 5]
-    )  # fmt: skip
+        frame[e, 0] + reach < box[p, 0]
+        or frame[e, 0] - reach > box[p, 3]
+        or frame[e, 1] + reach < box[p, 1]
+        or frame[e, 1] - reach > box[p, 4]
+        or frame[e, 2] + reach < box[p, 2]
+        or frame[e, 2] - reach > box[p, 5]
+    )
 
 
 @kernel(inline="always")
@@ -103,10 +106,17 @@ def _edge_edge(x, moved, e, g, edges, radius, margin, room, found, out):
 def _met(blocks, block, lane, cosine, apart, others, other):
     """Lanes of another block that the element in a lane may meet; `apart`: more than its own reach."""
     return near_lanes(
-        others, other, blocks[block, 0, lane], blocks[block, 1, lane], blocks[block, 2, lane],
-        np.float32(blocks[block, 3, lane] + apart), blocks[block, 4, lane], blocks[block, 5, lane],
-        blocks[block, 6, lane], cosine,
-    )  # fmt: skip
+        others,
+        other,
+        blocks[block, 0, lane],
+        blocks[block, 1, lane],
+        blocks[block, 2, lane],
+        np.float32(blocks[block, 3, lane] + apart),
+        blocks[block, 4, lane],
+        blocks[block, 5, lane],
+        blocks[block, 6, lane],
+        cosine,
+    )
 
 
 @kernel(inline="always")
@@ -118,10 +128,35 @@ def _drift(motion, p, q):
 
 @kernel(parallel=True)
 def near_pairs(
-    x, moved, faces, edges, face_frames, edge_frames, vertex_frames, radius, box, motion, joined, vertex_starts,
-    vertices, vertex_blocks, edge_starts, patch_edges, edge_blocks, face_starts, patch_faces, face_blocks, pairs,
-    thickest, margin, chunk, room, met_out, count_out, out,
-):  # fmt: skip
+    x,
+    moved,
+    faces,
+    edges,
+    face_frames,
+    edge_frames,
+    vertex_frames,
+    radius,
+    box,
+    motion,
+    joined,
+    vertex_starts,
+    vertices,
+    vertex_blocks,
+    edge_starts,
+    patch_edges,
+    edge_blocks,
+    face_starts,
+    patch_faces,
+    face_blocks,
+    pairs,
+    thickest,
+    margin,
+    chunk,
+    room,
+    met_out,
+    count_out,
+    out,
+):
     """Vertex-triangle and edge-edge pairs of patch pairs that come nearer than thickness and margin in the step.
 
     # in:  starts, elements and blocks of each kind as `fill_lanes` has them; thickest: the largest thickness;
@@ -199,9 +234,26 @@ def pierces(p, q, a, b, c):
 
 @kernel(parallel=True)
 def piercing_edges(
-    x, faces, edges, face_frames, edge_frames, box, motion, joined, edge_starts, patch_edges, edge_blocks, face_starts,
-    patch_faces, face_blocks, pairs, chunk, room, count_out, out,
-):  # fmt: skip
+    x,
+    faces,
+    edges,
+    face_frames,
+    edge_frames,
+    box,
+    motion,
+    joined,
+    edge_starts,
+    patch_edges,
+    edge_blocks,
+    face_starts,
+    patch_faces,
+    face_blocks,
+    pairs,
+    chunk,
+    room,
+    count_out,
+    out,
+):
     """Edges that go through triangles: out (chunks room, 2) holds edge and triangle."""
     for number in prange(count_out.shape[0]):
         here, found = out[number * room : (number + 1) * room], 0
@@ -242,10 +294,13 @@ def _touches(frame, e, box, p):
     """Whether the sphere about an element touches the box of a patch."""
     reach = frame[e, 3]
     return (
-        frame[e, 0] + reach >= box[p, 0] and frame[e, 0] - reach <= box[p, 3]
-        and frame[e, 1] + reach >= box[p, 1] and frame[e, 1] - reach <= box[p, 4]
-        and frame[e, 2] + reach >= box[p, 2] and frame[e, 2] - reach <= box[p, 5]
-    )  # fmt: skip
+        frame[e, 0] + reach >= box[p, 0]
+        and frame[e, 0] - reach <= box[p, 3]
+        and frame[e, 1] + reach >= box[p, 1]
+        and frame[e, 1] - reach <= box[p, 4]
+        and frame[e, 2] + reach >= box[p, 2]
+        and frame[e, 2] - reach <= box[p, 5]
+    )
 
 
 __all__ = ["closest_on_edges", "near_pairs", "pierces", "piercing_edges"]

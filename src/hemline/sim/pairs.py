@@ -44,9 +44,15 @@ class PairRows:
     def arrays(self) -> tuple[np.ndarray, ...]:
         """All of them, in the order that kernels take them."""
         return (
-            self.corners, self.weights, self.normal, self.reach, self.carried, self.thickness, self.stiffness,
+            self.corners,
+            self.weights,
+            self.normal,
+            self.reach,
+            self.carried,
+            self.thickness,
+            self.stiffness,
             self.limit,
-        )  # fmt: skip
+        )
 
 
 @dataclass(frozen=True)
@@ -59,9 +65,11 @@ class Pairs:
     @classmethod
     def of(cls, parts: Sequence[PairRows], vertex_count: int) -> "Pairs":
         """Gather pairs of all kinds."""
-        rows = parts[0] if len(parts) == 1 else PairRows(
-            *(np.concatenate(each) for each in zip(*(part.arrays for part in parts), strict=True))
-        )  # fmt: skip
+        rows = (
+            parts[0]
+            if len(parts) == 1
+            else PairRows(*(np.concatenate(each) for each in zip(*(part.arrays for part in parts), strict=True)))
+        )
         if len(rows) <= FEW:
             return cls(rows, _NOWHERE)
         starts, entries = np.empty(vertex_count + 2, np.uint32), np.empty(4 * len(rows), np.uint32)

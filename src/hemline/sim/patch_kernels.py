@@ -61,9 +61,21 @@ def element_frames(x, moved, faces, edges, corner_starts, corners, face_out, edg
 
 @kernel(parallel=True, fastmath=FAST)
 def patch_bounds(
-    x, moved, faces, edges, face_frames, vertex_starts, vertices, edge_starts, patch_edges, face_starts, patch_faces,
-    box_out, motion_out, cone_out,
-):  # fmt: skip
+    x,
+    moved,
+    faces,
+    edges,
+    face_frames,
+    vertex_starts,
+    vertices,
+    edge_starts,
+    patch_edges,
+    face_starts,
+    patch_faces,
+    box_out,
+    motion_out,
+    cone_out,
+):
     """Box, motion and cone of normals of each patch.
 
     # out: box (patches, 6): low, high, of all its elements; motion (patches, 4): mean, and the most that a vertex of

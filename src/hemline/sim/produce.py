@@ -109,10 +109,16 @@ def produce(
 def part_inputs(plan: Plan, dataset: Dataset, clip: Clip, part: Motion, index: int, before: str) -> dict[str, Any]:
     """What a part of a clip depends on; the hash of it is its name."""
     return {
-        "garment": dataset.garment.hash, "body": bodies.load(plan.body_name).hash, "betas": list(plan.betas),
-        "clip": clip.motion.name, "subject": clip.subject, "part": index, "motion": part.hash, "before": before,
+        "garment": dataset.garment.hash,
+        "body": bodies.load(plan.body_name).hash,
+        "betas": list(plan.betas),
+        "clip": clip.motion.name,
+        "subject": clip.subject,
+        "part": index,
+        "motion": part.hash,
+        "before": before,
         "settings": asdict(plan.settings),
-    }  # fmt: skip
+    }
 
 
 @functools.lru_cache(maxsize=1)
@@ -151,8 +157,15 @@ def _clip_takes(plan: Plan, dataset: Dataset, clip: Clip, tell: Report) -> list[
             take = replace(take, inputs=inputs)
             dataset.add(take, quantised=plan.quantised)
             seconds = time.perf_counter() - began
-            dataset.log_timing({"take": take.name, "clip": clip.motion.name, "part": index, "frames": len(take.motion),
-                                "seconds": round(seconds, 3)})  # fmt: skip
+            dataset.log_timing(
+                {
+                    "take": take.name,
+                    "clip": clip.motion.name,
+                    "part": index,
+                    "frames": len(take.motion),
+                    "seconds": round(seconds, 3),
+                }
+            )
         names.append(take.name)
         before = take
         done += len(part)

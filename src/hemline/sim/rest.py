@@ -72,18 +72,29 @@ class Rest:
         """One frame of kind `rest`, as `simulate` starts from and datasets store."""
         pose, rest = self.pose, self.shaped.rest_pose
         motion = Motion(
-            pose.rotations[None], pose.translation[None], fps=self.settings.fps, leg_length=self.shaped.leg_length,
+            pose.rotations[None],
+            pose.translation[None],
+            fps=self.settings.fps,
+            leg_length=self.shaped.leg_length,
             name="rest",
-        )  # fmt: skip
+        )
         inputs = {
-            "garment": self.garment.hash, "body": self.shaped.body.hash,
-            "betas": [float(beta) for beta in self.shaped.betas], "settings": asdict(self.settings), "clip": "",
+            "garment": self.garment.hash,
+            "body": self.shaped.body.hash,
+            "betas": [float(beta) for beta in self.shaped.betas],
+            "settings": asdict(self.settings),
+            "clip": "",
             "part": 0,
-        }  # fmt: skip
+        }
         if pose.hash != rest.hash:
             inputs["pose"] = pose.hash
         return Take(
-            kind="rest", vertices=self.vertices[None], motion=motion, betas=self.shaped.betas,
-            lead_in=np.zeros(1, bool), pinched=np.array([self.pinched.sum()], np.int32),
-            figures=self.figures | {"residual_share": self.residual_share}, inputs=inputs,
-        )  # fmt: skip
+            kind="rest",
+            vertices=self.vertices[None],
+            motion=motion,
+            betas=self.shaped.betas,
+            lead_in=np.zeros(1, bool),
+            pinched=np.array([self.pinched.sum()], np.int32),
+            figures=self.figures | {"residual_share": self.residual_share},
+            inputs=inputs,
+        )

@@ -47,9 +47,13 @@ def rest_of(dataset: Dataset, shaped: "ShapedBody", settings: SimSettings) -> Ta
         return dataset.rest(shaped.betas)
     except BadDataset:
         inputs = {
-            "garment": dataset.garment.hash, "body": shaped.body.hash, "betas": [float(b) for b in shaped.betas],
-            "settings": asdict(settings), "clip": "", "part": 0,
-        }  # fmt: skip
+            "garment": dataset.garment.hash,
+            "body": shaped.body.hash,
+            "betas": [float(b) for b in shaped.betas],
+            "settings": asdict(settings),
+            "clip": "",
+            "part": 0,
+        }
         take = replace(rest_drape(dataset.garment, shaped, settings), inputs=inputs)
         dataset.add(take)
         return take

@@ -74,9 +74,18 @@ class SelfContact:
         )
         rows = patches.edges.starts, patches.edges.columns, patches.faces.starts, patches.faces.columns
         patch_bounds(
-            start, moved, sheet.faces, self._edges, faces, patches.vertices.starts, patches.vertices.columns, *rows,
-            box, motion, cone,
-        )  # fmt: skip
+            start,
+            moved,
+            sheet.faces,
+            self._edges,
+            faces,
+            patches.vertices.starts,
+            patches.vertices.columns,
+            *rows,
+            box,
+            motion,
+            cone,
+        )
         for frames, blocks, lanes in zip(self._frames, self._blocks, self._lanes, strict=True):
             fill_lanes(frames, motion, start[0], blocks.starts, blocks.elements, lanes)
         by_face, by_edge, by_vertex = (
@@ -85,21 +94,57 @@ class SelfContact:
         pairs = self._patch_pairs(box, motion, cone)
         met = np.empty(len(pairs), bool)
         corners = self._filled(
-            "near", 5, len(pairs),
+            "near",
+            5,
+            len(pairs),
             lambda room, count, out: near_pairs(
-                start, moved, sheet.faces, self._edges, faces, edges, normal, patches.radius, box, motion,
-                patches.joined, *by_vertex, *by_edge, *by_face, pairs, self.thickest, MARGIN, CHUNK, room, met, count,
+                start,
+                moved,
+                sheet.faces,
+                self._edges,
+                faces,
+                edges,
+                normal,
+                patches.radius,
+                box,
+                motion,
+                patches.joined,
+                *by_vertex,
+                *by_edge,
+                *by_face,
+                pairs,
+                self.thickest,
+                MARGIN,
+                CHUNK,
+                room,
+                met,
+                count,
                 out,
             ),
-        )  # fmt: skip
+        )
         pairs = pairs[met]
         crossed = self._filled(
-            "piercing", 2, len(pairs),
+            "piercing",
+            2,
+            len(pairs),
             lambda room, count, out: piercing_edges(
-                start, sheet.faces, self._edges, faces, edges, box, motion, patches.joined, *by_edge, *by_face, pairs,
-                CHUNK, room, count, out,
+                start,
+                sheet.faces,
+                self._edges,
+                faces,
+                edges,
+                box,
+                motion,
+                patches.joined,
+                *by_edge,
+                *by_face,
+                pairs,
+                CHUNK,
+                room,
+                count,
+                out,
             ),
-        )  # fmt: skip
+        )
         self.crossed = self._edges[crossed[:, 0]]
         if len(crossed):
             corners = self._apart(crossed, corners)

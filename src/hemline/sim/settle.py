@@ -142,9 +142,16 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
 
 
 def _settled(
-    garment: Garment, shaped: "ShapedBody", pose: Pose, settings: SimSettings, start: Rest | None, tolerance: float,
-    method: Method = "newton", *, refuse: bool = True,
-) -> Rest:  # fmt: skip
+    garment: Garment,
+    shaped: "ShapedBody",
+    pose: Pose,
+    settings: SimSettings,
+    start: Rest | None,
+    tolerance: float,
+    method: Method = "newton",
+    *,
+    refuse: bool = True,
+) -> Rest:
     """Settled from where it lies once it is dressed on this shape; where that fails, from its own shape, and it follows
     the change of the body: where thighs or arms press together, dressing pushes cloth through itself.
 
@@ -258,8 +265,9 @@ class _Settling:
             search = Search(self.dressed.stepper, pinched, scene, held)
             found = search.run(positions, grip, tolerance=tolerance, newton_steps=NEWTON_STEPS)
             self.newton_steps, self.solver_steps = (
-                self.newton_steps + search.newton_steps, self.solver_steps + search.solver_steps
-            )  # fmt: skip
+                self.newton_steps + search.newton_steps,
+                self.solver_steps + search.solver_steps,
+            )
             if found.residual_share <= tolerance:
                 positions, after = self._cleaned(posed, found.positions)
                 # what was at rest from the start stays as it is
@@ -307,9 +315,11 @@ class _Settling:
     def _swung(
         self, posed: "PosedBody", positions: Positions, seconds: float, kept: float, still: float = STILL
     ) -> ClothState:
-        dressed = self.dressed if posed.shaped is self.shaped else DressedBody(
-            self.garment, posed.shaped, self.dressed.settings
-        )  # fmt: skip
+        dressed = (
+            self.dressed
+            if posed.shaped is self.shaped
+            else DressedBody(self.garment, posed.shaped, self.dressed.settings)
+        )
         return swung(
             dressed, self._end(posed), posed, positions, self.settings, seconds=seconds, kept=kept, still=still
         )
@@ -335,16 +345,30 @@ class _Settling:
             crossing = refuse_tangles(self.garment.name, sheet, vertices, posed, pinched, most=most)
         deepest = self._end(posed).clean(posed, positions, 1.0).deepest_mm if within.any() else 0.0
         return Rest(
-            garment=self.garment, shaped=self.shaped, pose=self.pose, settings=self.settings,
-            positions=positions, forces=found.forces, load=found.load, face=found.face, held=found.held,
-            grip=found.grip, pinched=stuck, residual_share=found.residual_share,
-            worst_share=float(np.linalg.norm(found.forces, axis=1).max()) / stepper.mean_weight, method=method,
-            newton_steps=self.newton_steps, solver_steps=self.solver_steps,
-            figures=strain_figures(sheet, vertices[None], self.dressed.pinned) | {
-                "inside": float((within & ~stuck).sum()), "deepest_mm": deepest, "pinched": float(stuck.sum()),
+            garment=self.garment,
+            shaped=self.shaped,
+            pose=self.pose,
+            settings=self.settings,
+            positions=positions,
+            forces=found.forces,
+            load=found.load,
+            face=found.face,
+            held=found.held,
+            grip=found.grip,
+            pinched=stuck,
+            residual_share=found.residual_share,
+            worst_share=float(np.linalg.norm(found.forces, axis=1).max()) / stepper.mean_weight,
+            method=method,
+            newton_steps=self.newton_steps,
+            solver_steps=self.solver_steps,
+            figures=strain_figures(sheet, vertices[None], self.dressed.pinned)
+            | {
+                "inside": float((within & ~stuck).sum()),
+                "deepest_mm": deepest,
+                "pinched": float(stuck.sum()),
                 "self_crossing_percent": 100 * crossing,
             },
-        )  # fmt: skip
+        )
 
 
 def _parts(count: int) -> np.ndarray:

@@ -59,9 +59,24 @@ def height_over(x, i, vertices, normals, faces, face, v, w):
 
 @kernel(parallel=True)
 def move_sides(
-    x, vertices, normals, faces, star_starts, star, limb, home, found_nearest, found_face, found_weights, deep, far,
-    skew, nearest_out, face_out, weights_out,
-):  # fmt: skip
+    x,
+    vertices,
+    normals,
+    faces,
+    star_starts,
+    star,
+    limb,
+    home,
+    found_nearest,
+    found_face,
+    found_weights,
+    deep,
+    far,
+    skew,
+    nearest_out,
+    face_out,
+    weights_out,
+):
     """The first and the second place of each vertex after cloth and body have moved.
 
     # in:  the skin, limb (faces,), home (verts,), the closest places, `deep` and `far` [m] and `skew`
@@ -98,9 +113,7 @@ def move_sides(
 
 
 @kernel(parallel=True)
-def share_push(
-    x, vertices, normals, faces, limb, home, pinched, face, weights, push, yielding, pressed, push_out
-):  # fmt: skip
+def share_push(x, vertices, normals, faces, limb, home, pinched, face, weights, push, yielding, pressed, push_out):
     """Contact stiffness of the first and of the second place of each vertex: what is not its own limb may yield.
 
     # in:  face (2, verts), weights (2, verts, 2), push (verts,), the share that yields, `pressed` [m]

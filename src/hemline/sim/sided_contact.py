@@ -76,13 +76,18 @@ class SidedContact(Contact):
             Anchors(nearest, face, weights), self.start[which], self.then, self.now, self._push_of_second[which]
         )
         depth = np.clip(thickness - planes.gap(planes.carried), 0, thickness)
-        return [PairRows(
-            corners=np.repeat(which[:, None], 4, axis=1).astype(np.uint32),
-            weights=np.repeat([[1.0, 0, 0, 0]], len(which), axis=0), normal=planes.normal,
-            reach=np.einsum("px,px->p", planes.normal, planes.point) + thickness, carried=planes.carried,
-            thickness=np.full(len(which), thickness), stiffness=planes.stiffness,
-            limit=friction[which] * planes.stiffness * depth**2 / thickness,
-        )]  # fmt: skip
+        return [
+            PairRows(
+                corners=np.repeat(which[:, None], 4, axis=1).astype(np.uint32),
+                weights=np.repeat([[1.0, 0, 0, 0]], len(which), axis=0),
+                normal=planes.normal,
+                reach=np.einsum("px,px->p", planes.normal, planes.point) + thickness,
+                carried=planes.carried,
+                thickness=np.full(len(which), thickness),
+                stiffness=planes.stiffness,
+                limit=friction[which] * planes.stiffness * depth**2 / thickness,
+            )
+        ]
 
     def _begin(self, anchors: Anchors) -> None:
         wearing = self.wearing

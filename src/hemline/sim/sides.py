@@ -72,9 +72,13 @@ class Sides:
         return Anchors(self.nearest[1], self.face[1], self.weights[1])
 
     def moved(
-        self, surface: Surface, positions: Float[np.ndarray, "verts 3"], skin: Skin, found: Anchors,
+        self,
+        surface: Surface,
+        positions: Float[np.ndarray, "verts 3"],
+        skin: Skin,
+        found: Anchors,
         home: Int[np.ndarray, " verts"],
-    ) -> "Sides":  # fmt: skip
+    ) -> "Sides":
         """The places after body and cloth have moved.
 
         Args:
@@ -86,15 +90,36 @@ class Sides:
         """
         nearest, face, weights = self.nearest.copy(), self.face.copy(), self.weights.copy()
         move_sides(
-            positions, skin.vertices, skin.normals, surface.faces, surface.star.starts, surface.star.columns,
-            surface.limb, home, found.nearest, found.face, found.weights, DEEP, FAR, SKEW, nearest, face, weights,
-        )  # fmt: skip
+            positions,
+            skin.vertices,
+            skin.normals,
+            surface.faces,
+            surface.star.starts,
+            surface.star.columns,
+            surface.limb,
+            home,
+            found.nearest,
+            found.face,
+            found.weights,
+            DEEP,
+            FAR,
+            SKEW,
+            nearest,
+            face,
+            weights,
+        )
         return Sides(nearest, face, weights)
 
     def pushes(
-        self, surface: Surface, positions: Float[np.ndarray, "verts 3"], skin: Skin, home: Int[np.ndarray, " verts"],
-        pinched: Bool[np.ndarray, " verts"], push: Float[np.ndarray, " verts"], yielding: float,
-    ) -> Float[np.ndarray, "2 verts"]:  # fmt: skip
+        self,
+        surface: Surface,
+        positions: Float[np.ndarray, "verts 3"],
+        skin: Skin,
+        home: Int[np.ndarray, " verts"],
+        pinched: Bool[np.ndarray, " verts"],
+        push: Float[np.ndarray, " verts"],
+        yielding: float,
+    ) -> Float[np.ndarray, "2 verts"]:
         """Contact stiffness of each place [N/m]. Where its own limb and another one press on a vertex, or it is
         pinched, the other one yields: what goes through a leg must not take the trousers along.
 
@@ -109,7 +134,18 @@ class Sides:
         """
         shared = np.empty((2, len(push)))
         share_push(
-            positions, skin.vertices, skin.normals, surface.faces, surface.limb, home, pinched, self.face,
-            self.weights, push, yielding, PRESSED, shared,
-        )  # fmt: skip
+            positions,
+            skin.vertices,
+            skin.normals,
+            surface.faces,
+            surface.limb,
+            home,
+            pinched,
+            self.face,
+            self.weights,
+            push,
+            yielding,
+            PRESSED,
+            shared,
+        )
         return shared

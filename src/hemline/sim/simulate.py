@@ -103,8 +103,11 @@ def simulate(
         newton, solver = sum(r.newton_steps for r in reports), sum(r.solver_steps for r in reports)
         log.debug(
             "frame %d: %.1f ms, %d Newton steps, %d of conjugate gradients",
-            index, 1000 * (time.perf_counter() - began), newton, solver,
-        )  # fmt: skip
+            index,
+            1000 * (time.perf_counter() - began),
+            newton,
+            solver,
+        )
         if progress:
             progress(index + 1, total)
     whole = motion if leading is None else _joined(leading, motion)
@@ -118,13 +121,24 @@ def simulate(
     shown = vertices[~leads] if (~leads).any() else vertices
     figures = strain_figures(dressed.sheet, shown, dressed.pinned) | crossing_figures(dressed.sheet, shown)
     return Take(
-        kind="clip", vertices=vertices, motion=whole[:done], betas=shaped.betas, lead_in=leads,
+        kind="clip",
+        vertices=vertices,
+        motion=whole[:done],
+        betas=shaped.betas,
+        lead_in=leads,
         pinched=np.array(record.pinched, np.int32),
-        figures=figures | record.figures(), failed=failed,
-        inputs={"garment": garment.hash, "body": shaped.body.hash, "betas": [float(b) for b in shaped.betas],
-                "motion": motion.hash, "clip": motion.name, "settings": asdict(settings)},
+        figures=figures | record.figures(),
+        failed=failed,
+        inputs={
+            "garment": garment.hash,
+            "body": shaped.body.hash,
+            "betas": [float(b) for b in shaped.betas],
+            "motion": motion.hash,
+            "clip": motion.name,
+            "settings": asdict(settings),
+        },
         end_state=_end_state(state, before) | end.memory(),
-    )  # fmt: skip
+    )
 
 
 @dataclass
@@ -153,10 +167,16 @@ class _Record:
 def _end_state(state: ClothState, pose: Pose) -> dict[str, np.ndarray]:
     assert state.sides is not None
     return {
-        "positions": state.positions, "velocities": state.velocities, "change": state.change, "load": state.load,
-        "pinched": state.pinched.astype(np.uint8), "sides": state.sides, "time": np.array([state.time]),
-        "rotations": pose.rotations, "translation": pose.translation,
-    }  # fmt: skip
+        "positions": state.positions,
+        "velocities": state.velocities,
+        "change": state.change,
+        "load": state.load,
+        "pinched": state.pinched.astype(np.uint8),
+        "sides": state.sides,
+        "time": np.array([state.time]),
+        "rotations": pose.rotations,
+        "translation": pose.translation,
+    }
 
 
 def _state(end: EndState) -> ClothState:

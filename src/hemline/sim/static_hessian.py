@@ -33,9 +33,20 @@ def sheet_hessian(step: StaticStep) -> Any:
     count, (ring_bending, far_bending) = sheet.vertex_count, stepper.bending
     blocks = np.zeros(9 * len(sheet.ring.columns) + PAD)
     membrane_blocks(
-        sheet.edge_corners.starts, sheet.edge_corners.columns, sheet.edge_slots, sheet.shape, sheet.area, memory.frame,
-        memory.tension, sheet.lame, sheet.shear, sheet.damping, 0.0, ring_bending, blocks,
-    )  # fmt: skip
+        sheet.edge_corners.starts,
+        sheet.edge_corners.columns,
+        sheet.edge_slots,
+        sheet.shape,
+        sheet.area,
+        memory.frame,
+        memory.tension,
+        sheet.lame,
+        sheet.shear,
+        sheet.damping,
+        0.0,
+        ring_bending,
+        blocks,
+    )
     ring = blocks[: 9 * len(sheet.ring.columns)].reshape(-1, 3, 3).transpose(0, 2, 1)
     far = far_bending[:, None, None] * np.eye(3)
     rows = [np.repeat(np.arange(count), np.diff(each.starts.astype(np.int64))) for each in (sheet.ring, sheet.far)]

@@ -240,9 +240,16 @@ class Search:
             step = self._step(step.x + ((1 - SOFT) * step.depth)[:, None] * step.planes.normal, step.grip)
         step = self._descend(step, tolerance, newton_steps)
         return Equilibrium(
-            positions=step.x, forces=step.forces, load=step.load, face=step.face, held=self.held, grip=step.slipped(),
-            residual_share=step.residual_share, newton_steps=self.newton_steps, solver_steps=self.solver_steps,
-        )  # fmt: skip
+            positions=step.x,
+            forces=step.forces,
+            load=step.load,
+            face=step.face,
+            held=self.held,
+            grip=step.slipped(),
+            residual_share=step.residual_share,
+            newton_steps=self.newton_steps,
+            solver_steps=self.solver_steps,
+        )
 
     def _step(self, positions: Positions, grip: Grip | None, *, by_halves: bool = True, **options: Any) -> StaticStep:
         last = self.last

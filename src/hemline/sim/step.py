@@ -33,9 +33,13 @@ WORST_ERROR = 0.015
 
 
 _NO_PAIRS = (
-    np.empty((0, 4), np.uint32), np.empty((0, 4), np.float32), np.empty(0, np.float32), np.empty(0, np.uint32),
-    np.empty(0, np.uint32), np.empty(0, np.float32),
-)  # fmt: skip
+    np.empty((0, 4), np.uint32),
+    np.empty((0, 4), np.float32),
+    np.empty(0, np.float32),
+    np.empty(0, np.uint32),
+    np.empty(0, np.uint32),
+    np.empty(0, np.float32),
+)
 
 
 class Memory:
@@ -67,9 +71,7 @@ class Step:
     `soft` is the share of the stiffness of contact with the body.
     """
 
-    def __init__(
-        self, stepper: "Stepper", state: ClothState, h: float, then: Scene, now: Scene, *, soft: float = 1.0
-    ):  # fmt: skip
+    def __init__(self, stepper: "Stepper", state: ClothState, h: float, then: Scene, now: Scene, *, soft: float = 1.0):
         self.stepper, self.state, self.h = stepper, state, h
         self.sheet, self.settings, self.memory = stepper.sheet, stepper.settings, stepper.memory
         sheet, x0 = self.sheet, state.positions
@@ -114,37 +116,80 @@ class Step:
         stepper, x0 = self.stepper, self.state.positions
         if stepper.capsules is None or self.state.sides is None or then.joints is None or now.joints is None:
             return []
-        rows = stepper.capsules.rows(
-            x0, self.sheet.faces, stepper.limb_of_face, then.joints, now.joints, stepper.push
-        )  # fmt: skip
+        rows = stepper.capsules.rows(x0, self.sheet.faces, stepper.limb_of_face, then.joints, now.joints, stepper.push)
         return [rows] if len(rows) else []
 
     def newton(self) -> int:
         """One Newton step with a line search; returns the steps of conjugate gradients."""
         sheet, memory, planes, stepper, layout = (
-            self.sheet, self.memory, self.planes, self.stepper, self.stepper.layout
-        )  # fmt: skip
+            self.sheet,
+            self.memory,
+            self.planes,
+            self.stepper,
+            self.stepper.layout,
+        )
         pairs = self._pair_blocks()
         membrane_blocks(
-            sheet.edge_corners.starts, sheet.edge_corners.columns, layout.edge_slots, sheet.shape, sheet.area,
-            memory.frame, memory.tension, sheet.lame, sheet.shear, sheet.damping, self.over_h, layout.ring_bending,
+            sheet.edge_corners.starts,
+            sheet.edge_corners.columns,
+            layout.edge_slots,
+            sheet.shape,
+            sheet.area,
+            memory.frame,
+            memory.tension,
+            sheet.lame,
+            sheet.shear,
+            sheet.damping,
+            self.over_h,
+            layout.ring_bending,
             memory.blocks,
-        )  # fmt: skip
+        )
         diagonal_blocks(
-            self.x, self.pull, layout.slot, layout.ring.starts, memory.blocks, layout.far.starts, layout.far_bending,
-            memory.air_diagonal, memory.pair_diagonal, planes.normal, planes.point, planes.carried, planes.stiffness,
-            self.limit, self.settings.thickness, self.settings.contact_depth, self.creep, stepper.fixed,
-            memory.diagonal, memory.inverse,
-        )  # fmt: skip
+            self.x,
+            self.pull,
+            layout.slot,
+            layout.ring.starts,
+            memory.blocks,
+            layout.far.starts,
+            layout.far_bending,
+            memory.air_diagonal,
+            memory.pair_diagonal,
+            planes.normal,
+            planes.point,
+            planes.carried,
+            planes.stiffness,
+            self.limit,
+            self.settings.thickness,
+            self.settings.contact_depth,
+            self.creep,
+            stepper.fixed,
+            memory.diagonal,
+            memory.inverse,
+        )
         if not self.coarsened:
             self._coarsen()
         opposed(memory.gradient, layout.slot, memory.right)
         steps = conjugate_gradients(
-            layout.ring.starts, layout.ring.columns, memory.blocks, layout.far.starts, layout.far.columns,
-            layout.far_bending, memory.diagonal, memory.inverse, layout.begin, layout.end, layout.vertex,
-            memory.band, *pairs, memory.right, self.settings.solver_share,
-            self.settings.solver_steps, memory.solution, *memory.vectors, *memory.sums,
-        )  # fmt: skip
+            layout.ring.starts,
+            layout.ring.columns,
+            memory.blocks,
+            layout.far.starts,
+            layout.far.columns,
+            layout.far_bending,
+            memory.diagonal,
+            memory.inverse,
+            layout.begin,
+            layout.end,
+            layout.vertex,
+            memory.band,
+            *pairs,
+            memory.right,
+            self.settings.solver_share,
+            self.settings.solver_steps,
+            memory.solution,
+            *memory.vectors,
+            *memory.sums,
+        )
         self._search()
         return steps
 
@@ -193,9 +238,18 @@ class Step:
         """The coarse level of the preconditioner: that of a step's first Hessian serves the whole step."""
         memory, layout = self.memory, self.stepper.layout
         coarse_matrix(
-            layout.begin, layout.end, layout.patch, layout.ring.starts, layout.ring.columns, memory.blocks,
-            layout.far.starts, layout.far.columns, layout.far_bending, memory.diagonal, memory.band,
-        )  # fmt: skip
+            layout.begin,
+            layout.end,
+            layout.patch,
+            layout.ring.starts,
+            layout.ring.columns,
+            memory.blocks,
+            layout.far.starts,
+            layout.far.columns,
+            layout.far_bending,
+            memory.diagonal,
+            memory.band,
+        )
         if not factorise(memory.band):
             raise StepRejected("the Hessian is not positive")
         self.coarsened = True
@@ -219,10 +273,26 @@ class Step:
             self._stretch()
         pair_energy = self._press()
         gradient(
-            self.x, self.inertial, self.pull, memory.pressed, self.state.positions, memory.air, memory.air_diagonal,
-            planes.normal, planes.point, planes.carried, planes.stiffness, self.limit, self.settings.thickness,
-            self.settings.contact_depth, self.creep, stepper.fixed, memory.gradient, memory.energy, memory.residual,
-        )  # fmt: skip
+            self.x,
+            self.inertial,
+            self.pull,
+            memory.pressed,
+            self.state.positions,
+            memory.air,
+            memory.air_diagonal,
+            planes.normal,
+            planes.point,
+            planes.carried,
+            planes.stiffness,
+            self.limit,
+            self.settings.thickness,
+            self.settings.contact_depth,
+            self.creep,
+            stepper.fixed,
+            memory.gradient,
+            memory.energy,
+            memory.residual,
+        )
         self.energy = self._elastic_energy + float(memory.energy.sum()) + pair_energy
         free = max(1, sheet.vertex_count - len(stepper.pinned))
         self.residual_share = float(memory.residual.sum()) / free / stepper.mean_weight
@@ -231,21 +301,47 @@ class Step:
         """Forces of membrane and bending at the vertices, and their energy."""
         sheet, memory, stepper = self.sheet, self.memory, self.stepper
         membrane(
-            self.x, sheet.faces, sheet.shape, sheet.area, memory.strain, sheet.lame, sheet.shear, sheet.damping,
-            self.over_h, self.cap, memory.corner, memory.frame, memory.tension, memory.face_energy,
-        )  # fmt: skip
+            self.x,
+            sheet.faces,
+            sheet.shape,
+            sheet.area,
+            memory.strain,
+            sheet.lame,
+            sheet.shear,
+            sheet.damping,
+            self.over_h,
+            self.cap,
+            memory.corner,
+            memory.frame,
+            memory.tension,
+            memory.face_energy,
+        )
         if len(sheet.hinge_rest):
             hinge_forces(
-                self.x, sheet.hinges, sheet.hinge_weight, stepper.hinge_rest, memory.hinge_gradient,
+                self.x,
+                sheet.hinges,
+                sheet.hinge_weight,
+                stepper.hinge_rest,
+                memory.hinge_gradient,
                 memory.hinge_energy,
-            )  # fmt: skip
+            )
             corners = stepper.hinge_corners
             hinges_at_vertices(corners.starts, corners.columns, memory.hinge_gradient, memory.bent)
         elastic_at_vertices(
-            self.x, sheet.corners.starts, sheet.corners.columns, memory.corner, sheet.ring.starts, sheet.ring.columns,
-            stepper.bending[0], sheet.far.starts, sheet.far.columns, stepper.bending[1], memory.bent, memory.elastic,
+            self.x,
+            sheet.corners.starts,
+            sheet.corners.columns,
+            memory.corner,
+            sheet.ring.starts,
+            sheet.ring.columns,
+            stepper.bending[0],
+            sheet.far.starts,
+            sheet.far.columns,
+            stepper.bending[1],
+            memory.bent,
+            memory.elastic,
             memory.bending_energy,
-        )  # fmt: skip
+        )
         energies = memory.face_energy, memory.hinge_energy, memory.bending_energy
         self._elastic_energy = float(sum(energy.sum() for energy in energies))
 
@@ -306,10 +402,23 @@ class Step:
             return
         wind = self.stepper.wind(state.time, state.positions)
         air_by_triangle(
-            state.positions, state.velocities, wind, sheet.faces, sheet.drag, sheet.lift,
-            0.5 * self.settings.air_density, memory.air_force, memory.air_matrix,
-        )  # fmt: skip
+            state.positions,
+            state.velocities,
+            wind,
+            sheet.faces,
+            sheet.drag,
+            sheet.lift,
+            0.5 * self.settings.air_density,
+            memory.air_force,
+            memory.air_matrix,
+        )
         air_at_vertices(
-            sheet.corners.starts, sheet.corners.columns, memory.air_force, memory.air_matrix,
-            state.velocities, 1 / self.h, memory.air, memory.air_diagonal,
-        )  # fmt: skip
+            sheet.corners.starts,
+            sheet.corners.columns,
+            memory.air_force,
+            memory.air_matrix,
+            state.velocities,
+            1 / self.h,
+            memory.air,
+            memory.air_diagonal,
+        )

@@ -87,9 +87,11 @@ class Stepper:
         self.cap = KEPT_COMPRESSION * sheet.density * sheet.area / 3 / np.linalg.eigvalsh(gram)[:, 1]
         flat = not len(sheet.hinge_rest)
         # where the rest shape is not flat, hinges bring the forces; their Hessian stays that of a flat sheet
-        self.bending = (sheet.ring_bending, sheet.far_bending) if flat else tuple(
-            np.zeros_like(each) for each in (sheet.ring_bending, sheet.far_bending)
-        )  # fmt: skip
+        self.bending = (
+            (sheet.ring_bending, sheet.far_bending)
+            if flat
+            else tuple(np.zeros_like(each) for each in (sheet.ring_bending, sheet.far_bending))
+        )
         self.hinge_rest = 2 * np.sin(0.5 * sheet.hinge_rest)
         self.hinge_corners = incidence(sheet.hinges.ravel(), np.arange(sheet.hinges.size), sheet.vertex_count)
         self.layout = make_layout(sheet, self.fixed)
@@ -97,11 +99,17 @@ class Stepper:
         self.last_anchors: Anchors | None = None
         self.body_points = BodyPoints(
             sheet, fixed=self.fixed, thickness=self.settings.thickness, friction=sheet.friction
-        )  # fmt: skip
-        self.self_contact = None if not self.settings.self_contact else SelfContact(
-            sheet, thickness=self.settings.self_thickness, stiffness=self.settings.self_stiffness,
-            friction=sheet.friction,
-        )  # fmt: skip
+        )
+        self.self_contact = (
+            None
+            if not self.settings.self_contact
+            else SelfContact(
+                sheet,
+                thickness=self.settings.self_thickness,
+                stiffness=self.settings.self_stiffness,
+                friction=sheet.friction,
+            )
+        )
 
     def start(self, positions: Positions) -> ClothState:
         """At rest at the given positions.

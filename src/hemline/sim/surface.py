@@ -127,9 +127,22 @@ class Surface:
         else:
             face, weights = known.face.copy(), known.weights.copy()
         closest_faces(
-            positions, skin.vertices, self.faces, self.star.starts, self.star.columns, grid.low, grid.cell, grid.size,
-            grid.starts, grid.order, reach or self.reach, asked, nearest, face, weights,
-        )  # fmt: skip
+            positions,
+            skin.vertices,
+            self.faces,
+            self.star.starts,
+            self.star.columns,
+            grid.low,
+            grid.cell,
+            grid.size,
+            grid.starts,
+            grid.order,
+            reach or self.reach,
+            asked,
+            nearest,
+            face,
+            weights,
+        )
         return Anchors(nearest, face, weights)
 
     def planes(
@@ -152,9 +165,19 @@ class Surface:
         count = len(start)
         normal, point, carried, stiffness = (np.empty(shape) for shape in ((count, 3), (count, 3), (count, 3), count))
         contact_planes(
-            start, anchors.face, anchors.weights, self.faces, then.vertices, now.vertices, now.normals, push,
-            normal, point, carried, stiffness,
-        )  # fmt: skip
+            start,
+            anchors.face,
+            anchors.weights,
+            self.faces,
+            then.vertices,
+            now.vertices,
+            now.normals,
+            push,
+            normal,
+            point,
+            carried,
+            stiffness,
+        )
         return Planes(normal, point, carried, stiffness)
 
 

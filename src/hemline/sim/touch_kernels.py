@@ -104,9 +104,22 @@ def closest_around(px, py, pz, vertex, vertices, faces, star_starts, star):
 
 @kernel(parallel=True)
 def closest_faces(
-    x, vertices, faces, star_starts, star, low, cell, size, cell_starts, order, reach, asked,
-    nearest_out, face_out, weights_out,
-):  # fmt: skip
+    x,
+    vertices,
+    faces,
+    star_starts,
+    star,
+    low,
+    cell,
+    size,
+    cell_starts,
+    order,
+    reach,
+    asked,
+    nearest_out,
+    face_out,
+    weights_out,
+):
     """For each cloth vertex that is asked for the closest face within reach and the weights of its corners; -1: none.
 
     # in:  nearest_out holds the last nearest body vertices: they bound the search, they do not change its result
@@ -154,9 +167,19 @@ def closest_faces(
 
 @kernel(parallel=True)
 def contact_planes(
-    start, face, weights, faces, vertices_then, vertices_now, normals_now, push, normal_out, point_out, carried_out,
+    start,
+    face,
+    weights,
+    faces,
+    vertices_then,
+    vertices_now,
+    normals_now,
+    push,
+    normal_out,
+    point_out,
+    carried_out,
     stiffness_out,
-):  # fmt: skip
+):
     """Plane of the body under each vertex at the step's end, and where the body carries the vertex's start.
 
     # out: unit normal (interpolated), point on the body, start + motion of that point, stiffness; all 0: no contact

@@ -41,9 +41,20 @@ def slip_terms(slip, creep):
 
 @kernel(parallel=True, fastmath=FAST)
 def elastic_at_vertices(
-    x, corner_starts, corners, corner, ring_starts, ring, ring_bending, far_starts, far, far_bending, bent,
-    elastic_out, energy_out,
-):  # fmt: skip
+    x,
+    corner_starts,
+    corners,
+    corner,
+    ring_starts,
+    ring,
+    ring_bending,
+    far_starts,
+    far,
+    far_bending,
+    bent,
+    elastic_out,
+    energy_out,
+):
     """Gradient of membrane and bending at each vertex, and by chunk the energy of `ring_bending` and `far_bending`."""
     count = x.shape[0]
     for chunk in prange((count + CHUNK - 1) // CHUNK):
@@ -77,9 +88,26 @@ def elastic_at_vertices(
 
 @kernel(parallel=True, fastmath=FAST)
 def gradient(
-    x, inertial, pull, pressed, start, air, air_matrix, normal, point, carried, stiffness, limit, thickness, depth,
-    creep, fixed, gradient_out, energy_out, residual_out,
-):  # fmt: skip
+    x,
+    inertial,
+    pull,
+    pressed,
+    start,
+    air,
+    air_matrix,
+    normal,
+    point,
+    carried,
+    stiffness,
+    limit,
+    thickness,
+    depth,
+    creep,
+    fixed,
+    gradient_out,
+    energy_out,
+    residual_out,
+):
     """Gradient at each vertex, and by chunk: energy, and the sum of |gradient| over free vertices.
 
     # in: pressed: what membrane, bending and pairs bring; their energies are not in here
@@ -127,9 +155,27 @@ def gradient(
 
 @kernel(parallel=True, fastmath=FAST)
 def diagonal_blocks(
-    x, pull, slot, ring_starts, blocks, far_starts, far_bending, air_matrix, pair_diagonal, normal, point, carried,
-    stiffness, limit, thickness, depth, creep, fixed, diagonal_out, inverse_out,
-):  # fmt: skip
+    x,
+    pull,
+    slot,
+    ring_starts,
+    blocks,
+    far_starts,
+    far_bending,
+    air_matrix,
+    pair_diagonal,
+    normal,
+    point,
+    carried,
+    stiffness,
+    limit,
+    thickness,
+    depth,
+    creep,
+    fixed,
+    diagonal_out,
+    inverse_out,
+):
     """Diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine a slot.
 
     # in:  slot: place of each vertex in the solver's order, in which rows and blocks are; pair_diagonal: what pairs of

@@ -127,9 +127,12 @@ class _Search:
         """The best places and poses of a grid, far apart from each other, and the cost of the best."""
         grid = [
             (lift, np.array([up, 0, size, arms, 0, elbows, 0], np.float64))
-            for lift in range(len(self.origins)) for arms in (-0.6, -0.3, 0.0, 0.35, 0.7) for elbows in (-0.6, 0.0, 1.0)
-            for up in (-0.1, -0.05, 0.0, 0.05) for size in self.sizes
-        ]  # fmt: skip
+            for lift in range(len(self.origins))
+            for arms in (-0.6, -0.3, 0.0, 0.35, 0.7)
+            for elbows in (-0.6, 0.0, 1.0)
+            for up in (-0.1, -0.05, 0.0, 0.05)
+            for size in self.sizes
+        ]
         grid.sort(key=lambda each: self.cost(each[1], each[0]))
         picked: list[tuple[int, np.ndarray]] = []
         for lift, start in grid:
@@ -200,9 +203,16 @@ class _Search:
         through = tuple(dict.fromkeys(skeleton.name(int(s)) for s in np.flatnonzero(self.crossed(placed, skeleton))))
         empty = sum(not rim.at(placed).passed(skeleton) for rim in self.rims)
         return Alignment(
-            placed, posed_for(self.shaped, tuple(x[3:])), up, float(np.exp(x[2])), placed.mean(axis=0) - self.centre,
-            (float(x[3]), float(x[4]), float(x[5]), float(x[6])), through, empty, len(self.rims),
-        )  # fmt: skip
+            placed,
+            posed_for(self.shaped, tuple(x[3:])),
+            up,
+            float(np.exp(x[2])),
+            placed.mean(axis=0) - self.centre,
+            (float(x[3]), float(x[4]), float(x[5]), float(x[6])),
+            through,
+            empty,
+            len(self.rims),
+        )
 
 
 def _reluctance(logarithm: float) -> float:

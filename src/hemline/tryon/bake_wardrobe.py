@@ -47,9 +47,13 @@ def main() -> None:
         if tried.fitness.reason or tried.fitness.rest is None:
             raise BadGarment(f"'{name}' must be worn", tried.fitness.reason, "look at its mesh")
         garment = replace(
-            tried.garment, name=name, vertices=tried.fitness.rest.vertices[0], material=Material.of(source.material),
-            flat_rest=True, notes=(f"made of {source.mesh} ({source.licence})", *tried.garment.notes),
-        )  # fmt: skip
+            tried.garment,
+            name=name,
+            vertices=tried.fitness.rest.vertices[0],
+            material=Material.of(source.material),
+            flat_rest=True,
+            notes=(f"made of {source.mesh} ({source.licence})", *tried.garment.notes),
+        )
         garment.save(FOLDER / f"{name}.safetensors")
 
 

@@ -71,9 +71,14 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
     vertices = rest.vertices[0]
     fall = float((laid.vertices[:, 1] - vertices[:, 1]).mean())
     kept = (
-        "edge_strain_p50", "edge_strain_p99", "edge_strain_max", "residual_share", "inside", "pinched",
+        "edge_strain_p50",
+        "edge_strain_p99",
+        "edge_strain_max",
+        "residual_share",
+        "inside",
+        "pinched",
         "self_crossing_percent",
-    )  # fmt: skip
+    )
     figures = {key: float(rest.figures[key]) for key in kept} | {"fall_mm": 1000 * fall}
     return Fitness(judged(garment, shaped, vertices, figures), figures, rest)
 

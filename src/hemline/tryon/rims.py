@@ -45,9 +45,12 @@ class Rim:
         points = placed[self.loop]
         centre = self.shares @ points
         return Rim(
-            self.loop, self.shares, self.length, np.concatenate([points, centre[None]]),
+            self.loop,
+            self.shares,
+            self.length,
+            np.concatenate([points, centre[None]]),
             float(self.shares @ np.linalg.norm(points - centre, axis=1)),
-        )  # fmt: skip
+        )
 
     def passed(self, skeleton: Skeleton) -> bool:
         """Whether a limb goes through it."""

@@ -109,9 +109,13 @@ def try_on(
             what, failure, "place it on the body at rest (y up, facing +z), or check its unit"
         ) from failure
     on_body = Cloth(
-        cloth.name, result.vertices, loose.faces, loose.rest_edges, cloth.from_pattern,
+        cloth.name,
+        result.vertices,
+        loose.faces,
+        loose.rest_edges,
+        cloth.from_pattern,
         notes + cloth.notes + _said(alignment, result, guessed=said.up is None),
-    )  # fmt: skip
+    )
     if said.pins is None and on_shoulders(result.vertices, made_on):
         said = replace(said, pins="none")
         on_body = replace(on_body, notes=(*on_body.notes, "pins: none, as the shoulders carry it"))
@@ -123,12 +127,17 @@ def around(cloth: Cloth, said: GarmentFile, shaped: "ShapedBody", alignment: Ali
     """The garment where it was laid, its rest metric scaled, without pins."""
     scale = alignment.scale if abs(alignment.scale - 1) > SCALED else 1.0
     return Garment(
-        name=cloth.name, vertices=alignment.vertices.astype(np.float32), faces=cloth.faces,
+        name=cloth.name,
+        vertices=alignment.vertices.astype(np.float32),
+        faces=cloth.faces,
         rest_edges=scale * cloth.rest_edges,
-        material=Material.of(said.material if said.material is not None else "cotton"), pins=NO_PINS,
-        key_joint="pelvis", body_name=shaped.body.name, body_betas=np.array(shaped.betas, np.float32),
+        material=Material.of(said.material if said.material is not None else "cotton"),
+        pins=NO_PINS,
+        key_joint="pelvis",
+        body_name=shaped.body.name,
+        body_betas=np.array(shaped.betas, np.float32),
         flat_rest=cloth.from_pattern if said.flat_rest is None else said.flat_rest,
-    )  # fmt: skip
+    )
 
 
 def on_shoulders(vertices: np.ndarray, shaped: "ShapedBody") -> bool:

@@ -177,9 +177,13 @@ def _begun(ropes: Ropes, bodies: "list[PosedBody]", bones: np.ndarray, dt: float
     positions, velocities = np.array(bones[1], np.float64), (bones[2] - bones[0]) / (2 * dt)
     positions[kinematic], velocities[kinematic] = now, (after - before) / (2 * dt)
     return replace(
-        state, positions=positions, velocities=velocities, kinematic_velocities=velocities[kinematic],
-        kinematic_rates=(now - before) / dt, last_dt=np.asarray(dt),
-    )  # fmt: skip
+        state,
+        positions=positions,
+        velocities=velocities,
+        kinematic_velocities=velocities[kinematic],
+        kinematic_rates=(now - before) / dt,
+        last_dt=np.asarray(dt),
+    )
 
 
 def _limits(substep: float) -> dict[str, float]:

@@ -163,9 +163,19 @@ class Ropes:
         positions[self.kinematic] = self.carriage.carried(frames, rest)
         still = np.zeros((len(rest), 3))
         return RopesState(
-            positions, np.zeros_like(positions), np.zeros(len(positions)), np.zeros(len(positions), np.bool_), frames,
-            still, still.copy(), np.zeros(()), rest, proxy.shapes, proxy.centres, proxy.pivots,
-        )  # fmt: skip
+            positions,
+            np.zeros_like(positions),
+            np.zeros(len(positions)),
+            np.zeros(len(positions), np.bool_),
+            frames,
+            still,
+            still.copy(),
+            np.zeros(()),
+            rest,
+            proxy.shapes,
+            proxy.centres,
+            proxy.pivots,
+        )
 
     def _step(self, state: RopesState, posed: "PosedBody", dt: float) -> RopesState:
         frames, kinematic = self.proxy.posed(posed), self.kinematic
@@ -187,13 +197,29 @@ class Ropes:
         push = None if self.hook is None else np.ascontiguousarray(self.hook(state.positions, velocities), np.float64)
         colliders = Colliders(self.proxy.kinds, self.proxy.joints, state.shapes, state.centres, state.pivots)
         positions, velocities, tensions, touched = self.chains.advance(
-            state.positions, velocities, state.tensions, motion, dt,
-            colliders=colliders, frames=(state.frames, frames), push=push,
-        )  # fmt: skip
+            state.positions,
+            velocities,
+            state.tensions,
+            motion,
+            dt,
+            colliders=colliders,
+            frames=(state.frames, frames),
+            push=push,
+        )
         return RopesState(
-            positions, velocities, tensions, touched, frames, motion[3], (motion[1] - motion[0]) / dt, np.asarray(dt),
-            state.kinematic_rest, state.shapes, state.centres, state.pivots,
-        )  # fmt: skip
+            positions,
+            velocities,
+            tensions,
+            touched,
+            frames,
+            motion[3],
+            (motion[1] - motion[0]) / dt,
+            np.asarray(dt),
+            state.kinematic_rest,
+            state.shapes,
+            state.centres,
+            state.pivots,
+        )
 
     def _carried_along(self, state: RopesState, frames: np.ndarray) -> RopesState:
         """The state moved rigidly with the key joint into the new frames, its velocities relative to it, no history."""

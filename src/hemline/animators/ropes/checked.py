@@ -38,11 +38,14 @@ def checked_ropes(kind: "type[Ropes]", arrays: Mapping[str, np.ndarray], metadat
     pairs = _indices(arrays, "pairs", (-1, 2), nodes)
     values = {name: _array(arrays, name, (nodes,)) for name in ("lengths", "masses", "rest_spans", "clearances")}
     chains = RopeChains(
-        offsets=offsets, pairs=pairs, rest_directions=_array(arrays, "rest_directions", (nodes, 3)),
+        offsets=offsets,
+        pairs=pairs,
+        rest_directions=_array(arrays, "rest_directions", (nodes, 3)),
         chain_joints=_indices(arrays, "chain_joints", (count,), len(JOINT_NAMES)),
         pair_spans=_array(arrays, "pair_spans", (len(pairs), 2)),
-        constants=RopeConstants.of(constants), **values,  # type: ignore[arg-type]  # checked above
-    )  # fmt: skip
+        constants=RopeConstants.of(constants),
+        **values,  # type: ignore[arg-type]  # checked above
+    )
     free = chains.parents >= 0
     _check(
         bool((chains.lengths[free] > 0).all() and (chains.masses[free] > 0).all()),
@@ -52,9 +55,11 @@ def checked_ropes(kind: "type[Ropes]", arrays: Mapping[str, np.ndarray], metadat
     kin = len(chains.kinematic)
     embedding = Embedding(_indices(arrays, "corners", (nodes, 3), None), _array(arrays, "barycentric", (nodes, 3)))
     carriage = Carriage(
-        _array(arrays, "carriage_rest", (kin, 3)), _array(arrays, "carriage_weights", (kin, len(JOINT_NAMES))),
-        _indices(arrays, "carriage_nearest", (kin,), None), _array(arrays, "carriage_nearest_rest", (kin, 3)),
-    )  # fmt: skip
+        _array(arrays, "carriage_rest", (kin, 3)),
+        _array(arrays, "carriage_weights", (kin, len(JOINT_NAMES))),
+        _indices(arrays, "carriage_nearest", (kin,), None),
+        _array(arrays, "carriage_nearest_rest", (kin, 3)),
+    )
     rest, betas = _array(arrays, "rest", (nodes, 3)), _array(arrays, "betas", (-1,))
     proxy = BodyProxy.of(arrays, metadata)
     _check(len(proxy.pivots) == len(JOINT_NAMES), f"a proxy needs {len(JOINT_NAMES)} pivots", len(proxy.pivots))

@@ -84,9 +84,7 @@ class RopeChains:
         weights = np.ones(offsets[-1]) if masses is None else np.concatenate(masses).astype(float)
         roots, free = np.zeros(len(chains), np.int32), np.full(len(weights), np.inf)
         none = np.zeros((0, 2))
-        return cls(
-            offsets, spans, weights, spans, directions, roots, none.astype(np.int32), none, free, constants
-        )  # fmt: skip
+        return cls(offsets, spans, weights, spans, directions, roots, none.astype(np.int32), none, free, constants)
 
     @cached_property
     def kinematic(self) -> Int[np.ndarray, " kin"]:
@@ -169,11 +167,30 @@ class RopeChains:
         positions_out, velocities_out, tensions_out = positions.copy(), velocities.copy(), tensions.copy()
         touched_out = np.zeros(len(positions), np.bool_)
         advance_chains(
-            self.offsets, self.lengths, self.rest_spans, self.rest_directions, self.inverse_masses, self._margins,
-            self.chain_joints, self.across, self.pairs, self.pair_spans, self._numbers, self._choices, *colliders,
-            self.kinematic, kinematic, *frames, self._no_push if push is None else push, dt, steps,
-            positions_out, velocities_out, tensions_out, touched_out,
-        )  # fmt: skip
+            self.offsets,
+            self.lengths,
+            self.rest_spans,
+            self.rest_directions,
+            self.inverse_masses,
+            self._margins,
+            self.chain_joints,
+            self.across,
+            self.pairs,
+            self.pair_spans,
+            self._numbers,
+            self._choices,
+            *colliders,
+            self.kinematic,
+            kinematic,
+            *frames,
+            self._no_push if push is None else push,
+            dt,
+            steps,
+            positions_out,
+            velocities_out,
+            tensions_out,
+            touched_out,
+        )
         return positions_out, velocities_out, tensions_out, touched_out
 
     def excess(self, positions: Float[np.ndarray, "*agents nodes 3"]) -> Float[np.ndarray, "*agents nodes"]:

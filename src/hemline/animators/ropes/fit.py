@@ -68,11 +68,20 @@ def fit(
         frames, clearances = gather(source, ropes, folder, mirror=config.mirror)
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
     return AnimatorRopes(
-        garment, ropes, rest, learned.skinning_basis, learned.shape_basis, learned.skinning, learned.shape,
+        garment,
+        ropes,
+        rest,
+        learned.skinning_basis,
+        learned.shape_basis,
+        learned.skinning,
+        learned.shape,
         learned.bridge,
-        body_name=garment.body_name, body_hash=shaped.body.hash, config=config, figures=learned.figures | found,
+        body_name=garment.body_name,
+        body_hash=shaped.body.hash,
+        config=config,
+        figures=learned.figures | found,
         licences=_licences(source, shaped),
-    )  # fmt: skip
+    )
 
 
 @contextmanager

@@ -136,10 +136,13 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, mirror: bool) -> tuple
     free = np.ones((ropes.node_count, 3), np.float32)
     free[ropes.kinematic] = 0
     frames = Frames(
-        displacements=displacements, bones=bones.reshape(count, -1),
-        rope_bones=rope_bones.reshape(count, -1), free=free.reshape(-1),
-        side=sides, mark=content_hash(source.mark, bones),
-    )  # fmt: skip
+        displacements=displacements,
+        bones=bones.reshape(count, -1),
+        rope_bones=rope_bones.reshape(count, -1),
+        free=free.reshape(-1),
+        side=sides,
+        mark=content_hash(source.mark, bones),
+    )
     return frames, Clearances(normals, heights)
 
 

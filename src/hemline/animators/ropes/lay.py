@@ -48,9 +48,10 @@ def ropes_for(
 def _clips(source: Source, ropes: Ropes, shaped: ShapedBody, *, train: bool) -> list[Clip]:
     """Poses and true bones of takes on this shape, spread evenly over the dataset."""
     rows = [
-        row for row, side in zip(source.rows, source.sides, strict=True)
+        row
+        for row, side in zip(source.rows, source.sides, strict=True)
         if (side == 0) is train and np.array_equal(source.shaped[source.shape_of(row)].betas, shaped.betas)
-    ]  # fmt: skip
+    ]
     found = []
     for index in np.unique(np.linspace(0, len(rows) - 1, min(MOST_CLIPS, len(rows))).astype(int)):
         take = source.dataset.take(rows[index])

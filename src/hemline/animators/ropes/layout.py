@@ -90,9 +90,17 @@ def _bound(
     proxy = BodyProxy.fit(shaped)
     clearances, _ = proxy.distances(rest, np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1)))
     chains = RopeChains(
-        plan.offsets, lengths, masses, spans, directions, roots.argmax(1).astype(np.int32), pairs,
-        np.column_stack([pair_rest, np.maximum(plan.pair_lengths * (1 + strain), pair_rest)]), clearances, constants,
-    )  # fmt: skip
+        plan.offsets,
+        lengths,
+        masses,
+        spans,
+        directions,
+        roots.argmax(1).astype(np.int32),
+        pairs,
+        np.column_stack([pair_rest, np.maximum(plan.pair_lengths * (1 + strain), pair_rest)]),
+        clearances,
+        constants,
+    )
     betas = np.asarray(shaped.betas, np.float64)
     return Ropes(chains, plan.embedding, carriage, rest, proxy, betas, garment.key_joint)
 

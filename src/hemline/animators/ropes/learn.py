@@ -137,17 +137,29 @@ def _stage(
     basis = pack_basis(pca.basis, pca.deviations, extra=extra)
     tell(f"{name} basis", 1, 1)
     lesson = Lesson(
-        stage=name, bones=frames.bones, free=frames.free, coefficients=_projected(frames, before, pca),
-        deviations=pca.deviations, train=frames.train, val=frames.val, vertex_count=frames.vertex_count,
-    )  # fmt: skip
+        stage=name,
+        bones=frames.bones,
+        free=frames.free,
+        coefficients=_projected(frames, before, pca),
+        deviations=pca.deviations,
+        train=frames.train,
+        val=frames.val,
+        vertex_count=frames.vertex_count,
+    )
     unpacked = basis.unpacked()
 
     earlier = (before.coefficients, before.unpacked) if before else None
     contact = Contact(unpacked, frames.displacements, earlier, clearances) if clearances else None
     network = train_network(
-        lesson, contact, config, rate=rate, seed=seed, mark=mark, folder=folder,
+        lesson,
+        contact,
+        config,
+        rate=rate,
+        seed=seed,
+        mark=mark,
+        folder=folder,
         progress=lambda done, total: tell(f"{name} network", done, total),
-    )  # fmt: skip
+    )
     return Stage(pca, basis, network, network.many(frames.bones))
 
 
@@ -160,10 +172,12 @@ def _projected(frames: Frames, before: Stage | None, pca: Pca) -> Float[np.ndarr
 def _figures(frames: Frames, first: Stage, second: Stage) -> dict[str, float]:
     """Mean distances to the truth [mm], driven by the bones of the truth, by side of the split and stage."""
     figures = {
-        "skinning_explained_share": first.pca.explained, "shape_explained_share": second.pca.explained,
-        "train_frames": float(len(frames.train)), "val_frames": float(len(frames.val)),
+        "skinning_explained_share": first.pca.explained,
+        "shape_explained_share": second.pca.explained,
+        "train_frames": float(len(frames.train)),
+        "val_frames": float(len(frames.val)),
         "test_frames": float(len(frames.test)),
-    }  # fmt: skip
+    }
     perfect = replace(first, coefficients=_projected(frames, None, first.pca))
     for side, chosen in (("train", frames.train), ("val", frames.val), ("test", frames.test)):
         if len(chosen):

@@ -18,7 +18,7 @@ from hemline.animators.model_file import (
     part,
     refused,
     save_model,
-)  # fmt: skip
+)
 from hemline.arrays import Float, FramesOfVertices, Nodes, Vertices
 from hemline.bodies.posed import PosedBody
 from hemline.errors import BadInput, BadModel
@@ -162,16 +162,25 @@ class AnimatorRopes:
             BadOutput: The path cannot be written.
         """
         parts = {
-            "ropes": self.ropes.arrays(), "skinning_basis": self.skinning_basis.arrays(),
-            "shape_basis": self.shape_basis.arrays(), "skinning": self.skinning.arrays(), "shape": self.shape.arrays(),
+            "ropes": self.ropes.arrays(),
+            "skinning_basis": self.skinning_basis.arrays(),
+            "shape_basis": self.shape_basis.arrays(),
+            "skinning": self.skinning.arrays(),
+            "shape": self.shape.arrays(),
             "bridge": self.bridge.arrays(),
-        }  # fmt: skip
+        }
         arrays = {f"{name}.{key}": array for name, held in parts.items() for key, array in held.items()}
         save_model(
-            path, "ropes", {"rest": self.rest} | arrays, garment=self.garment,
-            body={"name": self.body_name, "hash": self.body_hash}, config=asdict(self.config), figures=self.figures,
-            licences=self.licences, extra={"ropes": self.ropes.metadata()},
-        )  # fmt: skip
+            path,
+            "ropes",
+            {"rest": self.rest} | arrays,
+            garment=self.garment,
+            body={"name": self.body_name, "hash": self.body_hash},
+            config=asdict(self.config),
+            figures=self.figures,
+            licences=self.licences,
+            extra={"ropes": self.ropes.metadata()},
+        )
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
@@ -199,20 +208,29 @@ class AnimatorRopes:
         if not all(isinstance(value, int | float) for value in figures.values()):
             raise BadModel("figures of the model are numbers", figures, AGAIN)
         return cls(
-            garment, ropes, array_of(arrays, "rest", "float32", (count, 3)), first, second, skinning, shape,
+            garment,
+            ropes,
+            array_of(arrays, "rest", "float32", (count, 3)),
+            first,
+            second,
+            skinning,
+            shape,
             bridge,
-            body_name=entry(body, "name", str), body_hash=entry(body, "hash", str),
-            config=config_of(RopesConfig, entry(metadata, "config", dict)), figures=figures,
+            body_name=entry(body, "name", str),
+            body_hash=entry(body, "hash", str),
+            config=config_of(RopesConfig, entry(metadata, "config", dict)),
+            figures=figures,
             licences=tuple(str(text) for text in entry(metadata, "licences", list)),
-        )  # fmt: skip
+        )
 
     def _rest_on(self, posed: PosedBody) -> tuple[Vertices, Nodes]:
         shaped = posed.shaped
         if shaped.body.hash != self.body_hash:
             raise BadInput(
                 f"the model of '{self.garment.name}' was fitted on body {self.body_name} ({self.body_hash})",
-                f"{shaped.body.name} ({shaped.body.hash})", "use that body, or fit the garment again",
-            )  # fmt: skip
+                f"{shaped.body.name} ({shaped.body.hash})",
+                "use that body, or fit the garment again",
+            )
         if self.ropes.carriage.nearest.max(initial=0) >= len(shaped.vertices):
             raise BadModel(
                 "a bone hangs on a vertex past the body's last", int(self.ropes.carriage.nearest.max()), AGAIN

@@ -212,8 +212,22 @@ def deepest(kinds, joints, shapes, placed, frames_from, frames_to, margin, choic
 
 
 @kernel
-def push_out(kind, shapes, k, j, frames_from, frames_to, margin, friction, position_choice, velocity_choice, h,
-             start, position_out, velocity_out):  # fmt: skip
+def push_out(
+    kind,
+    shapes,
+    k,
+    j,
+    frames_from,
+    frames_to,
+    margin,
+    friction,
+    position_choice,
+    velocity_choice,
+    h,
+    start,
+    position_out,
+    velocity_out,
+):
     # model: one primitive   in: choices, substep h, start (3,)   in/out: position_out, velocity_out (3,)
     px, py, pz = to_rest(frames_to, j, position_out[0], position_out[1], position_out[2])
     qx, qy, qz = to_rest(frames_from, j, start[0], start[1], start[2])
@@ -320,24 +334,84 @@ def let_go(kinds, joints, shapes, placed, frames_to, margin, length, ax, ay, az,
 
 
 @kernel
-def free_node(kinds, joints, shapes, placed, frames_from, frames_to, margin, friction, choice, velocity_choice, h,
-              start, position_out, velocity_out):  # fmt: skip
+def free_node(
+    kinds,
+    joints,
+    shapes,
+    placed,
+    frames_from,
+    frames_to,
+    margin,
+    friction,
+    choice,
+    velocity_choice,
+    h,
+    start,
+    position_out,
+    velocity_out,
+):
     # model: the primitives   in: choices, substep h, start (3,)   in/out: position_out, velocity_out (3,)
     # returns: how many times it was pushed, deepest primitive first; ATTEMPTS where it is still inside one
     for attempt in range(ATTEMPTS):
         way = choice if attempt < REMEMBERED else 0.0
-        which, _ = deepest(kinds, joints, shapes, placed, frames_from, frames_to, margin, way,
-                           start[0], start[1], start[2], position_out[0], position_out[1], position_out[2])  # fmt: skip
+        which, _ = deepest(
+            kinds,
+            joints,
+            shapes,
+            placed,
+            frames_from,
+            frames_to,
+            margin,
+            way,
+            start[0],
+            start[1],
+            start[2],
+            position_out[0],
+            position_out[1],
+            position_out[2],
+        )
         if which < 0:
             return attempt
-        push_out(int(kinds[which]), shapes, which, int(joints[which]), frames_from, frames_to, margin,
-                 friction, way, velocity_choice, h, start, position_out, velocity_out)  # fmt: skip
+        push_out(
+            int(kinds[which]),
+            shapes,
+            which,
+            int(joints[which]),
+            frames_from,
+            frames_to,
+            margin,
+            friction,
+            way,
+            velocity_choice,
+            h,
+            start,
+            position_out,
+            velocity_out,
+        )
     return ATTEMPTS
 
 
 @kernel
-def resolve_chain(first, last, lengths, margins, kinds, joints, shapes, placed, frames_from, frames_to, friction,
-                  choice, velocity_choice, h, starts, positions_out, velocities_out, touched_out):  # fmt: skip
+def resolve_chain(
+    first,
+    last,
+    lengths,
+    margins,
+    kinds,
+    joints,
+    shapes,
+    placed,
+    frames_from,
+    frames_to,
+    friction,
+    choice,
+    velocity_choice,
+    h,
+    starts,
+    positions_out,
+    velocities_out,
+    touched_out,
+):
     # model: one chain, the primitives   in: choices (floats), substep h, starts (nodes, 3) at its beginning
     # in/out: positions_out, velocities_out (nodes, 3)   out: touched_out (nodes,)   returns: whether any touched
     # One pass from root to tip; for each node the length first, collisions last.
@@ -351,8 +425,22 @@ def resolve_chain(first, last, lengths, margins, kinds, joints, shapes, placed, 
             x, y, z = ax + share * (x - ax), ay + share * (y - ay), az + share * (z - az)
             positions_out[i, 0], positions_out[i, 1], positions_out[i, 2] = x, y, z
         position = positions_out[i]
-        pushes = free_node(kinds, joints, shapes, placed, frames_from, frames_to, margins[i], friction, choice,
-                           velocity_choice, h, starts[i], position, velocities_out[i])  # fmt: skip
+        pushes = free_node(
+            kinds,
+            joints,
+            shapes,
+            placed,
+            frames_from,
+            frames_to,
+            margins[i],
+            friction,
+            choice,
+            velocity_choice,
+            h,
+            starts[i],
+            position,
+            velocities_out[i],
+        )
         if pushes == 0:
             continue
         touched_out[i] = any_touched = True

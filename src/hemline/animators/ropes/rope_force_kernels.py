@@ -108,9 +108,19 @@ def add_rest_angles(offsets, rest_directions, inverse_masses, numbers, h, chain_
 
 @kernel
 def spring_accelerations(
-    offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h, chain_frames, push,
-    positions, accelerations_out,
-):  # fmt: skip
+    offsets,
+    rest_spans,
+    rest_directions,
+    inverse_masses,
+    pairs,
+    pair_spans,
+    numbers,
+    h,
+    chain_frames,
+    push,
+    positions,
+    accelerations_out,
+):
     # model: chains, rest state, numbers   in: substep h, chain_frames, push (nodes, 3), positions
     # out: accelerations_out (nodes, 3) that do not depend on velocities: gravity, push, springs
     for i in range(positions.shape[0]):

@@ -159,8 +159,23 @@ def read_geometry(offsets, lengths, inverse_masses, positions, directions_out, s
 
 
 @kernel
-def kick(offsets, inverse_masses, choices, h, accelerations, root_velocities, second, directions, system, taut,
-         velocities_out, tensions_out, held_out, numbers_work, flags_work):  # fmt: skip
+def kick(
+    offsets,
+    inverse_masses,
+    choices,
+    h,
+    accelerations,
+    root_velocities,
+    second,
+    directions,
+    system,
+    taut,
+    velocities_out,
+    tensions_out,
+    held_out,
+    numbers_work,
+    flags_work,
+):
     # model: chains   in: external accelerations (nodes, 3); root_velocities (chains, 3) at the end of this half step;
     #     second: 1.0 for the half step that ends the step; the geometry
     # in/out: velocities_out (roots at its beginning), tensions_out (warm)   out: held_out (nodes,) ropes that pull
@@ -187,13 +202,24 @@ def kick(offsets, inverse_masses, choices, h, accelerations, root_velocities, se
             for d in range(3):
                 v[i, d] += 0.5 * h * accelerations[a + i, d]
         pull(directions[a:b], inverse_masses[a:b], tensions, 0.5 * h, v)
-        apply_impulses(directions[a:b], inverse_masses[a:b], system[1, a:b], system[2, a:b], taut[a:b], free, choices,
-                       v, numbers_work, active)  # fmt: skip
+        apply_impulses(
+            directions[a:b],
+            inverse_masses[a:b],
+            system[1, a:b],
+            system[2, a:b],
+            taut[a:b],
+            free,
+            choices,
+            v,
+            numbers_work,
+            active,
+        )
 
 
 @kernel
-def apply_impulses(directions, inverse_masses, diagonal, beside, taut, held, choices, velocities_out,
-                   numbers_work, active_work):  # fmt: skip
+def apply_impulses(
+    directions, inverse_masses, diagonal, beside, taut, held, choices, velocities_out, numbers_work, active_work
+):
     # in: one chain and its matrix   in/out: velocities_out: no taut rope lengthens after it, no held one shortens
     count = diagonal.shape[0]
     wanted, upper, impulses = numbers_work[0, :count], numbers_work[1, :count], numbers_work[2, :count]
@@ -286,11 +312,35 @@ def limit_speeds(offsets, velocities_out):
 
 @kernel
 def advance_chains(
-    offsets, lengths, rest_spans, rest_directions, inverse_masses, margins, chain_joints, across, pairs, pair_spans,
-    numbers, choices, kinds, joints, shapes, centres, pivots, kinematic, motion, frames_from, frames_to, push,
-    dt, steps,
-    positions_out, velocities_out, tensions_out, touched_out,
-):  # fmt: skip
+    offsets,
+    lengths,
+    rest_spans,
+    rest_directions,
+    inverse_masses,
+    margins,
+    chain_joints,
+    across,
+    pairs,
+    pair_spans,
+    numbers,
+    choices,
+    kinds,
+    joints,
+    shapes,
+    centres,
+    pivots,
+    kinematic,
+    motion,
+    frames_from,
+    frames_to,
+    push,
+    dt,
+    steps,
+    positions_out,
+    velocities_out,
+    tensions_out,
+    touched_out,
+):
     # model: chains (offsets, lengths, rest state, masses, lateral pairs), numbers and choices, primitives
     # in: motion of the kinematic nodes, frames of the joints at both ends of the frame, push (nodes, 3), dt, substeps
     # in/out: positions_out, velocities_out (nodes, 3), tensions_out (nodes,)   out: touched_out (nodes,)
@@ -307,8 +357,20 @@ def advance_chains(
     place_kinematic(kinematic, motion, dt, 0.0, positions_out, velocities_out)
     turn_chains(chain_joints, before, chain_frames)
     read_geometry(offsets, lengths, inverse_masses, positions_out, directions, system, taut)
-    spring_accelerations(offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h,
-                         chain_frames, push, positions_out, springs)  # fmt: skip
+    spring_accelerations(
+        offsets,
+        rest_spans,
+        rest_directions,
+        inverse_masses,
+        pairs,
+        pair_spans,
+        numbers,
+        h,
+        chain_frames,
+        push,
+        positions_out,
+        springs,
+    )
     for step in range(steps):
         share = (step + 1.0) / steps
         copy_nodes(positions_out, starts)
@@ -318,8 +380,23 @@ def advance_chains(
                 root_velocities[c, d] = (positions_out[offsets[c], d] - starts[offsets[c], d]) / h
         # step 1: half a kick
         external_accelerations(offsets, across, numbers, h, springs, starts, velocities_out, accelerations)
-        kick(offsets, inverse_masses, choices, h, accelerations, root_velocities, 0.0, directions, system, taut,
-             velocities_out, tensions_out, held, numbers_work, flags_work)  # fmt: skip
+        kick(
+            offsets,
+            inverse_masses,
+            choices,
+            h,
+            accelerations,
+            root_velocities,
+            0.0,
+            directions,
+            system,
+            taut,
+            velocities_out,
+            tensions_out,
+            held,
+            numbers_work,
+            flags_work,
+        )
         limit_speeds(offsets, velocities_out)
         # step 2: positions, root to tip; step 3: collisions
         frames_between(frames_from, frames_to, pivots, share, after)
@@ -328,25 +405,78 @@ def advance_chains(
             a, b = offsets[c], offsets[c + 1]
             for i in range(a + 1, b):
                 move_node(i, lengths[i], held[i], h, starts, velocities_out, positions_out)
-            hit = resolve_chain(a, b, lengths, margins, kinds, joints, shapes, placed, before, after,
-                                numbers[FRICTION], position_way, velocity_way, h, starts, positions_out,
-                                velocities_out, touched_out)  # fmt: skip
+            hit = resolve_chain(
+                a,
+                b,
+                lengths,
+                margins,
+                kinds,
+                joints,
+                shapes,
+                placed,
+                before,
+                after,
+                numbers[FRICTION],
+                position_way,
+                velocity_way,
+                h,
+                starts,
+                positions_out,
+                velocities_out,
+                touched_out,
+            )
             for d in range(3):
                 root_velocities[c, d] = ends[a, d]
             read_geometry(offsets[c : c + 2], lengths, inverse_masses, positions_out, directions, system, taut)
             if hit:
                 for i in range(b - a):
                     flags_work[1, i] = False
-                apply_impulses(directions[a:b], inverse_masses[a:b], system[1, a:b], system[2, a:b], taut[a:b],
-                               flags_work[1, : b - a], choices, velocities_out[a:b], numbers_work,
-                               flags_work[0, : b - a])  # fmt: skip
+                apply_impulses(
+                    directions[a:b],
+                    inverse_masses[a:b],
+                    system[1, a:b],
+                    system[2, a:b],
+                    taut[a:b],
+                    flags_work[1, : b - a],
+                    choices,
+                    velocities_out[a:b],
+                    numbers_work,
+                    flags_work[0, : b - a],
+                )
         turn_chains(chain_joints, after, chain_frames)
         # step 4: the other half
-        spring_accelerations(offsets, rest_spans, rest_directions, inverse_masses, pairs, pair_spans, numbers, h,
-                             chain_frames, push, positions_out, springs)  # fmt: skip
+        spring_accelerations(
+            offsets,
+            rest_spans,
+            rest_directions,
+            inverse_masses,
+            pairs,
+            pair_spans,
+            numbers,
+            h,
+            chain_frames,
+            push,
+            positions_out,
+            springs,
+        )
         external_accelerations(offsets, across, numbers, h, springs, positions_out, velocities_out, accelerations)
-        kick(offsets, inverse_masses, choices, h, accelerations, root_velocities, 1.0, directions, system, taut,
-             velocities_out, tensions_out, held, numbers_work, flags_work)  # fmt: skip
+        kick(
+            offsets,
+            inverse_masses,
+            choices,
+            h,
+            accelerations,
+            root_velocities,
+            1.0,
+            directions,
+            system,
+            taut,
+            velocities_out,
+            tensions_out,
+            held,
+            numbers_work,
+            flags_work,
+        )
         limit_speeds(offsets, velocities_out)
         copy_frames(after, before)
     place_kinematic(kinematic, motion, dt, 1.0, positions_out, velocities_out)
