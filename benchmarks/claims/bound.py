@@ -13,13 +13,13 @@ import numpy as np
 from numba import njit, prange
 
 from hemline import bodies, garments, motions, sim
-from hemline.bodies.timing import milliseconds
+from hemline.bench.bench import commit, machine
+from hemline.bench.body import milliseconds
 from hemline.compiled import threads as available
 from hemline.compiled import use_threads
-from hemline.playback.bench import commit, machine
-from hemline.sim import step as stepping
-from hemline.sim.conjugate_kernels import solve_band
-from hemline.sim.layout import Layout
+from hemline.sim.solver.conjugate_kernels import solve_band
+from hemline.sim.solver.layout import Layout
+from hemline.sim.step.step import step as stepping
 
 RESULTS = Path(__file__).parents[1] / "results" / "bound.jsonl"
 REPEATS, ITERATIONS = 15, 100

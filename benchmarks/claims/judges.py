@@ -15,8 +15,8 @@ from pathlib import Path
 from judging import drapes, laws, speed
 from judging.engines import present
 
+from hemline.bench.bench import commit, machine
 from hemline.compiled import threads
-from hemline.playback.bench import commit, machine
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks" / "results" / "judges.jsonl"

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, garments, motions, sim
+from hemline.bench.bench import commit, machine
 from hemline.compiled import threads
-from hemline.playback.bench import commit, machine
-from hemline.sim.body_points import BodyPoints
+from hemline.sim.contact.body_points import BodyPoints
 
 RESULTS = Path(__file__).parents[1] / "results" / "points.jsonl"
 FRAMES, TURNS = 30, 3

@@ -25,11 +25,11 @@ from standing_out import standing_out
 from still_worn import still_worn
 
 from hemline import bodies, garments, motions, pictures
+from hemline.bench.bench import commit, machine
 from hemline.datasets import Dataset, Row, Take, open_dataset
 from hemline.errors import HemlineError
 from hemline.garments import Garment
 from hemline.meshes import crossing_edges
-from hemline.playback.bench import commit, machine
 from hemline.sim import Clip, produce
 
 ROOT = Path(__file__).parents[2]

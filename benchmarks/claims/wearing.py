@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, garments, pictures
+from hemline.bench.bench import commit, machine
 from hemline.bodies import ShapedBody
 from hemline.errors import HemlineError
 from hemline.garments import Garment
-from hemline.playback.bench import commit, machine
 from hemline.tryon import Fitness, fitness, try_on
 
 ROOT = Path(__file__).parents[2]

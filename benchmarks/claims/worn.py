@@ -19,6 +19,7 @@ from clips import MOTION, fastest
 from standing_out import standing_out
 
 from hemline import bodies, garments, pictures, sim
+from hemline.bench.bench import commit, machine
 from hemline.bodies import ShapedBody
 from hemline.garments import Garment
 from hemline.garments.clearance import cleared, smoothed_field
@@ -27,8 +28,7 @@ from hemline.garments.pins import Pins
 from hemline.meshes import boundary_loops, crossing_edges, self_crossings
 from hemline.motions.motion import Motion
 from hemline.motions.quaternions import from_axis_angle, multiply
-from hemline.playback.bench import commit, machine
-from hemline.sim.dressed_body import sheet_of
+from hemline.sim.step.dressed_body import sheet_of
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"

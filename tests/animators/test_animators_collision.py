@@ -5,7 +5,7 @@ import pytest
 
 from hemline import bodies
 from hemline.animators.ropes.collision import REACH, clearance, clearances, missing
-from hemline.collide.winding import inside
+from hemline.collide.winding.numbers import inside
 
 
 def ball(radius=0.5):

@@ -12,8 +12,8 @@ from hemline.animators.ropes import rope_step_kernels as steps
 from hemline.animators.ropes import tension_kernels as tension
 from hemline.animators.ropes.constants import RopeConstants
 from hemline.animators.ropes.dynamics import RopeChains
-from hemline.collide.primitives import box_shape, ellipsoid_shape, round_cone_shape, rounded_cone
-from hemline.collide.proxy import BodyProxy
+from hemline.collide.primitives.distances import box_shape, ellipsoid_shape, round_cone_shape, rounded_cone
+from hemline.collide.primitives.proxy import BodyProxy
 
 
 def random_chain(rng, count):

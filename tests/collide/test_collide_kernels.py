@@ -6,12 +6,12 @@ import trimesh
 from projection_samples import Skintight, clip, sheet_behind
 from scipy.spatial import cKDTree
 
-from hemline.collide.project import Projector
-from hemline.collide.project_frame import SKYLINE_MARGIN, ProjectedFrame
-from hemline.collide.pushkernels import lifted
-from hemline.collide.raykernels import certify, into_frame
-from hemline.collide.surfacekernels import nearest_weights, seek_place
-from hemline.collide.winding import winding_numbers
+from hemline.collide.projection.project import Projector
+from hemline.collide.projection.project_frame import SKYLINE_MARGIN, ProjectedFrame
+from hemline.collide.projection.push_kernels import lifted
+from hemline.collide.projection.ray_kernels import certify, into_frame
+from hemline.collide.projection.surface_kernels import nearest_weights, seek_place
+from hemline.collide.winding.numbers import winding_numbers
 from hemline.meshes import ClosestTree
 
 

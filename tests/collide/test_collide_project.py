@@ -8,8 +8,8 @@ from projection_samples import Skintight, clip, inside_count, sheet_behind, two_
 
 from hemline import garments, motions
 from hemline.collide import ProjectionSettings, Projector
-from hemline.collide.patches import dominant_joints, limbs
-from hemline.collide.winding import winding_numbers
+from hemline.collide.projection.patches import dominant_joints, limbs
+from hemline.collide.winding.numbers import winding_numbers
 from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree
 

@@ -7,8 +7,8 @@ import pytest
 from projection_samples import clip, inside_count
 
 from hemline.collide import Projector
-from hemline.collide.project_frame import ProjectedFrame
-from hemline.collide.winding import winding_numbers
+from hemline.collide.projection.project_frame import ProjectedFrame
+from hemline.collide.winding.numbers import winding_numbers
 from hemline.meshes import ClosestTree
 
 NO_FACES = np.empty((0, 3), np.int32)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from projection_samples import clip, spheres
 
-from hemline.collide.winding import inside, winding_numbers
+from hemline.collide.winding.numbers import inside, winding_numbers
 from hemline.errors import BadMesh
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hemline.collide import primitives
-from hemline.collide.primitive_kernels import primitive_distance, primitive_distances, round_cone_gap
+from hemline.collide.primitives.distances import distances as primitives
+from hemline.collide.primitives.primitive_kernels import primitive_distance, primitive_distances, round_cone_gap
 from hemline.errors import BadInput
 
 TURN = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]

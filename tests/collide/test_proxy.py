@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hemline import bodies
-from hemline.collide.primitives import box_shape, round_cone_shape
-from hemline.collide.proxy import BodyProxy
+from hemline.collide.primitives.distances import box_shape, round_cone_shape
+from hemline.collide.primitives.proxy import BodyProxy
 from hemline.errors import BadModel
 
 REST = np.tile(np.eye(4)[:3], (24, 1, 1))

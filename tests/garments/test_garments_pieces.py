@@ -11,7 +11,7 @@ from hemline.errors import BadGarment
 from hemline.garments import Garment, Piece, Pins, worn_together
 from hemline.meshes import ClosestTree
 from hemline.motions.motion import JOINT_NAMES
-from hemline.sim.dressed_body import sheet_of
+from hemline.sim.step.dressed_body import sheet_of
 
 
 def tube(shaped, *, radius=0.28, rows=8, columns=28, top=0.0, length=0.35, material="cotton", name="skirt"):

@@ -7,8 +7,8 @@ from scipy.special import ellipk
 
 from hemline.animators.ropes.constants import RopeConstants
 from hemline.animators.ropes.dynamics import RopeChains
-from hemline.collide.primitives import round_cone_shape
-from hemline.collide.proxy import BodyProxy
+from hemline.collide.primitives.distances import round_cone_shape
+from hemline.collide.primitives.proxy import BodyProxy
 
 GRAVITY = 9.81
 QUIET = {

@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hemline import motions
+from hemline.models.make.excerpts import EXCERPTS, make_excerpt
 from hemline.motions import JOINT_NAMES, PARENTS
 from hemline.motions.bvh import read_bvh
-from hemline.motions.excerpts import EXCERPTS, make_excerpt
 
 FOLDER = Path(__file__).resolve().parents[2] / "../shared/data/motion"
 MANIFEST = FOLDER / "manifest.csv"

@@ -8,12 +8,13 @@ import pytest
 import trimesh
 
 from hemline import bodies
+from hemline.bench.simulator import make_shirt
 from hemline.bodies.velocities import reshaping
-from hemline.playback.bench_sim import make_shirt
-from hemline.sim import Scene, Sensitivities, SimSettings, Skin, Stepper, Surface, body_points, settle
-from hemline.sim.joined import joined
-from hemline.sim.statics import StaticStep
-from hemline.sim.step import Step
+from hemline.sim import Scene, Sensitivities, SimSettings, Skin, Stepper, Surface, settle
+from hemline.sim.cloth.joined import joined
+from hemline.sim.contact.body_contact import body_points
+from hemline.sim.rest.statics import StaticStep
+from hemline.sim.step.step import Step
 
 RADIUS = 0.008
 """Of the ball that stands for a finger: it fits through a triangle of 3 cm."""

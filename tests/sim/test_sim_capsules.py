@@ -13,9 +13,9 @@ from sim_poses import kicked
 from hemline import bodies, garments
 from hemline.motions import JOINT_NAMES
 from hemline.sim import Scene, SimSettings, Stepper, rest_drape
-from hemline.sim.capsule_kernels import nearest_on_triangle, pierced
-from hemline.sim.capsules import BONES, LOOK, STIFFNESS, Capsules
-from hemline.sim.dressed_body import DressedBody
+from hemline.sim.contact.capsule_kernels import nearest_on_triangle, pierced
+from hemline.sim.contact.capsules import BONES, LOOK, STIFFNESS, Capsules
+from hemline.sim.step.dressed_body import DressedBody
 from hemline.tryon.crossing_segment_kernels import crossings_of_segments
 from hemline.tryon.skeleton import Skeleton
 

@@ -6,8 +6,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from hemline import garments
-from hemline.sim.clusters import cut
-from hemline.sim.dressed_body import sheet_of
+from hemline.sim.solver.clusters import cut
+from hemline.sim.step.dressed_body import sheet_of
 
 
 def halved_by_scipy(graph, vertices, parts):

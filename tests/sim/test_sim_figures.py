@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hemline.sim.figures import edge_strain, strain_figures
+from hemline.sim.cloth.figures import edge_strain, strain_figures
 
 
 def test_tension_and_compression_are_told_apart(square):

@@ -6,7 +6,7 @@ from sim_poses import kicked
 
 from hemline import bodies, garments
 from hemline.collide import winding_numbers
-from hemline.sim.frame_end import COUNTED_EVERY, FARTHEST_LED, FrameEnd
+from hemline.sim.step.frame_end import COUNTED_EVERY, FARTHEST_LED, FrameEnd
 
 
 @pytest.fixture(scope="module")

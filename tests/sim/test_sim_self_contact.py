@@ -10,9 +10,9 @@ import pytest
 
 from hemline.meshes import crossing_edges, edges, self_crossings, vertex_normals
 from hemline.sim import Elastic, Scene, SimSettings, Stepper, make_sheet
-from hemline.sim.pair_kernels import pair_forces
-from hemline.sim.pair_search_kernels import _edge_edge, _vertex_face
-from hemline.sim.self_contact import MARGIN, PULL, SelfContact
+from hemline.sim.contact.pair_kernels import pair_forces
+from hemline.sim.contact.pair_search_kernels import _edge_edge, _vertex_face
+from hemline.sim.contact.self_contact import MARGIN, PULL, SelfContact
 
 vertex_face, edge_edge = _vertex_face.py_func, _edge_edge.py_func
 

@@ -10,12 +10,12 @@ from scipy.optimize import brentq
 from sim_garments import hanging_strip
 
 from hemline import bodies, garments
+from hemline.bench.simulator import make_shirt
 from hemline.errors import BadInput, BadMotion, SimulationFailed
 from hemline.garments.pins import Pins
 from hemline.meshes import crossing_edges
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
-from hemline.playback.bench_sim import make_shirt
 from hemline.sim import SimSettings, rest_drape, settle, settle_all, simulate
 from hemline.tryon.fitness import TORN
 

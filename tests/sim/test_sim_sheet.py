@@ -4,9 +4,9 @@ from scipy.sparse import csr_array
 
 from hemline.errors import BadMesh
 from hemline.sim import Elastic, Stepper, make_sheet
-from hemline.sim.clusters import make_clusters
-from hemline.sim.layout import LINE, make_layout
-from hemline.sim.sheet import hinge_angles
+from hemline.sim.cloth.sheet import hinge_angles
+from hemline.sim.solver.clusters import make_clusters
+from hemline.sim.solver.layout import LINE, make_layout
 
 
 def dense_bending(sheet):

@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from hemline.sim import Scene, SimSettings, Skin, Stepper, Surface
-from hemline.sim.side_kernels import apart, walk
-from hemline.sim.sides import DEEP, FAR, SKEW, Sides
+from hemline.sim.contact.side_kernels import apart, walk
+from hemline.sim.contact.sides import DEEP, FAR, SKEW, Sides
 
 STEPS, H = 120, 1 / 240
 

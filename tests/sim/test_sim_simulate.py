@@ -12,9 +12,9 @@ from hemline.errors import BadGarment, BadInput, SimulationFailed
 from hemline.garments import Pins, make_cape
 from hemline.motions.motion import JOINT_NAMES
 from hemline.sim import SimSettings, Stepper, rest_drape, simulate
-from hemline.sim.lead_in import Placement, between, lead_in
-from hemline.sim.simulate import _end_state, _state
-from hemline.sim.state import ClothState, StepRejected
+from hemline.sim.step.lead_in import Placement, between, lead_in
+from hemline.sim.step.state import ClothState, StepRejected
+from hemline.sim.takes.simulate import _end_state, _state
 
 SETTINGS = SimSettings(lead_in=0.2, settle=1.0)
 

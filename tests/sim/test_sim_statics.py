@@ -5,7 +5,7 @@ import pytest
 from sim_sheets import grid
 
 from hemline.sim import Elastic, Scene, SimSettings, Stepper, make_sheet
-from hemline.sim.statics import Search
+from hemline.sim.rest.statics import Search
 
 
 @pytest.mark.parametrize("lean", [1e-5, 1e-3])

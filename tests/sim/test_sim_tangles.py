@@ -9,9 +9,9 @@ from hemline import bodies, garments, motions
 from hemline.errors import SimulationFailed
 from hemline.meshes import crossing_edges, self_crossings
 from hemline.sim import SimSettings, rest_drape, simulate
-from hemline.sim.dressed_body import sheet_of
-from hemline.sim.ironing import ironed
-from hemline.sim.tangles import refuse_tangles
+from hemline.sim.rest.ironing import ironed
+from hemline.sim.rest.tangles import refuse_tangles
+from hemline.sim.step.dressed_body import sheet_of
 
 
 @pytest.fixture(scope="module")

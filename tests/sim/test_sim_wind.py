@@ -5,8 +5,8 @@ import pytest
 
 from hemline.errors import BadInput
 from hemline.sim import Gusts, SimSettings, Stepper
-from hemline.sim.wind import wind_of
-from hemline.sim.wind_kernels import cosine_of_turns
+from hemline.sim.cloth.wind import wind_of
+from hemline.sim.cloth.wind_kernels import cosine_of_turns
 
 
 def test_the_cosine_is_numpys():

@@ -8,7 +8,7 @@ import numpy as np
 from hemline.collide import inside
 from hemline.meshes import ClosestTree
 from hemline.sim import SimSettings, Stepper
-from hemline.sim.figures import edge_strain
+from hemline.sim.cloth.figures import edge_strain
 
 from .engines import played
 from .scene import JudgedScene

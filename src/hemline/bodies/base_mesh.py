@@ -19,7 +19,7 @@ from .shaped import ShapedBody
 
 _SHIPPED = {"hm08": Path(__file__).parents[1] / "models" / "hm08.safetensors"}
 _ARRAYS = {"body_vertices", "helper_vertices", "template", "shapedirs", "shapedirs_scales"}
-_CURE = "make it again with: python -m hemline.bodies.bake_base"
+_CURE = "make it again with: python -m hemline.models.make.base_mesh"
 
 
 @dataclass(frozen=True, eq=False)

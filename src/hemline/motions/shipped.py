@@ -10,7 +10,7 @@ from .motion import Motion
 from .store import read_many
 
 SHIPPED = Path(__file__).parents[1] / "models" / "excerpts.safetensors"
-"""Where they lie; `python -m hemline.motions.excerpts FOLDER` makes them, `excerpts.NOTICE.md` says whose they are."""
+"""Made by `python -m hemline.models.make.excerpts FOLDER`; `excerpts.NOTICE.md` says whose they are."""
 
 
 @functools.cache

@@ -9,8 +9,8 @@ import numpy as np
 from hemline.animators import name_of
 from hemline.animators.base import Animator
 from hemline.bodies.shaped import ShapedBody
-from hemline.collide.project import Guarantee
-from hemline.collide.winding import inside
+from hemline.collide.projection.project import Guarantee
+from hemline.collide.winding.numbers import inside
 from hemline.datasets import Dataset, Take
 from hemline.errors import BadInput
 from hemline.metrics import deepest_mm, edge_strain, edge_strains, frame_ms, jerk_m_s3

@@ -9,7 +9,7 @@ from hemline.animators.base import Animator
 from hemline.arrays import FramesOfVertices, Vertices
 from hemline.bodies.posed import PosedBody
 from hemline.bodies.shaped import ShapedBody
-from hemline.collide.project import Guarantee, ProjectionReport, Projector
+from hemline.collide.projection.project import Guarantee, ProjectionReport, Projector
 from hemline.errors import BadInput, BadModel
 from hemline.motions.motion import Motion
 

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 from hemline import animators, bodies, export, garments, motions, sim
-from hemline.collide.winding import inside
+from hemline.collide.winding.numbers import inside
 
 from .play import play
 from .record import record

@@ -1,27 +1,27 @@
 """The offline simulator: the truth that everything else is fitted to and measured against."""
 
-from .joined import joined as joined
-from .produce import Clip as Clip
-from .produce import produce as produce
-from .rest import Rest as Rest
-from .rest_states import produce_rests as produce_rests
-from .rest_states import random_shapes as random_shapes
-from .rest_states import spread_shapes as spread_shapes
-from .sensitivities import Sensitivities as Sensitivities
+from .cloth.joined import joined as joined
+from .cloth.sheet import Elastic as Elastic
+from .cloth.sheet import Sheet as Sheet
+from .cloth.sheet import make_sheet as make_sheet
+from .cloth.wind import Gusts as Gusts
+from .contact.surface import Skin as Skin
+from .contact.surface import Surface as Surface
+from .rest.rest import Rest as Rest
+from .rest.sensitivities import Sensitivities as Sensitivities
+from .rest.settle import rest_drape as rest_drape
+from .rest.settle import settle as settle
+from .rest.settle_all import settle_all as settle_all
 from .settings import SimSettings as SimSettings
-from .settle import rest_drape as rest_drape
-from .settle import settle as settle
-from .settle_all import settle_all as settle_all
-from .sheet import Elastic as Elastic
-from .sheet import Sheet as Sheet
-from .sheet import make_sheet as make_sheet
-from .simulate import simulate as simulate
-from .state import ClothState as ClothState
-from .state import Scene as Scene
-from .stepper import Stepper as Stepper
-from .surface import Skin as Skin
-from .surface import Surface as Surface
-from .wind import Gusts as Gusts
+from .step.state import ClothState as ClothState
+from .step.state import Scene as Scene
+from .step.stepper import Stepper as Stepper
+from .takes.produce import Clip as Clip
+from .takes.produce import produce as produce
+from .takes.rest_states import produce_rests as produce_rests
+from .takes.rest_states import random_shapes as random_shapes
+from .takes.rest_states import spread_shapes as spread_shapes
+from .takes.simulate import simulate as simulate
 
 __all__ = [
     "Clip",

@@ -10,11 +10,11 @@ from hemline.arrays import Vertices
 from hemline.garments.garment import Garment
 from hemline.meshes import ClosestTree, crossing_edges
 from hemline.sim import Scene, SimSettings, Skin
-from hemline.sim.dressed_body import DressedBody
-from hemline.sim.frame_end import FrameEnd
-from hemline.sim.lead_in import between
-from hemline.sim.sewing import sewn, stretch
-from hemline.sim.state import ClothState
+from hemline.sim.rest.sewing import sewn, stretch
+from hemline.sim.step.dressed_body import DressedBody
+from hemline.sim.step.frame_end import FrameEnd
+from hemline.sim.step.lead_in import between
+from hemline.sim.step.state import ClothState
 
 from .alignment import Alignment
 from .thin_body import ThinBody

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hemline.arrays import Float, Int, Nodes
-from hemline.collide.proxy import BodyProxy, Colliders
+from hemline.collide.primitives.proxy import BodyProxy, Colliders
 from hemline.errors import BadInput
 from hemline.motions import JOINT_NAMES
 

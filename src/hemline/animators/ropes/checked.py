@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hemline.collide.proxy import BodyProxy
+from hemline.collide.primitives.proxy import BodyProxy
 from hemline.errors import BadModel
 from hemline.motions import JOINT_NAMES
 
@@ -43,8 +43,8 @@ def checked_ropes(kind: "type[Ropes]", arrays: Mapping[str, np.ndarray], metadat
         rest_directions=_array(arrays, "rest_directions", (nodes, 3)),
         chain_joints=_indices(arrays, "chain_joints", (count,), len(JOINT_NAMES)),
         pair_spans=_array(arrays, "pair_spans", (len(pairs), 2)),
-        constants=RopeConstants.of(constants),
-        **values,  # type: ignore[arg-type]  # checked above
+        constants=RopeConstants.of(constants),  # type: ignore[arg-type]  # checked above
+        **values,
     )
     free = chains.parents >= 0
     _check(

@@ -33,7 +33,7 @@ from functools import cached_property
 import numpy as np
 
 from hemline.arrays import Float, Int, Nodes
-from hemline.collide.proxy import Colliders
+from hemline.collide.primitives.proxy import Colliders
 
 from .constants import RopeConstants
 from .rope_step_kernels import advance_chains

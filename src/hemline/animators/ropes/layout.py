@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hemline.arrays import Float, Int, Nodes, Vertices
-from hemline.collide.proxy import BodyProxy
+from hemline.collide.primitives.proxy import BodyProxy
 from hemline.errors import BadGarment
 from hemline.meshes import geodesic_distances
 

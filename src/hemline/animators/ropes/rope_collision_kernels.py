@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from hemline.collide.primitive_kernels import ROUND_CONE, primitive_distance
+from hemline.collide.primitives.primitive_kernels import ROUND_CONE, primitive_distance
 from hemline.compiled import kernel
 
 GRADIENT, HISTORY, SLIDE = 0.0, 1.0, 2.0

@@ -1,0 +1,261 @@
+"""One frame of the projection: its arrays on their way through the stages."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.arrays import Bool, Float, Int, Points, Vertices
+
+from .project import ProjectionReport, Projector, ProjectorState
+from .push_kernels import deepest, judge, list_doubtful, push, seek_ways_out, settle, take_ways_out
+from .ray_kernels import BLOCK, certify, into_frame, surface_boxes, windings
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody
+
+PINCH_OFFSET = np.float32(0.002)
+"""How far an anchor is moved outward before it is asked whether it lies inside another part [m]."""
+SKYLINE_MARGIN = np.float32(0.005)
+"""How much the boxes of the body are widened before vertices are certified to be free of them [m]."""
+
+TURNS = 16
+"""Rounding of a point that goes into the bone's frame and back, in units of its last place there."""
+
+
+class ProjectedFrame:
+    """Body and garment in the frame of the key bone, and what the stages find out about them."""
+
+    def __init__(
+        self,
+        projector: Projector,
+        state: ProjectorState,
+        posed: "PosedBody",
+        vertices: Vertices,
+        places: Int[np.ndarray, " verts"] | None = None,
+    ):
+        patches = projector.patches
+        self.projector, self.patches, self.vertices = projector, patches, vertices
+        self.margin, self.gap = np.float32(projector.settings.margin), np.float32(projector.settings.gap)
+        self.to_world = np.ascontiguousarray(posed.transforms[projector.key_joint], np.float32)
+        self.body, self.points = np.empty((len(patches.order), 3), np.float32), np.empty_like(vertices)
+        into_frame(self.to_world, posed.vertices, patches.order, self.body)
+        into_frame(self.to_world, vertices, projector.order, self.points)
+        leaves = len(patches.leaf_start) - 1
+        self.leaf_box, self.corners = np.empty((6, leaves), np.float32), np.empty((leaves, 10, BLOCK), np.float32)
+        self.gathered = np.zeros(leaves, np.bool_)
+        self.patch_box = np.empty((6, len(patches.patch_start) - 1), np.float32)
+        surface_boxes(
+            self.body, patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.leaf_box, self.patch_box
+        )
+        reach = float(np.abs(self.patch_box).max())
+        far = float(np.abs(self.to_world[:, 3]).max()) + reach
+        self.rounding = np.float32(np.finfo(np.float32).eps * (TURNS * reach + 2 * far))
+        self.known, self.normals = np.zeros(len(self.body), np.bool_), np.empty_like(self.body)
+        self.state = replace(
+            state,
+            frame=state.frame + 1,
+            anchors=state.anchors.copy(),
+            heights=state.heights.copy(),
+            directions=state.directions.copy(),
+            hidden=state.hidden.copy(),
+        )
+        self.places = np.full(len(self.points), -1, np.int64)
+        if places is not None:
+            corners = posed.shaped.body.faces[places[projector.order], 0]
+            held = places[projector.order] >= 0
+            self.places[held] = patches.ring[patches.ring_start[patches.number[corners[held]]]]
+
+    def projected(self, dt: float) -> tuple[ProjectorState, Vertices, ProjectionReport]:
+        """The next state, the garment outside of the body, and the report."""
+        exact = self.projector.guarantee == "exact"
+        ids = self.uncertified()
+        pushed, signed = self.pushed(ids, dt)
+        pinched, anchors = np.empty(0, np.int32), np.empty((0, 3), np.float32)
+        if exact:
+            bad = self.tested(ids, pushed, signed)
+            if len(bad):
+                pinched, anchors = self.led_out(ids, bad, pushed, signed)
+        offsets, lively = np.empty_like(self.state.offsets), np.empty_like(self.state.lively)
+        out = self.vertices.copy()
+        moved = settle(self.points, ids, pushed, offsets, lively, self.to_world, self.projector.order, out)
+        before, depth = self.measured(ids, signed) if self.projector.measure else (None, float("nan"))
+        report = ProjectionReport(moved, 1000 * depth, pinched, anchors, before, exact)
+        return replace(self.state, offsets=offsets, lively=lively), out, report
+
+    def uncertified(self) -> Int[np.ndarray, " near"]:
+        """Vertices that boxes alone cannot show to be outside, or that were displaced in the last frame."""
+        near, state = np.empty(len(self.points), np.int32), self.state
+        tries = 5 if state.frame == 1 else 1
+        count = certify(
+            self.points,
+            self.patch_box,
+            state.lively,
+            SKYLINE_MARGIN,
+            state.frame,
+            tries,
+            state.directions,
+            state.hidden,
+            near,
+        )
+        return near[:count]
+
+    def pushed(self, ids: Int[np.ndarray, " near"], dt: float) -> tuple[Points, Float[np.ndarray, " near"]]:
+        """Where each vertex should go by its anchor, and its signed distance before."""
+        pushed, signed = np.empty((len(ids), 3), np.float32), np.empty(len(ids), np.float32)
+        settings, patches, state = self.projector.settings, self.patches, self.state
+        decay, far = np.float32(np.exp(-dt / settings.release)), np.float32(settings.far)
+        push(
+            self.points,
+            ids,
+            self.body,
+            patches.faces,
+            patches.across,
+            patches.ring_start,
+            patches.ring,
+            patches.leaf_start,
+            patches.leaf_vertices,
+            patches.patch_start,
+            self.patch_box,
+            patches.patch_limb,
+            self.known,
+            self.normals,
+            self.places,
+            state.anchors,
+            state.heights,
+            state.offsets,
+            decay,
+            self.margin,
+            self.gap,
+            far,
+            state.frame,
+            pushed,
+            signed,
+        )
+        return pushed, signed
+
+    def tested(
+        self, ids: Int[np.ndarray, " near"], pushed: Points, signed: Float[np.ndarray, " near"]
+    ) -> Int[np.ndarray, " bad"]:
+        """Which vertices are free neither where they were nor where they go; those free before go back in `pushed`."""
+        count, state = len(ids), self.state
+        doubtful, bad, tests = np.empty(count, np.int32), np.empty(count, np.int32), np.empty((count, 3), np.float32)
+        winding, near = self.windings(pushed, ids)
+        asked = list_doubtful(
+            self.points, ids, pushed, signed, winding, near, state.offsets, self.margin, state.frame, doubtful, tests
+        )
+        before, near_before = self.windings(tests[:asked], ids[doubtful[:asked]])
+        bad_count = judge(self.points, ids, winding, near, doubtful[:asked], before, near_before, pushed, bad)
+        return bad[:bad_count]
+
+    def measured(self, ids: Int[np.ndarray, " near"], signed: Float[np.ndarray, " near"]) -> tuple[int | None, float]:
+        """Vertices inside before the projection (None: not tested), and distance to the skin of the deepest [m]."""
+        exact, patches = self.projector.guarantee == "exact", self.patches
+        inside = self.windings(self.points[ids], ids)[0] != 0 if exact else signed < 0
+        depth = deepest(
+            self.points,
+            ids,
+            inside,
+            signed,
+            self.body,
+            patches.faces,
+            patches.leaf_start,
+            patches.leaf_vertices,
+            patches.patch_start,
+            self.patch_box,
+            patches.patch_limb,
+            patches.across,
+            patches.ring_start,
+            patches.ring,
+        )
+        return int(np.count_nonzero(inside)) if exact else None, depth
+
+    def windings(
+        self, tests: Points, ids: Int[np.ndarray, " tests"]
+    ) -> tuple[Int[np.ndarray, " tests"], Bool[np.ndarray, " tests"]]:
+        """Winding numbers of points that belong to vertices, ascending; and which are within rounding of the skin."""
+        winding, near, patches = np.empty(len(tests), np.int32), np.empty(len(tests), np.bool_), self.patches
+        windings(
+            tests,
+            ids,
+            self.state.directions,
+            self.body,
+            patches.faces,
+            self.leaf_box,
+            patches.patch_start,
+            self.patch_box,
+            self.rounding,
+            self.corners,
+            self.gathered,
+            winding,
+            near,
+        )
+        return winding, near
+
+    def led_out(
+        self,
+        ids: Int[np.ndarray, " near"],
+        bad: Int[np.ndarray, " bad"],
+        pushed: Points,
+        signed: Float[np.ndarray, " near"],
+    ) -> tuple[Int[np.ndarray, " pinched"], Points]:
+        """Lead vertices out over the places that they have; the others by the nearest skin, else by that of their own
+        limb. What is left is pinched.
+        """
+        held = self.places[ids[bad]] >= 0
+        kept, at_kept = self.tried(ids, bad[held], pushed, signed, self.places[ids[bad[held]]], own_limb=False)
+        # contact goes on holding these off; led out of one part, they would only be deeper in another
+        pushed[kept] = self.points[ids[kept]]
+        free, where = bad[~held], np.empty((0, 3), np.float32)
+        for own_limb in (False, True):
+            free, where = self.tried(ids, free, pushed, signed, np.full(len(free), -1, np.int64), own_limb=own_limb)
+        vertices = self.projector.order[ids[np.concatenate([kept, free])]]
+        rank = np.argsort(vertices)
+        where = np.concatenate([at_kept, where])[rank]
+        return vertices[rank], where @ self.to_world[:, :3].T + self.to_world[:, 3]
+
+    def tried(
+        self,
+        ids: Int[np.ndarray, " near"],
+        bad: Int[np.ndarray, " bad"],
+        pushed: Points,
+        signed: Float[np.ndarray, " near"],
+        starts: Int[np.ndarray, " bad"],
+        *,
+        own_limb: bool,
+    ) -> tuple[Int[np.ndarray, " still"], Points]:
+        """Try a way out for each vertex, from a face or, -1, from the nearest; those that are not free, and where."""
+        trial, otherwise = np.empty((len(bad), 3), np.float32), np.empty((len(bad), 3), np.float32)
+        patches, state = self.patches, self.state
+        seek_ways_out(
+            self.points,
+            ids,
+            bad,
+            self.projector.limb,
+            own_limb,
+            PINCH_OFFSET,
+            self.margin,
+            self.gap,
+            self.body,
+            patches.faces,
+            patches.leaf_start,
+            patches.leaf_vertices,
+            patches.patch_start,
+            self.patch_box,
+            patches.patch_limb,
+            patches.across,
+            patches.ring_start,
+            patches.ring,
+            self.known,
+            self.normals,
+            starts,
+            state.anchors,
+            state.heights,
+            signed,
+            trial,
+            otherwise,
+        )
+        winding, near = self.windings(trial, ids[bad])
+        still, where = np.empty(len(bad), np.int32), np.empty((len(bad), 3), np.float32)
+        count = take_ways_out(bad, winding, near, trial, otherwise, pushed, still, where)
+        return still[:count], where[:count]

@@ -1,0 +1,338 @@
+"""Push garment vertices out of the posed body, in order and smoothly: compiled code."""
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+from .surface_kernels import MOST_STEPS, blended_normal, place_on, plane_height, seek, seek_place, walk
+
+_index = np.uintp
+SLOW_DEPTH = np.float32(0.01)
+"""What was displaced from deeper than this goes round a limb slowly, lest it pop from one side to the other [m]."""
+SLOW_STEPS = 5
+"""Faces that an anchor of such a vertex passes in a frame."""
+
+
+@kernel(forceinline=True)
+def lifted(distance, margin, gap):
+    """Distance at which a vertex at `distance` < `margin` ends: in (gap, margin), monotone, C1 at the margin."""
+    room = margin - gap
+    return gap + room * room / (room + margin - distance)
+
+
+@kernel
+def push(
+    points,
+    ids,
+    body,
+    faces,
+    across,
+    ring_start,
+    ring,
+    leaf_start,
+    leaf_vertices,
+    patch_start,
+    patch_box,
+    patch_limb,
+    known,
+    normals,
+    places,
+    anchors,
+    heights,
+    offsets,
+    decay,
+    margin,
+    gap,
+    far,
+    turn,
+    pushed_out,
+    signed_out,
+):
+    """Where each listed vertex should go to be outside of the surface around its anchor.
+
+    in: points (n,3), ids (k,), body (verts,3), its faces, the faces across their edges and around vertices; places
+    (n,): faces that vertices were held off from, -1 for none: no farther than around them is looked; offsets (n,3) and
+    their decay (0..1); margin, gap [m]; turn: frames, from 1; far [m]: vertices that were farther outside, or keep
+    clear of their anchor, are left alone but in every fourth turn; those farther inside look for a much shorter way
+    out, and in the first turn all do; in and out: anchors (n,), heights (n,): signed distance when last measured,
+    known and normals of the body; out: pushed_out (k,3), signed_out (k,): signed distance before [m].
+    """
+    tiny, one, loyalty = np.float32(1e-8), np.float32(1), np.float32(0.1)
+    last, bound = np.int64(-1), np.empty(len(patch_limb), np.float32)
+    for k in range(len(ids)):
+        i = _index(ids[k])
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        ox, oy, oz = offsets[i, 0] * decay, offsets[i, 1] * decay, offsets[i, 2] * decay
+        held = ox * ox + oy * oy + oz * oz > tiny
+        rest = heights[i] > 2 * margin and not held and (ids[k] + turn) % 4 != 0
+        if rest and (heights[i] > far or plane_height(body, faces, anchors[i], x, y, z) > 2 * margin):
+            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x, y, z
+            signed_out[k] = heights[i]
+            continue
+        placed = places[i] >= 0
+        start = np.int64(places[i] if placed else anchors[i])
+        slow = placed or (held and heights[i] < -SLOW_DEPTH)
+        most_steps = np.int64(SLOW_STEPS if slow else MOST_STEPS)
+        if last >= 0 and not slow:
+            p, q = _index(faces[_index(last), 0]), _index(faces[_index(start), 0])
+            px, py, pz = body[p, 0] - x, body[p, 1] - y, body[p, 2] - z
+            qx, qy, qz = body[q, 0] - x, body[q, 1] - y, body[q, 2] - z
+            if px * px + py * py + pz * pz < np.float32(0.25) * (qx * qx + qy * qy + qz * qz):
+                start = last
+        for attempt in range(2):
+            last, at_b, at_c, squared = walk(body, faces, across, ring_start, ring, start, most_steps, x, y, z)
+            cx, cy, cz = place_on(body, faces, last, at_b, at_c)
+            rx, ry, rz = x - cx, y - cy, z - cz
+            nx, ny, nz = blended_normal(body, faces, ring_start, ring, last, at_b, at_c, known, normals)
+            height = rx * nx + ry * ny + rz * nz
+            distance = np.sqrt(squared) * (one if height >= 0 else -one)
+            deep = distance < -far and ((heights[i] > -far and not slow) or (ids[k] + turn) % 16 == 0)
+            if attempt == 1 or placed or not (deep or turn == 1):
+                break
+            vertex, nearest = seek(
+                body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, np.int32(-1), x, y, z, bound
+            )
+            if nearest > squared * (one if turn == 1 else loyalty):
+                break
+            start = np.int64(ring[ring_start[vertex]])
+        anchors[i] = last
+        signed_out[k] = heights[i] = distance
+        if distance < margin:
+            rise = lifted(distance, margin, gap)
+            share = (margin - gap) / (margin - gap + margin - distance)
+            up = rise - share * distance
+            yx, yy, yz = cx + share * rx + up * nx, cy + share * ry + up * ny, cz + share * rz + up * nz
+            if held:
+                done = (yx - x) * nx + (yy - y) * ny + (yz - z) * nz
+                more = max(ox * nx + oy * ny + oz * nz - done, np.float32(0))
+                yx, yy, yz = yx + more * nx, yy + more * ny, yz + more * nz
+            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = yx, yy, yz
+        elif held:
+            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x + ox, y + oy, z + oz
+        else:
+            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x, y, z
+
+
+@kernel
+def list_doubtful(points, ids, pushed, signed, winding, near, offsets, margin, turn, doubtful_out, tests_out):
+    """Pushed vertices that may have been free before, and should then have stayed.
+
+    Those that are not free where they went, and those that were taken to be deep inside: the latter only where that is
+    new, for what was displaced as far in the last frame is asked again in every fourth turn.
+
+    in: points (n,3), ids (k,), pushed (k,3), signed (k,) distances before, winding and near (k,) of the pushed
+    positions, offsets (n,3) of the last frame, margin [m], turn; out: doubtful_out (k,): which, tests_out (k,3): where
+    they were. Returns how many.
+    """
+    count = 0
+    for k in range(len(ids)):
+        i = _index(ids[k])
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        if pushed[k, 0] == x and pushed[k, 1] == y and pushed[k, 2] == z:
+            continue
+        if winding[k] == 0 and not near[k]:
+            ox, oy, oz = offsets[i, 0], offsets[i, 1], offsets[i, 2]
+            known = ox * ox + oy * oy + oz * oz > margin * margin and (ids[k] + turn) % 4 != 0
+            if signed[k] >= -margin or known:
+                continue
+        doubtful_out[count] = k
+        tests_out[count, 0], tests_out[count, 1], tests_out[count, 2] = x, y, z
+        count += 1
+    return count
+
+
+@kernel
+def judge(points, ids, winding, near, doubtful, winding_before, near_before, pushed_out, bad_out):
+    """Send back what was free before, and list what is free in neither position.
+
+    Free is what has winding number 0 and is not within rounding of the surface.
+
+    in: points (n,3), ids (k,), winding and near (k,) of the pushed positions; doubtful: which of them were asked where
+    they were, winding_before and near_before of those; in and out: pushed_out (k,3); out: bad_out (k,). Returns how
+    many bad.
+    """
+    count, asked = 0, 0
+    for k in range(len(ids)):
+        is_free = winding[k] == 0 and not near[k]
+        if asked < len(doubtful) and doubtful[asked] == k:
+            if winding_before[asked] == 0 and not near_before[asked]:
+                is_free = True
+                for axis in range(3):
+                    pushed_out[k, axis] = points[_index(ids[k]), axis]
+            asked += 1
+        if not is_free:
+            bad_out[count] = k
+            count += 1
+    return count
+
+
+@kernel
+def seek_ways_out(
+    points,
+    ids,
+    bad,
+    limb,
+    own_limb,
+    pinch,
+    margin,
+    gap,
+    body,
+    faces,
+    leaf_start,
+    leaf_vertices,
+    patch_start,
+    patch_box,
+    patch_limb,
+    across,
+    ring_start,
+    ring,
+    known,
+    normals,
+    starts,
+    anchors,
+    heights,
+    signed_out,
+    trial_out,
+    otherwise_out,
+):
+    """Where vertices that are still inside could go: over the nearest place of the surface.
+
+    in: points (n,3), ids (k,), bad: which of them, limb (n,) of each vertex, own_limb: only search that and try the
+    place moved outward by `pinch` [m]; the body; starts (bad,): faces around which to look, -1: anywhere; in and out:
+    anchors, heights (n,); signed_out (k,): distance [m]; out: trial_out (bad,3): what to test; otherwise_out (bad,3):
+    outside of the own limb only.
+    """
+    bound, one = np.empty(len(patch_limb), np.float32), np.float32(1)
+    for k in range(len(bad)):
+        i = _index(ids[bad[k]])
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        on = limb[i] if own_limb else np.int32(-1)
+        if starts[k] >= 0:
+            face, at_b, at_c, squared = walk(
+                body, faces, across, ring_start, ring, np.int64(starts[k]), np.int64(SLOW_STEPS), x, y, z
+            )
+        else:
+            face, at_b, at_c, squared = seek_place(
+                body,
+                faces,
+                leaf_start,
+                leaf_vertices,
+                patch_start,
+                patch_box,
+                patch_limb,
+                across,
+                ring_start,
+                ring,
+                on,
+                x,
+                y,
+                z,
+                bound,
+            )
+        cx, cy, cz = place_on(body, faces, face, at_b, at_c)
+        nx, ny, nz = blended_normal(body, faces, ring_start, ring, face, at_b, at_c, known, normals)
+        height = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
+        distance = np.sqrt(squared) * (one if height >= 0 else -one)
+        anchors[i], heights[i] = face, distance
+        if not own_limb:
+            signed_out[bad[k]] = distance
+        rise = pinch if own_limb else lifted(-abs(distance), margin, gap)
+        trial_out[k, 0], trial_out[k, 1], trial_out[k, 2] = cx + rise * nx, cy + rise * ny, cz + rise * nz
+        if distance < margin:
+            rise = lifted(distance, margin, gap)
+            x, y, z = cx + rise * nx, cy + rise * ny, cz + rise * nz
+        otherwise_out[k, 0], otherwise_out[k, 1], otherwise_out[k, 2] = x, y, z
+
+
+@kernel
+def deepest(
+    points,
+    ids,
+    inside,
+    signed,
+    body,
+    faces,
+    leaf_start,
+    leaf_vertices,
+    patch_start,
+    patch_box,
+    patch_limb,
+    across,
+    ring_start,
+    ring,
+):
+    """Distance to the skin of the deepest vertex [m]: anchors give upper bounds, the largest of which are looked into.
+
+    in: points (n,3), ids (k,), inside (k,), signed (k,): distances to the anchors' surroundings; the body.
+    """
+    bound, depth, first = np.empty(len(patch_limb), np.float32), np.float32(0), np.int64(-1)
+    for k in range(len(ids)):
+        if inside[k] and (first < 0 or abs(signed[k]) > abs(signed[first])):
+            first = k
+    for turn in range(-1, len(ids)):
+        k = first if turn < 0 else turn
+        if k >= 0 and inside[k] and abs(signed[k]) > depth:
+            i = _index(ids[k])
+            x, y, z = points[i, 0], points[i, 1], points[i, 2]
+            _, _, _, squared = seek_place(
+                body,
+                faces,
+                leaf_start,
+                leaf_vertices,
+                patch_start,
+                patch_box,
+                patch_limb,
+                across,
+                ring_start,
+                ring,
+                np.int32(-1),
+                x,
+                y,
+                z,
+                bound,
+            )
+            depth = max(depth, min(np.sqrt(squared), abs(signed[k])))
+    return depth
+
+
+@kernel
+def take_ways_out(bad, winding, near, trial, otherwise, pushed_out, still_out, where_out):
+    """Send vertices where it is free.
+
+    out: pushed_out (k,3); still_out (bad,): those for which it is not, where_out (bad,3): their trials.
+    """
+    count = 0
+    for k in range(len(bad)):
+        is_free = winding[k] == 0 and not near[k]
+        for axis in range(3):
+            pushed_out[bad[k], axis] = trial[k, axis] if is_free else otherwise[k, axis]
+        if not is_free:
+            still_out[count] = bad[k]
+            for axis in range(3):
+                where_out[count, axis] = trial[k, axis]
+            count += 1
+    return count
+
+
+@kernel
+def settle(points, ids, final, offsets_out, lively_out, frame, order, vertices_out):
+    """Write the final positions back into the world, and remember how far each vertex was moved.
+
+    in: points (n,3), ids (k,), final (k,3), frame (3,4): bone to world, order (n,);
+    out: offsets_out (n,3) zeroed and set, lively_out (blocks,), vertices_out (n,3). Returns how many moved.
+    """
+    moved = 0
+    offsets_out[:] = 0
+    lively_out[:] = False
+    for k in range(len(ids)):
+        i = _index(ids[k])
+        x, y, z = final[k, 0], final[k, 1], final[k, 2]
+        dx, dy, dz = x - points[i, 0], y - points[i, 1], z - points[i, 2]
+        if dx == 0 and dy == 0 and dz == 0:
+            continue
+        offsets_out[i, 0], offsets_out[i, 1], offsets_out[i, 2] = dx, dy, dz
+        lively_out[ids[k] // 8] = True
+        moved += 1
+        for axis in range(3):
+            vertices_out[order[i], axis] = frame[axis, 0] * x + frame[axis, 1] * y + frame[axis, 2] * z + frame[axis, 3]
+    return moved

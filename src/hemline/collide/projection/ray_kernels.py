@@ -1,0 +1,347 @@
+"""Which garment vertices can see infinity past the posed body, and winding numbers of the others: compiled code.
+
+Everything happens in the frame of one bone. Garment vertices come in blocks of 8 within groups of 64, body faces in
+leaves of 8 within patches; a group's rays run along one of six axes. A block whose shaft along its axis meets no box
+has winding number 0. In what is left each ray meets only faces of the leaves that overlap its block.
+"""
+
+import numpy as np
+
+from hemline.collide.winding.winding_kernels import crossing
+from hemline.compiled import kernel
+
+from .surface_kernels import nearest_weights
+
+BLOCK = 8
+GROUP = 64
+_index = np.uintp
+
+
+@kernel(fastmath={"contract"})
+def into_frame(frame, points, order, out):
+    """Points in the frame of a bone, reordered: out[i] = (points[order[i]] - origin) turned back.
+
+    The origin is taken off first, so that rounding does not grow with the distance from the world's origin.
+
+    in: frame (3,4): bone to world, points, order (n,); out: (n,3).
+    """
+    for i in range(len(order)):
+        k = _index(order[i])
+        x, y, z = points[k, 0] - frame[0, 3], points[k, 1] - frame[1, 3], points[k, 2] - frame[2, 3]
+        for axis in range(3):
+            out[i, axis] = frame[0, axis] * x + frame[1, axis] * y + frame[2, axis] * z
+
+
+@kernel
+def surface_boxes(body, leaf_start, leaf_vertices, patch_start, leaf_box_out, patch_box_out):
+    """Boxes of leaves (6,leaves) and of patches (6,patches): three lowest, then three highest coordinates [m]."""
+    for leaf in range(leaf_box_out.shape[1]):
+        first = _index(leaf_vertices[leaf_start[leaf]])
+        lx, ly, lz = body[first, 0], body[first, 1], body[first, 2]
+        hx, hy, hz = lx, ly, lz
+        for k in range(leaf_start[leaf] + 1, leaf_start[leaf + 1]):
+            v = _index(leaf_vertices[_index(k)])
+            x, y, z = body[v, 0], body[v, 1], body[v, 2]
+            lx, ly, lz = min(lx, x), min(ly, y), min(lz, z)
+            hx, hy, hz = max(hx, x), max(hy, y), max(hz, z)
+        leaf_box_out[0, leaf], leaf_box_out[1, leaf], leaf_box_out[2, leaf] = lx, ly, lz
+        leaf_box_out[3, leaf], leaf_box_out[4, leaf], leaf_box_out[5, leaf] = hx, hy, hz
+    for row in range(6):
+        for patch in range(patch_box_out.shape[1]):
+            value = leaf_box_out[row, _index(patch_start[patch])]
+            for leaf in range(patch_start[patch] + 1, patch_start[patch + 1]):
+                other = leaf_box_out[row, _index(leaf)]
+                value = min(value, other) if row < 3 else max(value, other)
+            patch_box_out[row, patch] = value
+
+
+@kernel(forceinline=True)
+def take_shafts(boxes, which, begin, end, direction, shafts_out):
+    """Boxes seen along a direction: their far ends, and lowest and highest coordinates across.
+
+    in: boxes (6,n), which[begin:end]; out: shafts_out (5,>=), filled up to eights with what nothing meets.
+    """
+    axis = _index(direction % 3)
+    u, v = _index((direction + 1) % 3), _index((direction + 2) % 3)
+    three = _index(3)
+    for k in range(end - begin):
+        box = _index(which[begin + k])
+        shafts_out[0, k] = boxes[axis + three, box] if direction < 3 else -boxes[axis, box]
+        shafts_out[1, k], shafts_out[2, k] = boxes[u, box], boxes[u + three, box]
+        shafts_out[3, k], shafts_out[4, k] = boxes[v, box], boxes[v + three, box]
+    for k in range(end - begin, (end - begin + 7) // 8 * 8):
+        shafts_out[0, k] = -np.inf
+
+
+@kernel(forceinline=True)
+def list_met(shafts, count, near, low_u, high_u, low_v, high_v, mask, words, met_out):
+    """Which of the first `count` shafts a block meets; their number.
+
+    `mask` is room, a byte a shaft; `words` are the same bytes by eights.
+    """
+    for k in range((count + 7) // 8 * 8):
+        mask[k] = (
+            (shafts[0, k] >= near)
+            & (shafts[1, k] <= high_u)
+            & (shafts[2, k] >= low_u)
+            & (shafts[3, k] <= high_v)
+            & (shafts[4, k] >= low_v)
+        )
+    met = 0
+    for word in range((count + 7) // 8):
+        if words[word] != 0:
+            for k in range(word * 8, word * 8 + 8):
+                if mask[k]:
+                    met_out[met] = k
+                    met += 1
+    return met
+
+
+@kernel(forceinline=True)
+def block_box(points, begin, end, direction, margin):
+    """Nearest coordinate along a direction, lowest and highest across, of points[begin:end], widened by a margin."""
+    axis = _index(direction % 3)
+    u, v = _index((direction + 1) % 3), _index((direction + 2) % 3)
+    sign = np.float32(1 if direction < 3 else -1)
+    near, low_u, low_v = np.float32(np.inf), np.float32(np.inf), np.float32(np.inf)
+    high_u, high_v = np.float32(-np.inf), np.float32(-np.inf)
+    for i in range(begin, end):
+        k = _index(i)
+        near = min(near, sign * points[k, axis])
+        low_u, high_u = min(low_u, points[k, u]), max(high_u, points[k, u])
+        low_v, high_v = min(low_v, points[k, v]), max(high_v, points[k, v])
+    return near - margin, low_u - margin, high_u + margin, low_v - margin, high_v + margin
+
+
+@kernel
+def certify(points, patch_box, lively, margin, turn, tries, direction, hidden, near_out):
+    """Find the vertices that cannot be shown to be free of the body by boxes alone.
+
+    in: points (n,3), patch_box (6,patches), lively (blocks,): not to be certified, margin [m], turn: which direction to
+    try next, tries: how many; in and out: direction (groups,), the one that sees fewest patches, hidden (groups,):
+    those of which nothing was certified, tried again at every eighth turn; out: near_out (n,); returns how many.
+    """
+    patches = patch_box.shape[1]
+    mask, every = np.zeros((patches + 7) // 8 * 8, np.uint8), np.arange(patches)
+    words = mask.view(np.uint64)
+    met, few = np.empty(patches, np.int64), np.empty(patches, np.int64)
+    shafts, group_shafts = np.empty((6, 5, patches + 8), np.float32), np.empty((5, patches + 8), np.float32)
+    for way in range(6):
+        take_shafts(patch_box, every, 0, patches, way, shafts[way])
+    count = 0
+    for group in range(len(direction)):
+        begin, end = group * GROUP, min((group + 1) * GROUP, len(points))
+        unseen = np.uint8(255)
+        held = np.int64(direction[group])
+        best, fewest = held, patches + 1
+        attempts = 0 if hidden[group] and (group + turn) % 8 else tries + 1
+        for attempt in range(attempts):
+            way = held if attempt == 0 else (held + 1 + (turn + attempt) % 5) % 6
+            seen = patches
+            for block in range(-1, (end - begin + BLOCK - 1) // BLOCK):  # -1: the group as a whole
+                whole = block < 0
+                if not whole and not unseen >> block & 1:
+                    continue
+                first = begin if whole else begin + block * BLOCK
+                near, low_u, high_u, low_v, high_v = block_box(
+                    points, first, end if whole else min(first + BLOCK, end), way, margin
+                )
+                tall = shafts[way] if whole else group_shafts
+                stand = list_met(tall, seen, near, low_u, high_u, low_v, high_v, mask, words, met if whole else few)
+                if whole:
+                    seen = stand
+                    take_shafts(patch_box, met, 0, seen, way, group_shafts)
+                    if seen < fewest:
+                        best, fewest = way, seen
+                elif stand == 0:
+                    unseen &= np.uint8(255 ^ (1 << block))
+            if seen == 0:
+                unseen = np.uint8(0)
+                break
+        direction[group] = best
+        if attempts:
+            hidden[group] = np.uint8(unseen == np.uint8(255))
+        for i in range(begin, end):
+            if unseen >> ((i - begin) // BLOCK) & 1 or lively[i // BLOCK]:
+                near_out[count] = i
+                count += 1
+    return count
+
+
+@kernel(forceinline=True)
+def leaf_turns(corners, leaf, direction, x, y):
+    """Signed crossings of a line with the 8 faces of a leaf that lies wholly ahead of the ray's start.
+
+    in: corners (leaves,10,8), x, y: the line. The 8 is read from the array and the sum is one of integers: so the loop
+    vectorises.
+    """
+    u, v = _index((direction + 1) % 3), _index((direction + 2) % 3)
+    b, c = _index(3), _index(6)
+    total = np.int32(0)
+    for i in range(corners.shape[2]):
+        au, bu, cu = corners[leaf, u, i] - x, corners[leaf, u + b, i] - x, corners[leaf, u + c, i] - x
+        av, bv, cv = corners[leaf, v, i] - y, corners[leaf, v + b, i] - y, corners[leaf, v + c, i] - y
+        turns, _, _, _ = crossing(au, av, bu, bv, cu, cv)
+        total += np.int32(turns)
+    return total
+
+
+@kernel(forceinline=True)
+def leaf_crossings(corners, leaf, direction, x, y, z):
+    """Signed crossings of the ray from one point with the 8 faces of a leaf, and how many of them are in doubt.
+
+    In doubt are faces whose plane may lie within rounding of the point. in: corners (leaves,10,8), point.
+    """
+    axis, u, v = _index(direction % 3), _index((direction + 1) % 3), _index((direction + 2) % 3)
+    sign, zero, b, c = np.float32(1 if direction < 3 else -1), np.float32(0), _index(3), _index(6)
+    total, doubts = np.int32(0), np.int32(0)
+    for i in range(corners.shape[2]):
+        au, bu, cu = corners[leaf, u, i] - x, corners[leaf, u + b, i] - x, corners[leaf, u + c, i] - x
+        av, bv, cv = corners[leaf, v, i] - y, corners[leaf, v + b, i] - y, corners[leaf, v + c, i] - y
+        turns, ab, bc, ca = crossing(au, av, bu, bv, cu, cv)
+        ad, bd, cd = corners[leaf, axis, i], corners[leaf, axis + b, i], corners[leaf, axis + c, i]
+        volume = bc * (sign * ad - z) + ca * (sign * bd - z) + ab * (sign * cd - z)
+        total += np.int32(turns if volume * turns > zero else zero)
+        doubts += np.int32(1 if abs(volume) <= corners[leaf, _index(9), i] else 0)
+    return total, doubts
+
+
+@kernel(forceinline=True)
+def gather_leaf(body, faces, leaf_box, leaf, rounding, corners_out):
+    """Corner coordinates of the faces of one leaf, 8 at a time, and below which volume each is in doubt.
+
+    in: rounding: how near to a face a point is in doubt [m]; out: corners_out (leaves,10,8).
+    """
+    size = np.float32(0)
+    for axis in range(3):
+        size += leaf_box[axis + 3, leaf] - leaf_box[axis, leaf] + rounding
+    noise = np.float32(1e-6) * size * size * size
+    for f in range(BLOCK):
+        face = leaf * _index(BLOCK) + _index(f)
+        a, b, c = _index(faces[face, 0]), _index(faces[face, 1]), _index(faces[face, 2])
+        ax, ay, az = body[a, 0], body[a, 1], body[a, 2]
+        bx, by, bz = body[b, 0], body[b, 1], body[b, 2]
+        cx, cy, cz = body[c, 0], body[c, 1], body[c, 2]
+        corners_out[leaf, 0, f], corners_out[leaf, 1, f], corners_out[leaf, 2, f] = ax, ay, az
+        corners_out[leaf, 3, f], corners_out[leaf, 4, f], corners_out[leaf, 5, f] = bx, by, bz
+        corners_out[leaf, 6, f], corners_out[leaf, 7, f], corners_out[leaf, 8, f] = cx, cy, cz
+        bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+        nx, ny, nz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+        area = np.sqrt(nx * nx + ny * ny + nz * nz)
+        corners_out[leaf, 9, f] = np.float32(-1) if a == b and b == c else rounding * area + noise
+
+
+@kernel
+def settled_winding(corners, leaves, which, count, direction, point, rounding):
+    """Winding number of a point in float64, in which the side tests of float32 corners are exact; and if it is near.
+
+    in: corners (leaves,10,8), leaves[which[:count]]: all that the ray may meet, point (3,), rounding: what is near [m].
+    """
+    axis, u, v = direction % 3, (direction + 1) % 3, (direction + 2) % 3
+    sign, winding, near = 1.0 if direction < 3 else -1.0, 0, False
+    corner = np.empty((3, 3))
+    for k in range(count):
+        leaf = leaves[which[k]]
+        for f in range(BLOCK):
+            for i in range(3):
+                for way in range(3):
+                    corner[i, way] = np.float64(corners[leaf, 3 * i + way, f]) - np.float64(point[way])
+            a, b, c = corner[0], corner[1], corner[2]
+            turns, ab, bc, ca = crossing(a[u], a[v], b[u], b[v], c[u], c[v])
+            if turns * sign * (bc * a[axis] + ca * b[axis] + ab * c[axis]) > 0:
+                winding += np.int32(sign * turns)
+            s, t = nearest_weights((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))
+            squared = 0.0
+            for way in range(3):
+                squared += ((1 - s - t) * a[way] + s * b[way] + t * c[way]) ** 2
+            near |= squared <= np.float64(rounding) ** 2
+    return winding, near
+
+
+@kernel
+def windings(
+    points,
+    ids,
+    direction,
+    body,
+    faces,
+    leaf_box,
+    patch_start,
+    patch_box,
+    rounding,
+    corners,
+    ready,
+    winding_out,
+    near_out,
+):
+    """Winding numbers of points with respect to the posed body, by rays along the direction of each vertex's group.
+
+    in: points (n,3), ids (n,): vertices that they belong to, ascending; direction (groups,), body (verts,3), faces
+    (faces,3) in leaves, boxes, rounding [m]; in and out: corners (leaves,10,8), ready (leaves,): which are
+    gathered; out: winding_out (n,), near_out (n,):
+    whether a point is nearer to the surface than `rounding`, which no ray along the axes would tell at a silhouette.
+    """
+    leaf_count, patch_count = leaf_box.shape[1], patch_box.shape[1]
+    mask, taken = np.zeros((leaf_count + 7) // 8 * 8, np.uint8), np.zeros(6, np.bool_)
+    words = mask.view(np.uint64)
+    patches, leaves = np.arange(patch_count), np.empty(leaf_count, np.int64)
+    met, block_leaves, hits = (
+        np.empty(leaf_count, np.int64),
+        np.empty(leaf_count, np.int64),
+        np.empty(leaf_count, np.int64),
+    )
+    patch_shafts, group_shafts = (
+        np.empty((6, 5, patch_count + 8), np.float32),
+        np.empty((5, leaf_count + 8), np.float32),
+    )
+    block_shafts = np.empty((5, leaf_count + 8), np.float32)
+    begin = 0
+    while begin < len(points):
+        end, group = begin + 1, ids[begin] // GROUP
+        while end < len(points) and ids[end] // GROUP == group:
+            end += 1
+        way = np.int64(direction[group])
+        if not taken[way]:
+            take_shafts(patch_box, patches, 0, patch_count, way, patch_shafts[way])
+            taken[way] = True
+        axis, u, v = _index(way % 3), _index((way + 1) % 3), _index((way + 2) % 3)
+        sign = np.float32(1 if way < 3 else -1)
+        near_end = axis if way < 3 else axis + _index(3)
+        near, low_u, high_u, low_v, high_v = block_box(points, begin, end, way, rounding)
+        seen = list_met(patch_shafts[way], patch_count, near, low_u, high_u, low_v, high_v, mask, words, met)
+        group_leaves = 0
+        for k in range(seen):
+            for leaf in range(patch_start[met[k]], patch_start[met[k] + 1]):
+                leaves[group_leaves] = leaf
+                group_leaves += 1
+        take_shafts(leaf_box, leaves, 0, group_leaves, way, group_shafts)
+        for first in range(begin, end, BLOCK):
+            last = min(first + BLOCK, end)
+            near, low_u, high_u, low_v, high_v = block_box(points, first, last, way, rounding)
+            count = list_met(group_shafts, group_leaves, near, low_u, high_u, low_v, high_v, mask, words, met)
+            for k in range(count):
+                leaf = leaves[met[k]]
+                block_leaves[k] = leaf
+                if not ready[leaf]:
+                    gather_leaf(body, faces, leaf_box, _index(leaf), rounding, corners)
+                    ready[leaf] = True
+            take_shafts(leaf_box, block_leaves, 0, count, way, block_shafts)
+            for i in range(first, last):
+                x, y, z = points[i, u], points[i, v], sign * points[i, axis]
+                left, right, below, above = x - rounding, x + rounding, y - rounding, y + rounding
+                found = list_met(block_shafts, count, z - rounding, left, right, below, above, mask, words, hits)
+                total, doubts = np.int32(0), np.int32(0)
+                for k in range(found):
+                    leaf = _index(block_leaves[hits[k]])
+                    if sign * leaf_box[near_end, leaf] > z + rounding:
+                        total += leaf_turns(corners, leaf, way, x, y)
+                    else:
+                        turns, doubtful = leaf_crossings(corners, leaf, way, x, y, z)
+                        total += turns
+                        doubts += doubtful
+                winding_out[i], near_out[i] = np.int32(sign) * total, False
+                if doubts:
+                    winding_out[i], near_out[i] = settled_winding(
+                        corners, block_leaves, hits, found, way, points[i], rounding
+                    )
+        begin = end

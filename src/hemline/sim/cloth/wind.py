@@ -1,0 +1,122 @@
+"""Wind over time and place: constant, in gusts, or a user's function."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hemline.errors import BadInput
+from hemline.motions.quaternions import to_matrix
+from hemline.sim.settings import SimSettings
+from hemline.sim.step.state import Positions, Wind
+
+from .wind_kernels import plane_waves
+
+FRAMES = 6
+"""Turned frames of axes: each axis carries two plane waves, so that gusts are as strong in every direction."""
+
+
+@dataclass(frozen=True)
+class Gusts:
+    r"""Wind that changes smoothly in time and place; the same seed gives the same wind.
+
+    Random plane waves across which the air moves (so that it is not compressed), carried along by the mean wind:
+
+    $$u(t, x) = U + \sum_w a_w \cos(k_w \cdot (x - U t) + \omega_w t + \varphi_w), \quad a_w \perp k_w$$
+
+    with each component of $k_w$ normal of deviation 1 / length and $\omega_w$ of deviation 1 / time. Each component of
+    u has the standard deviation `strength`, exactly so on average over all of time and space. Over seeds, the
+    correlation of two places that move with the mean wind, on average over the three components, is
+    $\exp(-r^2 / 2 L^2 - t^2 / 2 T^2)$.
+
+    Source: Shinozuka, Deodatis, "Simulation of stochastic processes by spectral representation", Applied Mechanics
+    Reviews 44(4), 1991. Differs: a Gaussian spectrum with one length and one time, not that of the atmosphere, whose
+    large eddies a garment cannot tell from another mean wind.
+
+    Example:
+        >>> gusts = Gusts(mean=(2.0, 0.0, 0.0), strength=0.5, seed=1)
+        >>> gusts(0.0, np.zeros((1, 3))).shape
+        (1, 3)
+    """
+
+    mean: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """[m/s]"""
+    strength: float = 1.0
+    """Standard deviation of each component [m/s]."""
+    length: float = 2.0
+    """Distance over which gusts change [m]."""
+    seconds: float = 1.0
+    """Time in which gusts change, seen from air that moves with the mean wind [s]."""
+    seed: int = 0
+    """Which of all such winds."""
+
+    @cached_property
+    def _waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        random = np.random.default_rng(self.seed)
+        turned = random.normal(size=(FRAMES, 4))
+        axes = to_matrix(turned / np.linalg.norm(turned, axis=1, keepdims=True)).reshape(-1, 3)
+        number = np.linalg.norm(random.normal(size=(3 * FRAMES, 3)), axis=1)
+        frames = axes.reshape(FRAMES, 3, 3)
+        # the two other axes of the frame are across
+        across = np.concatenate([np.roll(frames, shift, axis=1).reshape(-1, 3) for shift in (1, 2)])
+        wave = np.tile(number[:, None] * axes, (2, 1))
+        turn, phase = random.normal(size=len(wave)), random.uniform(0, 2 * np.pi, len(wave))
+        return wave / self.length, turn / self.seconds, phase, self.strength / np.sqrt(FRAMES) * across
+
+    def __call__(self, seconds: float, positions: Positions) -> Positions:
+        """Velocity of the air at positions [m/s].
+
+        Args:
+            seconds: Time [s].
+            positions: [m]
+        """
+        wave, turn, phase, amplitude = self._waves
+        mean = np.array(self.mean, np.float64)
+        now = (phase + seconds * (turn - wave @ mean)) / (2 * np.pi)
+        velocity = np.empty(positions.shape)
+        plane_waves(
+            positions,
+            np.ascontiguousarray(wave.T) / (2 * np.pi),
+            now,
+            np.ascontiguousarray(amplitude.T),
+            mean,
+            velocity,
+        )
+        return velocity
+
+
+def wind_of(settings: SimSettings) -> Wind:
+    """The wind that settings declare."""
+    if settings.gusts > 0:
+        return Gusts(settings.wind, settings.gusts, settings.gust_length, settings.gust_seconds, settings.gust_seed)
+    return lambda seconds, positions: np.tile(np.array(settings.wind, np.float64), (len(positions), 1))
+
+
+def checked(wind: Wind) -> Wind:
+    """A user's wind whose answers are looked at.
+
+    The function gets positions that it cannot change.
+
+    Raises:
+        BadInput: When called: the wind is not one finite velocity a vertex.
+    """
+
+    def looked_at(seconds: float, positions: Positions) -> Positions:
+        seen = positions.view()
+        seen.flags.writeable = False
+        answer = wind(seconds, seen)
+        try:
+            velocity = np.array(answer, np.float64, order="C")
+        except (TypeError, ValueError) as error:
+            got = f"{type(answer).__name__} at {seconds:.4g} s"
+            raise BadInput("wind must give velocities", got, "return an array of numbers") from error
+        if velocity.shape != positions.shape:
+            what = f"wind must give {len(positions)} velocities"
+            raise BadInput(what, f"shape {velocity.shape} at {seconds:.4g} s", "return one a position, (verts, 3)")
+        bad = np.flatnonzero(~np.isfinite(velocity).all(axis=1))
+        if len(bad):
+            got = f"NaN or infinity at {seconds:.4g} s for {len(bad)} of {len(velocity)} vertices, the first {bad[0]}"
+            raise BadInput("wind must be finite", got, "check the function that was given as wind")
+        return velocity
+
+    return looked_at

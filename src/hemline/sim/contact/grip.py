@@ -1,0 +1,61 @@
+"""Where on the body's skin cloth holds fast: points that ride on its triangles."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from hemline.arrays import Faces
+from hemline.sim.step.state import Positions
+
+from .surface import Skin
+
+
+@dataclass(frozen=True)
+class Grip:
+    """One point a cloth vertex, each fixed in the frame of a triangle of the body.
+
+    The frame of a triangle a b c has its origin at a, its axes along b - a, across it in the plane, and along the
+    normal. Static friction pulls a vertex back to its point; whatever else is carried by the skin rides the same way.
+
+    Attributes:
+        face: The triangle, -1 for a vertex that has none.
+        local: The point in its frame [m].
+    """
+
+    face: Int[np.ndarray, " verts"]
+    local: Float[np.ndarray, "verts 3"]
+
+    @classmethod
+    def at(cls, positions: Positions, face: Int[np.ndarray, " verts"], skin: Skin, faces: Faces) -> "Grip":
+        """Points that are at `positions` now.
+
+        Args:
+            positions: The points [m].
+            face: The triangles that they ride on.
+            skin: The body's surface.
+            faces: Its triangles.
+        """
+        origin, axes = _frames(skin, faces, face)
+        return cls(face, np.einsum("vij,vi->vj", axes, positions - origin))
+
+    def points(self, skin: Skin, faces: Faces) -> Positions:
+        """Where the points are on that surface [m]; those without a triangle mean nothing."""
+        origin, axes = _frames(skin, faces, self.face)
+        return origin + np.einsum("vij,vj->vi", axes, self.local)
+
+    def kept(self, other: "Grip", which: Bool[np.ndarray, " verts"]) -> "Grip":
+        """This grip where `which`, the other elsewhere."""
+        return Grip(np.where(which, self.face, other.face), np.where(which[:, None], self.local, other.local))
+
+
+def _frames(
+    skin: Skin, faces: Faces, face: Int[np.ndarray, " verts"]
+) -> tuple[Float[np.ndarray, "verts 3"], Float[np.ndarray, "verts 3 3"]]:
+    """Origin and axes (as columns) of triangles; those of triangle 0 for -1."""
+    a, b, c = skin.vertices.astype(np.float64)[faces[np.maximum(face, 0)]].transpose(1, 0, 2)
+    along = b - a
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    normal = np.cross(along, c - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    return a, np.stack([along, np.cross(normal, along), normal], axis=2)

@@ -1,0 +1,63 @@
+"""Cloth carried along by the body's surface, from one shape and pose to another."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from hemline.arrays import Faces
+from hemline.garments.clearance import smoothed_field
+from hemline.sim.contact.grip import Grip
+from hemline.sim.contact.surface import Skin, Surface
+from hemline.sim.step.state import Positions
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody
+
+NEAR = 0.05
+"""Distance from the skin at which cloth no longer follows the nearest triangle but its neighbours [m]."""
+
+REACH = 0.5
+"""Farther away it follows the pelvis alone [m]."""
+
+
+def carried(
+    positions: Positions, faces: Faces, spacing: float, surface: Surface, first: "PosedBody", second: "PosedBody"
+) -> Positions:
+    """Where the body takes a garment that is on it: a first guess, not an equilibrium.
+
+    Each vertex rides in the frame of the triangle nearest to it. Vertices farther from the skin trust it less: the way
+    they go beside the pelvis is smoothed over the mesh (weight exp(-(d / 5 cm)^2)), as `Garment.dressed` does.
+
+    Args:
+        positions: The cloth on the first body [m].
+        faces: Its triangles.
+        spacing: Mean length of its edges [m].
+        surface: The body's topology.
+        first: The body there.
+        second: The same body in another shape or pose.
+    """
+    skins = [Skin(each.vertices, each.normals) for each in (first, second)]
+    nowhere = np.zeros(len(positions), bool)
+    anchors = surface.anchors(positions, skins[0], nowhere, reach=REACH)
+    riding = Grip.at(positions, anchors.face, skins[0], surface.faces).points(skins[1], surface.faces)
+    distance = np.linalg.norm(positions - first.vertices[anchors.nearest], axis=1)
+    trust = np.where(anchors.face < 0, 0.0, np.exp(-((distance / NEAR) ** 2))) + 1e-3
+    rigid = _with_pelvis(positions, first, second)
+    way = np.where((anchors.face < 0)[:, None], 0.0, riding - rigid)
+    return rigid + smoothed_field(way, faces, trust, (NEAR / spacing) ** 2 / 4)
+
+
+def farthest_way(first: "PosedBody", second: "PosedBody", near: Float[np.ndarray, "points 3"]) -> float:
+    """How far the skin near some points of the first body moves to the second, seen from the pelvis [m]."""
+    from scipy.spatial import KDTree
+
+    nearest = np.unique(KDTree(first.vertices).query(near)[1])
+    before = _with_pelvis(first.vertices[nearest].astype(np.float64), first, second)
+    return float(np.linalg.norm(second.vertices[nearest] - before, axis=1).max())
+
+
+def _with_pelvis(points: Positions, first: "PosedBody", second: "PosedBody") -> Positions:
+    """Points fixed to the pelvis of the first body, on the second."""
+    turn = second.transforms[0, :, :3].astype(np.float64) @ first.transforms[0, :, :3].T.astype(np.float64)
+    return (points - first.joints[0]) @ turn.T + second.joints[0]

@@ -1,0 +1,109 @@
+"""Damped dynamics at one pose, which bring cloth near its equilibrium: seams closed first, tangles ironed."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.arrays import Mask
+from hemline.errors import SimulationFailed
+from hemline.meshes import crossing_edges
+from hemline.sim.settings import SimSettings
+from hemline.sim.step.dressed_body import DressedBody
+from hemline.sim.step.frame_end import FrameEnd
+from hemline.sim.step.state import ClothState, Positions
+
+from .ironing import EVERY, IRONS, ironed
+from .sewing import CLOSED, sewn, stretch
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody
+
+SEAM_STEP = 1 / 240
+"""Length of a step while seams close [s]."""
+
+STILL = 0.02
+"""Mean speed below which dynamics have brought the cloth near enough to its equilibrium [m/s]."""
+
+NONE = np.empty((0, 2), np.int32)
+
+
+def swung(
+    dressed: DressedBody,
+    end: FrameEnd,
+    posed: "PosedBody",
+    positions: Positions,
+    settings: SimSettings,
+    *,
+    seconds: float,
+    kept: float,
+    still: float = STILL,
+) -> ClothState:
+    """Dynamics at one pose, until the cloth hardly moves where velocities are damped.
+
+    Args:
+        dressed: The garment on its body.
+        end: Pushes the cloth out of the body after each frame.
+        posed: The body.
+        positions: Where the cloth is [m].
+        settings: What the steps are taken with; the stepper's own are put back.
+        seconds: Cloth time, at most [s].
+        kept: Share of the velocities that is kept from frame to frame; 1: no damping, no ironing, no end before time.
+        still: Mean speed at which it ends [m/s].
+
+    Raises:
+        SimulationFailed: A step failed at its shortest.
+    """
+    dressed.stepper.settings, careful = settings, dressed.stepper.settings
+    state, step, frames, irons = dressed.stepper.start(positions), 1 / settings.fps, round(seconds * settings.fps), 0
+    # what is being dressed is to find the places that are closest, not to keep those that it had
+    state = replace(state, sides=None) if kept < 1 else state
+
+    def still_frame(state: ClothState, seconds: float, substeps: int | None) -> ClothState:
+        state, _, _ = dressed.frame(state, posed.pose, posed.pose, substeps=substeps, seconds=seconds)
+        cleaned = end.clean(posed, state.positions, seconds, state.sides)
+        return dressed.fed_back(state, cleaned.positions, cleaned.pinched)
+
+    try:
+        state = sewn(dressed.sheet, state, lambda now: still_frame(now, SEAM_STEP, 1))
+        for frame in range(frames):
+            state = still_frame(state, step, 2 if kept < 1 else None)
+            state = replace(state, velocities=kept * state.velocities, change=kept * state.change)
+            speed = float(np.linalg.norm(state.velocities, axis=1).mean())
+            quiet = kept < 1 and frame > 5 and speed < still
+            due = kept < 1 and (quiet or frame % EVERY == EVERY - 1)
+            crossed = free_crossings(dressed, state.positions, state.pinched, settings) if due else NONE
+            # what was ironed needs time to fall; what crosses again and again has no better place
+            if len(crossed) and irons < IRONS and frame + EVERY < frames:
+                irons += 1
+                state = replace(state, positions=_flat(dressed, state, crossed))
+            elif quiet:
+                break
+    except SimulationFailed as reason:
+        raise SimulationFailed(f"settling '{dressed.garment.name}': {reason}") from reason
+    finally:
+        dressed.stepper.settings = careful
+    return _ironed_at_last(dressed, state, settings) if kept < 1 else state
+
+
+def free_crossings(dressed: DressedBody, positions: Positions, pinched: Mask, settings: SimSettings) -> np.ndarray:
+    """Edges that go through the cloth where it could lie otherwise, if that matters; (edges, 2)."""
+    if not settings.self_contact:
+        return NONE
+    crossed = crossing_edges(positions.astype(np.float32), dressed.garment.faces)
+    return crossed[~pinched[crossed].any(axis=1)]
+
+
+def _ironed_at_last(dressed: DressedBody, state: ClothState, settings: SimSettings) -> ClothState:
+    """What crosses still is ironed once more, if that does not tear it: a take starts better with folds pressed flat
+    than with folds that go through each other.
+    """
+    crossed = free_crossings(dressed, state.positions, state.pinched, settings)
+    if not len(crossed):
+        return state
+    flat = _flat(dressed, state, crossed)
+    return replace(state, positions=flat) if stretch(dressed.sheet, flat) < CLOSED else state
+
+
+def _flat(dressed: DressedBody, state: ClothState, crossed: np.ndarray) -> Positions:
+    return ironed(dressed.sheet, state.positions, crossed, ~state.pinched & ~dressed.pinned)

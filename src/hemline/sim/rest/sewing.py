@@ -1,0 +1,40 @@
+"""Seams that are still open at the start: closed without haste, so that nothing is pulled through anything."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from hemline.sim.cloth.sheet import Sheet
+from hemline.sim.step.state import ClothState, Positions
+
+CLOSED = 1.5
+"""Greatest stretch of an edge from which the garment is taken to be sewn up, as a factor."""
+
+MOST = 400
+"""Steps, at most."""
+
+
+def sewn(sheet: Sheet, state: ClothState, step: Callable[[ClothState], ClothState]) -> ClothState:
+    """The garment with its seams closed; as it is where they are.
+
+    Panels that are laid around the body hang together by edges that are many times too long. Left to dynamics, these
+    pull the cloth through itself and through the body. Here every step starts from standing still.
+
+    Args:
+        sheet: The cloth.
+        state: Where it is.
+        step: The cloth after a short step; its velocities are taken away.
+    """
+    for _ in range(MOST):
+        if stretch(sheet, state.positions) < CLOSED:
+            break
+        state = step(state)
+        state = replace(state, velocities=np.zeros_like(state.velocities), change=np.zeros_like(state.change))
+    return state
+
+
+def stretch(sheet: Sheet, positions: Positions) -> float:
+    """The largest stretch of an edge, as a factor."""
+    ends = positions[sheet.edges]
+    return float((np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / sheet.edge_length).max())

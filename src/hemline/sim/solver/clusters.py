@@ -1,0 +1,79 @@
+"""Patches of neighbouring vertices: the coarse level of the solver's preconditioner."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Int
+
+from hemline.sim.cloth.sheet import Rows, Sheet, incidence
+
+from .cluster_kernels import halved
+
+SIZE = 80
+"""Free vertices in a patch, about."""
+
+MOST = 160
+"""Patches, at most: the coarse system is solved directly."""
+
+
+@dataclass(frozen=True)
+class Clusters:
+    """A partition of the free vertices.
+
+    Attributes:
+        label: Patch of each vertex; one past the last for pinned ones.
+        members: The free vertices of each patch.
+        width: Entries in a row of the banded coarse matrix.
+    """
+
+    label: Int[np.ndarray, " verts"]
+    members: Rows
+    width: int
+
+
+def make_clusters(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Clusters:
+    """Cut the free vertices into patches by halving along the longest way through the mesh, again and again.
+
+    Patches are numbered so that joined ones have near numbers (reverse Cuthill-McKee), which keeps the coarse matrix
+    narrow.
+    """
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    count, free = sheet.vertex_count, np.flatnonzero(~fixed)
+    graph = _graph(sheet)
+    parts = cut(sheet, free, int(np.clip(len(free) // SIZE, 1, MOST)))
+    label = np.full(count, -1, np.int64)
+    for number, part in enumerate(parts):
+        label[part] = number
+    rows, columns = graph.nonzero()
+    joined = (label[rows] >= 0) & (label[columns] >= 0)
+    pairs = np.stack([label[rows[joined]], label[columns[joined]]])
+    coarse = csr_array((np.ones(pairs.shape[1]), pairs), shape=(len(parts), len(parts)))
+    place = np.empty(len(parts), np.int64)
+    place[reverse_cuthill_mckee(coarse, symmetric_mode=True)] = np.arange(len(parts))
+    band = int(np.abs(place[pairs[0]] - place[pairs[1]]).max(initial=0))
+    label = np.where(label >= 0, place[label], len(parts))
+    members = incidence(label[free], free, len(parts))
+    return Clusters(label.astype(np.uint32), members, 3 * (band + 1))
+
+
+def cut(sheet: Sheet, vertices: np.ndarray, parts: int) -> list[np.ndarray]:
+    """So many compact parts of the mesh, about equal in size, by halving along the longest way through each; fewer
+    where there are fewer vertices.
+    """
+    graph, members = _graph(sheet), np.sort(vertices).astype(np.int64)
+    part = np.full(sheet.vertex_count, -1, np.int64)
+    made = halved(graph.indptr, graph.indices, members, parts, part)
+    rows = incidence(part[members], members, made)
+    return np.split(rows.columns.astype(np.int64), rows.starts[1:-1].astype(np.int64))
+
+
+def _graph(sheet: Sheet):
+    """All couplings of the sheet, those of bending stencils included."""
+    from scipy.sparse import csr_array
+
+    count = sheet.vertex_count
+    ring = csr_array((np.ones(len(sheet.ring.columns)), sheet.ring.columns, sheet.ring.starts), shape=(count, count))
+    far = csr_array((np.ones(len(sheet.far.columns)), sheet.far.columns, sheet.far.starts), shape=(count, count))
+    return (ring + far).tocsr()

@@ -1,0 +1,262 @@
+"""Conjugate gradients on 3 x 3 blocks, preconditioned on two levels: float32 storage, float64 sums in fixed order.
+
+The preconditioner adds the inverses of the diagonal blocks and a coarse correction that moves whole patches of
+vertices: M = D^-1 + P (P^T A P)^-1 P^T, with P constant on each patch. The coarse matrix is banded and factorised
+anew for every system.
+"""
+
+import numpy as np
+
+from hemline.compiled import kernel, prange
+from hemline.sim.contact.pair_kernels import FEW
+
+from .block_kernels import add_pairs, advance, pair_product, row_product, turn
+
+FAST = {"contract", "nsz", "arcp"}
+
+
+@kernel(parallel=True)
+def coarse_matrix(begin, end, label, ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, band_out):
+    """P^T A P, lower half: entry (r, c) lies at band[r, c - r + width - 1]."""
+    width = band_out.shape[1]
+    for patch in prange(begin.shape[0]):
+        for row in range(3 * patch, 3 * patch + 3):
+            for c in range(width):
+                band_out[row, c] = 0.0
+        here = width - 1
+        row = 3 * patch
+        xx = yx = yy = zx = zy = zz = 0.0
+        for i in range(begin[patch], end[patch]):
+            d = diagonal[9 * i : 9 * i + 9]
+            xx += d[0]
+            yx += d[1]
+            yy += d[4]
+            zx += d[2]
+            zy += d[5]
+            zz += d[8]
+            for e in range(ring_starts[i], ring_starts[i + 1]):
+                j, b = ring[e], blocks[9 * e : 9 * e + 9]
+                if label[j] == patch:
+                    xx += b[0]
+                    yx += b[1]
+                    yy += b[4]
+                    zx += b[2]
+                    zy += b[5]
+                    zz += b[8]
+                elif label[j] < patch:
+                    column = 3 * label[j] - row + here
+                    for r in range(3):
+                        for c in range(3):
+                            band_out[row + r, column + c - r] += b[3 * c + r]
+            for e in range(far_starts[i], far_starts[i + 1]):
+                j, w = far[e], far_bending[e]
+                if label[j] == patch:
+                    xx += w
+                    yy += w
+                    zz += w
+                elif label[j] < patch:
+                    column = 3 * label[j] - row + here
+                    for r in range(3):
+                        band_out[row + r, column] += w
+        band_out[row, here] += xx
+        band_out[row + 1, here - 1] += yx
+        band_out[row + 1, here] += yy
+        band_out[row + 2, here - 2] += zx
+        band_out[row + 2, here - 1] += zy
+        band_out[row + 2, here] += zz
+        if begin[patch] == end[patch]:
+            for r in range(3):
+                band_out[row + r, here] = 1.0
+
+
+@kernel(fastmath={"contract", "reassoc", "nsz"})
+def factorise(band):
+    """Cholesky factor of a banded matrix, in place; False if it is not positive."""
+    count, width = band.shape
+    here = width - 1
+    for r in range(count):
+        first = max(0, r - here)
+        for c in range(first, r + 1):
+            start = max(first, c - here)
+            total = band[r, c - r + here]
+            a, b = band[r, start - r + here : c - r + here], band[c, start - c + here : here]
+            for k in range(c - start):
+                total -= a[k] * b[k]
+            if c < r:
+                band[r, c - r + here] = total / band[c, here]
+            elif total > 0.0:
+                band[r, here] = total**0.5
+            else:
+                return False
+    return True
+
+
+@kernel(fastmath={"contract", "reassoc", "nsz"})
+def solve_band(band, values):
+    """Solve L L^T x = values in place, three rows at once: the band holds whole blocks of three."""
+    count, width = band.shape
+    here = width - 1
+    for r in range(0, count, 3):
+        one, two, three = band[r], band[r + 1], band[r + 2]
+        first = max(0, r - here + 2)
+        x0, x1, x2 = values[r], values[r + 1], values[r + 2]
+        a, b, c, before = (
+            one[first - r + here :],
+            two[first - r - 1 + here :],
+            three[first - r - 2 + here :],
+            values[first:r],
+        )
+        for k in range(r - first):
+            x0 -= a[k] * before[k]
+            x1 -= b[k] * before[k]
+            x2 -= c[k] * before[k]
+        x0 /= one[here]
+        x1 = (x1 - two[here - 1] * x0) / two[here]
+        x2 = (x2 - three[here - 2] * x0 - three[here - 1] * x1) / three[here]
+        values[r], values[r + 1], values[r + 2] = x0, x1, x2
+    for r in range(count - 3, -1, -3):
+        one, two, three = band[r], band[r + 1], band[r + 2]
+        first = max(0, r - here + 2)
+        x2 = values[r + 2] / three[here]
+        x1 = (values[r + 1] - three[here - 1] * x2) / two[here]
+        x0 = (values[r] - two[here - 1] * x1 - three[here - 2] * x2) / one[here]
+        values[r], values[r + 1], values[r + 2] = x0, x1, x2
+        a, b, c, before = (
+            one[first - r + here :],
+            two[first - r - 1 + here :],
+            three[first - r - 2 + here :],
+            values[first:r],
+        )
+        for k in range(r - first):
+            before[k] -= a[k] * x0 + b[k] * x1 + c[k] * x2
+
+
+@kernel(parallel=True, fastmath=FAST)
+def conjugate_gradients(
+    ring_starts,
+    ring,
+    blocks,
+    far_starts,
+    far,
+    far_bending,
+    diagonal,
+    inverse,
+    begin,
+    end,
+    vertex,
+    band,
+    pair_corners,
+    pair_weights,
+    pair_block,
+    pair_starts,
+    pair_entries,
+    pressed_out,
+    right,
+    tolerance,
+    iterations,
+    solution_out,
+    residual_out,
+    search_out,
+    product_out,
+    partial_out,
+    patch_sum_out,
+    coarse_out,
+    shift_out,
+):
+    """Solve A x = right for the free vertices, which are those in patches; the others stay 0.
+
+    # model: A = blocks on the ring, far_bending I beyond it, diagonal, and of each pair w w^T times its block;
+    #      band = factor of the coarse matrix
+    # in:  begin, end: slots of each patch; vertex: of each slot; pair_corners: slots; pair_starts: by vertex;
+    #      tolerance: on sqrt(r . M r) relative to its start; iterations: at most
+    # out: solution; the rest is working memory. Vectors and blocks are flat and by slots, see `layout` and
+    #      `block_kernels`; shift has four numbers a patch.
+    # Returns the number of iterations.
+    """
+    count, patches, pairs = solution_out.shape[0], begin.shape[0], pair_corners.shape[0]
+    alpha, old, enough = np.float32(0.0), 0.0, 0.0
+    for k in prange(count):
+        solution_out[k], residual_out[k], search_out[k], product_out[k] = 0.0, right[k], 0.0, 0.0
+    for iteration in range(iterations + 1):
+        for patch in prange(patches):
+            total, sum0, sum1, sum2 = 0.0, 0.0, 0.0, 0.0
+            for i in range(begin[patch], end[patch]):
+                # from here on `product` holds D^-1 r, until the matrix is applied
+                total += advance(i, alpha, search_out, product_out, solution_out, residual_out, inverse)
+                sum0 += residual_out[4 * i]
+                sum1 += residual_out[4 * i + 1]
+                sum2 += residual_out[4 * i + 2]
+            partial_out[patch] = total
+            patch_sum_out[3 * patch], patch_sum_out[3 * patch + 1], patch_sum_out[3 * patch + 2] = sum0, sum1, sum2
+        for k in range(3 * patches):
+            coarse_out[k] = patch_sum_out[k]
+        solve_band(band, coarse_out)
+        new = 0.0
+        for patch in range(patches):
+            new += partial_out[patch]
+            for axis in range(3):
+                new += coarse_out[3 * patch + axis] * patch_sum_out[3 * patch + axis]
+                shift_out[4 * patch + axis] = coarse_out[3 * patch + axis]
+        if iteration == 0:
+            enough = tolerance * tolerance * new
+        if iteration == iterations or not new > enough:
+            return iteration
+        beta = np.float32(0.0 if iteration == 0 else new / old)
+        old = new
+        for patch in prange(patches):
+            for i in range(begin[patch], end[patch]):
+                turn(i, patch, beta, shift_out, product_out, search_out)
+        if pairs > FEW:
+            for p in prange(pairs):
+                pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
+        for patch in prange(patches):
+            total = 0.0
+            for i in range(begin[patch], end[patch]):
+                total += row_product(
+                    i,
+                    diagonal,
+                    ring,
+                    ring_starts[i],
+                    ring_starts[i + 1],
+                    blocks,
+                    far,
+                    far_starts[i],
+                    far_starts[i + 1],
+                    far_bending,
+                    search_out,
+                    product_out,
+                )
+                if pairs > FEW:
+                    v = vertex[i]
+                    if pair_starts[v] < pair_starts[v + 1]:
+                        total += add_pairs(
+                            i,
+                            pair_starts[v],
+                            pair_starts[v + 1],
+                            pair_entries,
+                            pair_weights,
+                            pressed_out,
+                            search_out,
+                            product_out,
+                        )
+            partial_out[patch] = total
+        bend = 0.0
+        for patch in range(patches):
+            bend += partial_out[patch]
+        if pairs <= FEW:
+            for p in range(pairs):
+                pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
+                for c in range(4):
+                    # at a fixed vertex it is added too, where nobody reads it and the search is 0
+                    row, w = 4 * pair_corners[p, c], pair_weights[p, c]
+                    for axis in range(3):
+                        added = w * pressed_out[4 * p + axis]
+                        product_out[row + axis] += added
+                        bend += search_out[row + axis] * added
+        if not bend > 0.0:
+            return iteration
+        alpha = np.float32(old / bend)
+    return iterations
+
+
+__all__ = ["coarse_matrix", "conjugate_gradients", "factorise", "solve_band"]

@@ -1,0 +1,89 @@
+"""The order in which the solver keeps vertices: patch by patch, so that a thread works on memory of its own."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from hemline.sim.cloth.sheet import Rows, Sheet
+
+from .clusters import make_clusters
+
+LINE = 4
+"""Vertices of a solver's vector in a line of cache: patches begin at a multiple of it."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Places ("slots") of the vertices in the solver's vectors, and the pattern of its matrix in that order.
+
+    Slots that no vertex has fill up a patch's last line; their rows are empty. Fixed vertices come behind all patches.
+
+    Attributes:
+        slot: Place of each vertex.
+        vertex: Vertex at each place; 0 where there is none.
+        begin: First slot of each patch.
+        end: One past its last slot that has a vertex.
+        patch: Patch of each slot; the number of patches for fixed vertices and slots without one.
+        width: Entries in a row of the banded coarse matrix.
+        ring: The sheet's `ring`, by slots.
+        ring_bending: The sheet's, in that order.
+        edge_slots: Entries (i, j) and (j, i) of each edge in that order.
+        far: The sheet's `far`, by slots.
+        far_bending: The sheet's, in that order.
+    """
+
+    slot: Int[np.ndarray, " verts"]
+    vertex: Int[np.ndarray, " slots"]
+    begin: Int[np.ndarray, " patches"]
+    end: Int[np.ndarray, " patches"]
+    patch: Int[np.ndarray, " slots"]
+    width: int
+    ring: Rows
+    ring_bending: Float[np.ndarray, " ring"]
+    edge_slots: Int[np.ndarray, "edges 2"]
+    far: Rows
+    far_bending: Float[np.ndarray, " far"]
+
+
+def make_layout(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Layout:
+    """Lay out the rows of a sheet, some of whose vertices are fixed."""
+    clusters = make_clusters(sheet, fixed)
+    members = clusters.members
+    sizes = np.diff(members.starts.astype(np.int64))
+    lines = (sizes + LINE - 1) // LINE * LINE
+    begin = np.cumsum(lines) - lines
+    still = np.flatnonzero(fixed)
+    free_slots, count = int(lines.sum()), int(lines.sum()) + len(still)
+    slot = np.empty(sheet.vertex_count, np.int64)
+    slot[members.columns] = np.repeat(begin - members.starts[:-1], sizes) + np.arange(len(members.columns))
+    slot[still] = free_slots + np.arange(len(still))
+    vertex, patch = np.zeros(count, np.uint32), np.full(count, len(sizes), np.uint32)
+    vertex[slot] = np.arange(sheet.vertex_count)
+    patch[slot] = clusters.label
+    ring, ring_order = _reordered(sheet.ring, slot, count)
+    far, far_order = _reordered(sheet.far, slot, count)
+    place = np.empty(len(ring_order), np.uint32)
+    place[ring_order] = np.arange(len(ring_order))
+    return Layout(
+        slot=slot.astype(np.uint32),
+        vertex=vertex,
+        begin=begin.astype(np.uint32),
+        end=(begin + sizes).astype(np.uint32),
+        patch=patch,
+        width=clusters.width,
+        ring=ring,
+        ring_bending=sheet.ring_bending[ring_order],
+        edge_slots=place[sheet.edge_slots],
+        far=far,
+        far_bending=sheet.far_bending[far_order].astype(np.float32),
+    )
+
+
+def _reordered(rows: Rows, slot: np.ndarray, count: int) -> tuple[Rows, np.ndarray]:
+    """The pattern by slots, and which of the old entries each new one is."""
+    lengths = np.diff(rows.starts.astype(np.int64))
+    row, column = slot[np.repeat(np.arange(len(lengths)), lengths)], slot[rows.columns]
+    order = np.lexsort((column, row))
+    starts = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=count))])
+    return Rows(starts.astype(np.uint32), column[order].astype(np.uint32)), order

@@ -1,0 +1,201 @@
+"""A garment on a moving body: the frames of one take."""
+
+import logging
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.datasets.take import Take
+from hemline.errors import BadInput, SimulationFailed
+from hemline.garments.garment import Garment
+from hemline.motions.clean import jump
+from hemline.motions.motion import Motion, Pose
+from hemline.sim.cloth.figures import crossing_figures, mean_or_zero, strain_figures
+from hemline.sim.rest.settle import rest_drape
+from hemline.sim.settings import SimSettings
+from hemline.sim.step.dressed_body import DressedBody
+from hemline.sim.step.frame_end import FrameEnd
+from hemline.sim.step.lead_in import lead_in
+from hemline.sim.step.state import ClothState, Wind
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+log = logging.getLogger(__name__)
+
+EndState = Mapping[str, np.ndarray]
+
+
+def simulate(
+    garment: Garment,
+    shaped: "ShapedBody",
+    motion: Motion,
+    settings: SimSettings | None = None,
+    *,
+    start: Take | None = None,
+    resume: EndState | None = None,
+    wind: Wind | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Take:
+    """Simulate a garment against a clip.
+
+    Args:
+        garment: The garment, on this body shape.
+        shaped: The body.
+        motion: The clip, placed on the body; resampled to the frame rate of the settings here.
+        settings: Settings of the simulator.
+        start: The settled rest drape of this garment on this body; None: settled here.
+        resume: The end state of the part of the clip before this one; the result is as if it had never been cut.
+        wind: Wind over time and place, such as `Gusts` or a function of one's own: (seconds, positions) to velocities;
+            None: that of the settings. Only theirs is part of the take's inputs.
+        progress: Called after each frame with frames done and frames in all.
+
+    Returns:
+        The take, lead-in included. If a step failed at its shortest, or the clip jumps as no person can, `failed` says
+        when and why, and the frames before are there.
+
+    Raises:
+        BadInput: `start` or `resume` belongs to another garment, or a wind is not one finite velocity a vertex.
+        SimulationFailed: The garment could not be settled in the rest pose.
+    """
+    settings = settings or SimSettings()
+    motion = motion.resampled(settings.fps)
+    dressed = DressedBody(garment, shaped, settings, wind)
+    record = _Record()
+    if resume is None:
+        rest = start or rest_drape(garment, shaped, settings)
+        _check_count("start", rest.vertices[0], garment)
+        leading, placement = lead_in(shaped, motion, max(1, round(settings.lead_in * settings.fps)))
+        state, before = dressed.stepper.start(placement.points(rest.vertices[0])), leading[0]
+        end = FrameEnd(garment, shaped)
+        record.keep(state.positions, int(rest.pinched[0]))
+        poses = [leading[i] for i in range(1, len(leading))] + [motion[i] for i in range(len(motion))]
+    else:
+        _check_count("resume", resume.get("positions", np.zeros(0)), garment)
+        state, before = _state(resume), Pose(resume["rotations"], resume["translation"])
+        end = FrameEnd(garment, shaped, resume)
+        leading, poses = None, [motion[i] for i in range(len(motion))]
+    failed = None
+    lead_frames = 0 if leading is None else len(leading)
+    total = len(poses) + len(record.vertices)
+    for index, pose in enumerate(poses, start=len(record.vertices)):
+        began = time.perf_counter()
+        if jumping := jump(before, pose, 1 / settings.fps):
+            failed = f"frame {index}: the clip jumps, {jumping}; cut it there, see motions.longest_clean"
+            log.warning("take failed: %s", failed)
+            break
+        try:
+            state, reports, posed = dressed.frame(state, before, pose)
+        except SimulationFailed as reason:
+            failed = f"frame {index}: {reason}"
+            log.warning("take failed: %s", failed)
+            break
+        cleaned = end.clean(posed, state.positions, 1 / settings.fps, state.sides)
+        state, before = dressed.fed_back(state, cleaned.positions, cleaned.pinched), pose
+        record.keep(cleaned.positions, len(cleaned.pinched))
+        record.inside.append(cleaned.inside)
+        record.deepest_mm.append(cleaned.deepest_mm)
+        record.residual_share += [report.residual_share for report in reports]
+        newton, solver = sum(r.newton_steps for r in reports), sum(r.solver_steps for r in reports)
+        log.debug(
+            "frame %d: %.1f ms, %d Newton steps, %d of conjugate gradients",
+            index,
+            1000 * (time.perf_counter() - began),
+            newton,
+            solver,
+        )
+        if progress:
+            progress(index + 1, total)
+    whole = motion if leading is None else _joined(leading, motion)
+    if not record.vertices:
+        # a part that failed at once: the frame that it came from
+        record.keep(state.positions, int(state.pinched.sum()))
+        whole, lead_frames = replace(motion, rotations=before.rotations[None], translations=before.translation[None]), 1
+    done = len(record.vertices)
+    leads = np.arange(done) < lead_frames
+    vertices = np.array(record.vertices)
+    shown = vertices[~leads] if (~leads).any() else vertices
+    figures = strain_figures(dressed.sheet, shown, dressed.pinned) | crossing_figures(dressed.sheet, shown)
+    return Take(
+        kind="clip",
+        vertices=vertices,
+        motion=whole[:done],
+        betas=shaped.betas,
+        lead_in=leads,
+        pinched=np.array(record.pinched, np.int32),
+        figures=figures | record.figures(),
+        failed=failed,
+        inputs={
+            "garment": garment.hash,
+            "body": shaped.body.hash,
+            "betas": [float(b) for b in shaped.betas],
+            "motion": motion.hash,
+            "clip": motion.name,
+            "settings": asdict(settings),
+        },
+        end_state=_end_state(state, before) | end.memory(),
+    )
+
+
+@dataclass
+class _Record:
+    """What is noted frame by frame."""
+
+    vertices: list[np.ndarray] = field(default_factory=list)
+    pinched: list[int] = field(default_factory=list)
+    inside: list[int] = field(default_factory=list)
+    deepest_mm: list[float] = field(default_factory=list)
+    residual_share: list[float] = field(default_factory=list)
+
+    def keep(self, positions: np.ndarray, pinched: int) -> None:
+        self.vertices.append(positions.astype(np.float32))
+        self.pinched.append(pinched)
+
+    def figures(self) -> dict[str, float]:
+        return {
+            "inside": float(max(self.inside, default=0)),
+            "deepest_mm": float(max(self.deepest_mm, default=0.0)),
+            "pinched": mean_or_zero(self.pinched),
+            "residual_share": mean_or_zero(self.residual_share),
+        }
+
+
+def _end_state(state: ClothState, pose: Pose) -> dict[str, np.ndarray]:
+    assert state.sides is not None
+    return {
+        "positions": state.positions,
+        "velocities": state.velocities,
+        "change": state.change,
+        "load": state.load,
+        "pinched": state.pinched.astype(np.uint8),
+        "sides": state.sides,
+        "time": np.array([state.time]),
+        "rotations": pose.rotations,
+        "translation": pose.translation,
+    }
+
+
+def _state(end: EndState) -> ClothState:
+    arrays = {
+        name: np.ascontiguousarray(end[name], np.float64) for name in ("positions", "velocities", "change", "load")
+    }
+    # takes of older versions say nothing of sides: the closest skin is where they go on
+    sides = end.get("sides", np.full((len(arrays["positions"]), 2), -1, np.int32))
+    return ClothState(**arrays, pinched=end["pinched"].astype(bool), sides=sides, time=float(end["time"][0]))
+
+
+def _joined(first: Motion, second: Motion) -> Motion:
+    return replace(
+        second,
+        rotations=np.concatenate([first.rotations, second.rotations]),
+        translations=np.concatenate([first.translations, second.translations]),
+    )
+
+
+def _check_count(name: str, vertices: np.ndarray, garment: Garment) -> None:
+    if len(vertices) != len(garment.vertices):
+        got = f"{len(vertices)} vertices for {len(garment.vertices)}"
+        raise BadInput(f"'{name}' must belong to garment '{garment.name}'", got, "settle this garment again")
