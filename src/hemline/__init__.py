@@ -14,6 +14,8 @@ Importing hemline is light: each name below is loaded when it is first used.
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from .version import VERSION as __version__
+
 if TYPE_CHECKING:
     from . import bodies as bodies
     from . import datasets as datasets
@@ -30,8 +32,6 @@ if TYPE_CHECKING:
     from .playback import evaluate as evaluate
     from .playback import play as play
     from .playback import record as record
-
-__version__ = "0.1.0"
 
 _ROOMS = ("bodies", "datasets", "errors", "export", "garments", "metrics", "motions", "pictures", "sim")
 _NAMES = {

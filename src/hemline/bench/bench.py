@@ -90,14 +90,14 @@ def machine() -> str:
 
 def commit() -> str:
     """The commit of this checkout, or the version where it is none."""
-    from hemline import __version__
+    from hemline.version import VERSION
 
     here = Path(__file__).parent
     try:
         asked = ["git", "-C", str(here), "rev-parse", "--short", "HEAD"]
         return subprocess.run(asked, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
     except (OSError, subprocess.SubprocessError):
-        return __version__
+        return VERSION
 
 
 def _one_thread() -> None:

@@ -33,14 +33,13 @@ class Arguments:
 
 def run(arguments: Arguments) -> int:
     """Play and write."""
-    import hemline
-    from hemline import bodies, export, motions
+    from hemline import animators, bodies, export, motions
     from hemline.playback import play, record
 
     motion = motions.open_motion(arguments.motion)
     output = arguments.output or _beside(arguments.motion)
     export.check_format(output)
-    animator = hemline.load(arguments.model)
+    animator = animators.load(arguments.model)
     body = bodies.load(arguments.body or animator.body_name).shaped(arguments.betas)
     if arguments.explain:
         for line in motion.notes:

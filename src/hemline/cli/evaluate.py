@@ -34,8 +34,7 @@ class Arguments:
 
 def run(arguments: Arguments) -> int:
     """Measure and print; status 1 if a vertex was inside the body after the projection."""
-    import hemline
-    from hemline import bodies, datasets, motions
+    from hemline import animators, bodies, datasets, motions
     from hemline.files import check_writable
     from hemline.playback import evaluate
     from hemline.playback.worst import draw_worst
@@ -44,7 +43,7 @@ def run(arguments: Arguments) -> int:
         check_writable(arguments.picture)
     motion = motions.open_motion(arguments.motion)
     truth = None if arguments.truth is None else datasets.open_dataset(arguments.truth)
-    animator = hemline.load(arguments.model)
+    animator = animators.load(arguments.model)
     body = bodies.load(animator.body_name).shaped(arguments.betas)
     evaluation = evaluate(
         animator, body, motion, truth=truth, drive=arguments.drive, fps=arguments.fps, untangle=arguments.untangle

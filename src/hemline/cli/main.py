@@ -53,9 +53,9 @@ def _run(words: list[str]) -> int:
         print(_overview())
         return DONE
     if words[0] in ("-V", "--version"):
-        from hemline import __version__
+        from hemline.version import VERSION
 
-        print(f"hemline {__version__}")
+        print(f"hemline {VERSION}")
         return DONE
     verb, rest = words[0], words[1:]
     if verb not in VERBS:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline import __version__
 from hemline.files import written_whole
 from hemline.pictures import linear
+from hemline.version import VERSION
 
 from .clip import Clip, Part
 from .glb_buffer import Buffer
@@ -37,7 +37,7 @@ def glb_bytes(clip: Clip) -> bytes:
     buffer = Buffer()
     times = buffer.add((np.arange(clip.frame_count) / clip.fps).astype(np.float32), "SCALAR", bounds=True)
     document = {
-        "asset": {"version": "2.0", "generator": f"hemline {__version__}"},
+        "asset": {"version": "2.0", "generator": f"hemline {VERSION}"},
         "scene": 0,
         "scenes": [{"nodes": []}],
         "nodes": [],

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline import __version__
 from hemline.errors import MissingExtra
 from hemline.files import written_whole
 from hemline.pictures import linear
+from hemline.version import VERSION
 
 from .clip import Clip, Part
 
@@ -36,7 +36,7 @@ def write_usd(path: Path, clip: Clip) -> tuple[Path, ...]:
     root = UsdGeom.Xform.Define(stage, "/clip")
     stage.SetDefaultPrim(root.GetPrim())
     layer = stage.GetRootLayer()
-    layer.documentation = f"hemline {__version__}"
+    layer.documentation = f"hemline {VERSION}"
     layer.customLayerData = {"notices": "\n".join(clip.notices)}
     for part in clip.parts:
         _add_mesh(stage, part)
