@@ -24,9 +24,9 @@ ORDER = [
 BESIDE = {
     ("files", "errors"),
     ("compiled", "errors"),
-    ("pictures", "export"),
     ("export", "pictures"),
     ("files", "arrays"),
+    ("__main__", "cli"),
 }
 """Pairs in one set of which the first may import the second."""
 INNER = {
