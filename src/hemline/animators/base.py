@@ -69,10 +69,15 @@ class Animator(Protocol):
         """Advance by `dt` seconds to the pose given; the next State and the vertices in the world [m]."""
         ...
 
-    def follow(self, state: Any, posed: "PosedBody", dt: float, truth: Vertices) -> tuple[Any, Vertices]:
-        """As `step`, driven by what can be seen of simulated vertices instead of by the animator's own dynamics."""
-        ...
-
     def save(self, path: str | Path) -> None:
         """Write a model file, whole or not at all."""
+        ...
+
+
+@runtime_checkable
+class Driven(Protocol):
+    """An animator that simulated vertices can drive."""
+
+    def follow(self, state: Any, posed: "PosedBody", dt: float, truth: Vertices) -> tuple[Any, Vertices]:
+        """As `step`, driven by what can be seen of simulated vertices instead of by the animator's own dynamics."""
         ...

@@ -1,12 +1,12 @@
 """Put a motion on a body: the root scaled to its legs, its soles on the floor."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from hemline.motions import JOINT_NAMES, Motion
+from hemline.motions import JOINT_NAMES, Motion, Pose
 
 from .pose_offsets import pose_offsets
 from .skinning import skin_points
@@ -42,8 +42,34 @@ def sole_heights(shaped: "ShapedBody", motion: Motion) -> Float[np.ndarray, " fr
     return np.array([each[:, 1].min() for each in heights])
 
 
-def placed(shaped: "ShapedBody", motion: Motion) -> Motion:
-    """The motion with its root scaled by leg length and lifted as a whole, so that the soles stand on y = 0.
+@dataclass(frozen=True)
+class Placement:
+    """How poses of one clip are brought onto one body.
+
+    Attributes:
+        scale: Leg length of the body over that of the clip.
+        lift: Height added to the scaled root [m].
+        leg_length: Leg length of the body [m].
+    """
+
+    scale: float
+    lift: float
+    leg_length: float
+
+    def of(self, pose: Pose) -> Pose:
+        """The pose on the body: bit for bit the frame that `of_motion` gives."""
+        return Pose(pose.rotations, self._moved(pose.translation))
+
+    def of_motion(self, motion: Motion) -> Motion:
+        """The motion on the body."""
+        return replace(motion, translations=self._moved(motion.translations), leg_length=self.leg_length)
+
+    def _moved(self, translations: Float[np.ndarray, "*frames 3"]) -> Float[np.ndarray, "*frames 3"]:
+        return translations * np.float32(self.scale) - np.array([0, -self.lift, 0], dtype=np.float32)
+
+
+def placement(shaped: "ShapedBody", motion: Motion) -> Placement:
+    """The root scaled by leg length and lifted for the whole clip, so that the soles stand on y = 0.
 
     One offset a clip, so that jumps stay jumps: the fifth percentile over the frames of the lowest sole vertex.
 
@@ -52,6 +78,11 @@ def placed(shaped: "ShapedBody", motion: Motion) -> Motion:
         motion: Any clip; its `leg_length` says for which body its translations are.
     """
     scale = shaped.leg_length / motion.leg_length
-    scaled = replace(motion, translations=motion.translations * np.float32(scale), leg_length=shaped.leg_length)
+    scaled = Placement(scale, 0.0, shaped.leg_length).of_motion(motion)
     floor = np.percentile(sole_heights(shaped, scaled), CONTACT_PERCENT)
-    return replace(scaled, translations=scaled.translations - np.array([0, floor, 0], dtype=np.float32))
+    return Placement(scale, -float(floor), shaped.leg_length)
+
+
+def placed(shaped: "ShapedBody", motion: Motion) -> Motion:
+    """The motion on the body; see `placement`."""
+    return placement(shaped, motion).of_motion(motion)

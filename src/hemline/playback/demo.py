@@ -12,7 +12,7 @@ from hemline.errors import MissingExtra
 from hemline.files import written_whole
 
 from .evaluate import Evaluation, evaluate
-from .play import Frame
+from .frame import Frame
 from .record import record
 
 Say = Callable[[str], None]

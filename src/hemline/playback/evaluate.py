@@ -16,7 +16,8 @@ from hemline.errors import BadInput
 from hemline.metrics import deepest_mm, edge_strain, edge_strains, frame_ms, jerk_m_s3
 from hemline.motions.motion import Motion
 
-from .play import Frame, play
+from .frame import Frame
+from .play import play
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from hemline.export import Clip, Skeleton
 from hemline.garments.garment import Garment
 from hemline.motions.motion import JOINT_NAMES, Motion
 
-from .play import Frame
+from .frame import Frame
 
 
 def record(
