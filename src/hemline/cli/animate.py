@@ -6,6 +6,7 @@ from typing import Annotated
 
 import tyro
 
+from .clip import cut
 from .progress import bars, note
 
 
@@ -25,6 +26,10 @@ class Arguments:
     """Another body of the same topology; left out: the model's."""
     fps: float = 30.0
     """Frames a second."""
+    start: float = 0.0
+    """Where in the clip to begin [s]."""
+    seconds: float | None = None
+    """How much of the clip; left out: to its end [s]."""
     untangle: bool = False
     """Lift limbs out of each other first."""
     explain: bool = False
@@ -36,7 +41,7 @@ def run(arguments: Arguments) -> int:
     from hemline import animators, bodies, export, motions
     from hemline.playback import play, record
 
-    motion = motions.open_motion(arguments.motion)
+    motion = cut(motions.open_motion(arguments.motion), arguments.start, arguments.seconds)
     output = arguments.output or _beside(arguments.motion)
     export.check_format(output)
     animator = animators.load(arguments.model)
