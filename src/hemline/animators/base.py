@@ -9,7 +9,7 @@ import numpy as np
 from hemline.arrays import Vertices
 
 if TYPE_CHECKING:
-    from hemline.bodies.posed import PosedBody
+    from hemline.bodies.body import PosedBody
     from hemline.datasets import Dataset
     from hemline.garments.garment import Garment
 

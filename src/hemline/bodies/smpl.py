@@ -8,7 +8,8 @@ from jaxtyping import Float, Int
 from hemline.errors import BadBody
 from hemline.motions import JOINT_NAMES
 
-from .body import INFLUENCES, Body
+from .body import Body
+from .model import INFLUENCES
 from .smpl_checks import CURE, check_shapes, check_values
 from .smpl_families import FAMILIES, Family
 from .smpl_holes import without_holes

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hemline.arrays import Vertices
-from hemline.bodies.posed import PosedBody
+from hemline.bodies.body import PosedBody
 from hemline.collide import ProjectionReport
 
 

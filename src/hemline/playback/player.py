@@ -13,9 +13,8 @@ from typing import Any, Self
 
 from hemline.animators.base import Animator, Driven
 from hemline.arrays import Vertices
+from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
-from hemline.bodies.posed import PosedBody
-from hemline.bodies.shaped import ShapedBody
 from hemline.collide import Projector, ProjectorState
 from hemline.collide.projection.project import Guarantee
 from hemline.errors import BadInput, BadModel

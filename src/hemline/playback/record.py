@@ -5,8 +5,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from hemline.arrays import Faces, FramesOfVertices
-from hemline.bodies.posed import PosedBody
-from hemline.bodies.shaped import ShapedBody
+from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.datasets import Take
 from hemline.export import Clip, Skeleton
 from hemline.garments.garment import Garment

@@ -3,8 +3,7 @@
 import numpy as np
 
 from hemline.arrays import Nodes, Vertices
-from hemline.bodies.posed import PosedBody
-from hemline.bodies.shaped import ShapedBody
+from hemline.bodies.body import PosedBody, ShapedBody
 
 from .chains import Ropes
 

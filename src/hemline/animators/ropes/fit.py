@@ -11,7 +11,7 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.base import Progress
-from hemline.bodies.shaped import ShapedBody
+from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
 from hemline.datasets.take import take_metadata
 from hemline.errors import MissingExtra

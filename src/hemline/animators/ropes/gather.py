@@ -9,7 +9,7 @@ import numpy as np
 
 from hemline import bodies
 from hemline.arrays import FramesOfVertices, Transforms, Vertices
-from hemline.bodies.shaped import ShapedBody
+from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset, Row, Take
 from hemline.errors import BadDataset
 from hemline.files import content_hash

@@ -4,7 +4,7 @@ import numpy as np
 
 from hemline.animators.base import Progress
 from hemline.arrays import Vertices
-from hemline.bodies.shaped import ShapedBody
+from hemline.bodies.body import ShapedBody
 
 from .calibrate import Clip, bone_error_mm, calibrated
 from .chains import Ropes

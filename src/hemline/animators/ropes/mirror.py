@@ -5,7 +5,7 @@ import heapq
 import numpy as np
 
 from hemline.arrays import Faces, Float, FramesOfVertices, Int, Points
-from hemline.bodies.shaped import ShapedBody
+from hemline.bodies.body import ShapedBody
 from hemline.garments.garment import Garment
 from hemline.motions import JOINT_NAMES
 

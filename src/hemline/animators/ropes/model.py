@@ -20,7 +20,7 @@ from hemline.animators.model_file import (
     save_model,
 )
 from hemline.arrays import Float, FramesOfVertices, Nodes, Vertices
-from hemline.bodies.posed import PosedBody
+from hemline.bodies.body import PosedBody
 from hemline.errors import BadInput, BadModel
 from hemline.garments.garment import Garment
 from hemline.motions.motion import JOINT_NAMES

@@ -1,24 +1,27 @@
-"""A body at given shape coefficients, ready to be posed."""
+"""A body model at given shape coefficients, at rest: its mesh, its joints, and how they follow a pose.
+
+What places motions on a body (`place`) and lifts limbs out of each other (`untangling`) works on this alone;
+`body.ShapedBody` is what users hold.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from hemline.arrays import Betas, Float, Joints, Normals, Vertices
 from hemline.errors import BadBody
-from hemline.motions import JOINT_NAMES, Motion, Pose
+from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import inverse, multiply
 
-from .body import Body
-from .posed import PosedBody
-from .skinning import Blending
+from .model import BodyModel
 from .skinning_kernels import area_normals, pose_joints
 
 
 @dataclass(frozen=True, eq=False)
-class ShapedBody:
-    """A body that has a shape.
+class BodyShape:
+    """A body model that has a shape.
 
     Attributes:
         body: The body model.
@@ -29,12 +32,22 @@ class ShapedBody:
         leg_length: Hip to knee to ankle, mean of both legs [m].
     """
 
-    body: Body
+    body: BodyModel
     betas: Betas
     vertices: Vertices
     joints: Joints
     normals: Normals
     leg_length: float
+
+    @classmethod
+    def of(cls, body: BodyModel, betas: Betas | tuple[float, ...] | list[float]) -> Self:
+        """The model at given betas, as `Body.shaped` documents."""
+        full = _full_betas(body, betas)
+        vertices = body.template + np.einsum("b,bvc->vc", full, body.shapedirs)
+        joints = body.joints + np.einsum("b,bjc->jc", full, body.joint_shapedirs)
+        normals = np.empty_like(vertices)
+        area_normals(vertices, body.faces, normals)
+        return cls(body, full, vertices, joints, normals, _leg_length(joints))
 
     @cached_property
     def rest_pose(self) -> Pose:
@@ -43,16 +56,6 @@ class ShapedBody:
         parents = offsets[np.maximum(self.body.parents, 0)]
         parents[0] = [1, 0, 0, 0]
         return Pose(multiply(parents, inverse(offsets)), self.joints[0])
-
-    def posed(self, pose: Pose, *, blending: Blending = "linear") -> PosedBody:
-        """This body in a pose; the mesh is skinned when it is first asked for.
-
-        Args:
-            pose: The pose.
-            blending: `linear`, or `dual` quaternions, which keep the volume of twisted limbs.
-        """
-        transforms, joints = self.transforms_of(pose.rotations[None], pose.translation[None])
-        return PosedBody(self, pose, transforms[0], joints[0], blending)
 
     def joints_at(self, pose: Pose) -> Joints:
         """Joints in the world in a pose [m]."""
@@ -69,36 +72,8 @@ class ShapedBody:
         pose_joints(rotations, translations, self.joints, body.parents, body.rest_offsets, transforms, positions)
         return transforms, positions
 
-    def placed(self, motion: Motion) -> Motion:
-        """The motion with its root scaled to this body's legs and its soles on the floor; see `place.placed`."""
-        from .place import placed
 
-        return placed(self, motion)
-
-    def untangled(self, pose: Pose) -> Pose:
-        """The pose with limbs lifted out of each other; see `untangling.untangle`, which also says by how much."""
-        from .untangling import untangle
-
-        return untangle(self, pose).pose
-
-    def untangled_motion(self, motion: Motion) -> Motion:
-        """The motion with limbs lifted out of each other; see `untangling.untangle_motion`."""
-        from .untangling import untangle_motion
-
-        return untangle_motion(self, motion).motion
-
-
-def shape_body(body: Body, betas: Betas | tuple[float, ...] | list[float]) -> ShapedBody:
-    """The body at given betas, as `Body.shaped` documents."""
-    full = _full_betas(body, betas)
-    vertices = body.template + np.einsum("b,bvc->vc", full, body.shapedirs)
-    joints = body.joints + np.einsum("b,bjc->jc", full, body.joint_shapedirs)
-    normals = np.empty_like(vertices)
-    area_normals(vertices, body.faces, normals)
-    return ShapedBody(body, full, vertices, joints, normals, _leg_length(joints))
-
-
-def _full_betas(body: Body, betas: Betas | tuple[float, ...] | list[float]) -> Betas:
+def _full_betas(body: BodyModel, betas: Betas | tuple[float, ...] | list[float]) -> Betas:
     count = len(body.shapedirs)
     try:
         given = np.asarray(betas, dtype=np.float32)
