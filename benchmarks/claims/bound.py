@@ -13,8 +13,8 @@ import numpy as np
 from numba import njit, prange
 
 from hemline import bodies, garments, motions, sim
-from hemline.bench.bench import commit, machine
 from hemline.bench.body import milliseconds
+from hemline.bench.machine import commit, machine
 from hemline.compiled import threads as available
 from hemline.compiled import use_threads
 from hemline.sim.solver.conjugate_kernels import solve_band

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, garments, motions, sim
-from hemline.bench.bench import commit, machine
+from hemline.bench.machine import commit, machine
 from hemline.compiled import threads
 from hemline.sim.contact.body_points import BodyPoints
 

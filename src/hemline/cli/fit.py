@@ -22,7 +22,7 @@ class Fit:
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The model file (.safetensors)."""
     animator: str = DEFAULT
-    """The animator: ropes, or one that another package brings. Each has options of its own: `--animator NAME --help`."""
+    """The animator: ropes, or one that another package brings; `--animator NAME --help` tells its options."""
     seed: int = 0
     """Seed of the training; the same seed gives the same model on one machine."""
     json: bool = False

@@ -1,11 +1,7 @@
 """Benchmarks by name: what ships, timed on the machine at hand."""
 
-import os
-import platform
-import subprocess
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +10,7 @@ from hemline import animators, bodies, garments, motions, sim
 from hemline.metrics import frame_ms
 from hemline.playback.play import play
 
+from .machine import commit, machine
 from .projection import bench_projection_cape, bench_projection_sheet, bench_projection_shirt, bench_projection_skirt
 from .simulator import bench_sensitivity, bench_settle
 
@@ -74,30 +71,6 @@ def run_benchmark(name: str) -> dict[str, Any]:
         "commit": commit(),
         "date": time.strftime("%Y-%m-%d"),
     }
-
-
-def machine() -> str:
-    """Processor, cores, operating system, Python."""
-    model = platform.processor() or platform.machine()
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        named = [
-            line.split(":", 1)[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")
-        ]
-        model = named[0] if named else model
-    return f"{model}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
-
-
-def commit() -> str:
-    """The commit of this checkout, or the version where it is none."""
-    from hemline.version import VERSION
-
-    here = Path(__file__).parent
-    try:
-        asked = ["git", "-C", str(here), "rev-parse", "--short", "HEAD"]
-        return subprocess.run(asked, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
-    except (OSError, subprocess.SubprocessError):
-        return VERSION
 
 
 def _one_thread() -> None:
