@@ -9,12 +9,12 @@ from scipy.sparse.linalg import spsolve
 from hemline.sim import Skin, Stepper, Surface
 from hemline.sim.cloth.air_kernels import air_at_vertices, air_by_triangle
 from hemline.sim.contact.body_contact import NEAR, Contact
+from hemline.sim.contact.load_kernels import contact_terms, slip_terms
 from hemline.sim.contact.touch_kernels import BLOCK, STRIDE, turned_inside
 from hemline.sim.solver.block_kernels import PAD
 from hemline.sim.solver.conjugate_kernels import factorise, solve_band
 from hemline.sim.step.state import Scene
 from hemline.sim.step.step import Step
-from hemline.sim.step.vertex_kernels import contact_terms, slip_terms
 
 
 def crumpled(positions, amount=0.03, seed=1):
@@ -284,7 +284,7 @@ def test_the_search_for_the_body_stays_within_its_grid(axis, side):
     # interpreted, as compiled code reads beyond an array without a word: cloth far off each side of a ball
     import trimesh
 
-    from hemline.sim.contact.touch_kernels import closest_faces
+from hemline.sim.contact.touch_kernels import closest_faces
 
     ball = trimesh.creation.icosphere(2, 0.2)
     vertices = np.asarray(ball.vertices, np.float32)
