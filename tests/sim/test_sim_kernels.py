@@ -284,7 +284,7 @@ def test_the_search_for_the_body_stays_within_its_grid(axis, side):
     # interpreted, as compiled code reads beyond an array without a word: cloth far off each side of a ball
     import trimesh
 
-from hemline.sim.contact.touch_kernels import closest_faces
+    from hemline.sim.contact.touch_kernels import closest_faces
 
     ball = trimesh.creation.icosphere(2, 0.2)
     vertices = np.asarray(ball.vertices, np.float32)
