@@ -9,12 +9,12 @@ from scipy.sparse.linalg import spsolve
 from hemline.sim import Skin, Stepper, Surface
 from hemline.sim.cloth.air_kernels import air_at_vertices, air_by_triangle
 from hemline.sim.contact.body_contact import NEAR, Contact
+from hemline.sim.contact.load_kernels import contact_terms, slip_terms
 from hemline.sim.contact.touch_kernels import BLOCK, STRIDE, turned_inside
 from hemline.sim.solver.block_kernels import PAD
 from hemline.sim.solver.conjugate_kernels import factorise, solve_band
 from hemline.sim.step.state import Scene
 from hemline.sim.step.step import Step
-from hemline.sim.step.vertex_kernels import contact_terms, slip_terms
 
 
 def crumpled(positions, amount=0.03, seed=1):

@@ -8,6 +8,9 @@ from jaxtyping import Float, Int
 from hemline.arrays import Faces
 from hemline.errors import BadMesh
 
+Positions = Float[np.ndarray, "verts 3"]
+"""Positions, velocities or forces of the vertices in float64."""
+
 
 @dataclass(frozen=True)
 class Elastic:

@@ -9,15 +9,13 @@ laid anew in each Newton step.
 """
 
 from hemline.compiled import kernel, prange
-from hemline.sim.step.vertex_kernels import slip_terms
+from hemline.sim.solver.conjugate_kernels import FEW
 
+from .load_kernels import press_terms, slip_terms
 from .pair_search_kernels import closest_on_edges
 from .touch_kernels import closest_on_triangle
 
 CHUNK = 64
-
-FEW = 200
-"""Pairs that one thread is done with before others have begun."""
 
 
 @kernel(inline="always")
@@ -102,18 +100,6 @@ def near_rows(
             thickness_out[count], stiffness_out[count], limit_out[count] = thickness[p], stiffness[p], limit[p]
             count += 1
     return count
-
-
-@kernel(inline="always")
-def press_terms(depth, stiffness, thickness):
-    """Energy, load and stiffness of a pair that is nearer than its thickness by a depth."""
-    if depth <= 0.0:
-        return 0.0, 0.0, 0.0
-    if depth < thickness:
-        load = stiffness * depth * depth / thickness
-        return load * depth / 3.0, load, 2.0 * stiffness * depth / thickness
-    load = stiffness * thickness
-    return load * (depth - 2.0 / 3.0 * thickness), load, load / depth
 
 
 @kernel(parallel=True)
@@ -237,7 +223,6 @@ def incidence_of_pairs(corners, starts_out, entries_out):
 
 __all__ = [
     "CHUNK",
-    "FEW",
     "incidence_of_pairs",
     "lay_pairs",
     "near_rows",
@@ -245,5 +230,4 @@ __all__ = [
     "pair_diagonal",
     "pair_forces",
     "pairs_at_vertices",
-    "press_terms",
 ]

@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.sim.cloth.sheet import Rows
+from hemline.sim.solver.conjugate_kernels import FEW
 
-from .pair_kernels import FEW, incidence_of_pairs
+from .pair_kernels import incidence_of_pairs
 
 _NOWHERE = Rows(np.empty(0, np.uint32), np.empty(0, np.uint32))
 

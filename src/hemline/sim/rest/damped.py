@@ -8,10 +8,11 @@ import numpy as np
 from hemline.arrays import Mask
 from hemline.errors import SimulationFailed
 from hemline.meshes import crossing_edges
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
-from hemline.sim.step.state import ClothState, Positions
+from hemline.sim.step.state import ClothState
 
 from .ironing import EVERY, IRONS, ironed
 from .sewing import CLOSED, sewn, stretch

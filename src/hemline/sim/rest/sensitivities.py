@@ -14,10 +14,10 @@ from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.material import Material
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.grip import Grip
 from hemline.sim.contact.surface import Skin
 from hemline.sim.step.dressed_body import DressedBody
-from hemline.sim.step.state import Positions
 
 from .rest import Rest
 from .static_hessian import sheet_hessian

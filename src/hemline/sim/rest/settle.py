@@ -13,12 +13,13 @@ from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Pose
 from hemline.sim.cloth.figures import strain_figures
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.grip import Grip
 from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.lead_in import between
-from hemline.sim.step.state import ClothState, Positions
+from hemline.sim.step.state import ClothState
 
 from .carry import carried, farthest_way
 from .damped import STILL, free_crossings, swung

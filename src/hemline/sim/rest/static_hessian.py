@@ -8,10 +8,10 @@ from jaxtyping import Float, Int
 
 from hemline.sim.cloth.hinge_kernels import hinge_forces
 from hemline.sim.cloth.membrane_kernels import membrane_blocks
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.pair_kernels import pair_blocks
 from hemline.sim.contact.pairs import PairRows
 from hemline.sim.solver.block_kernels import PAD
-from hemline.sim.step.state import Positions
 
 from .statics import StaticStep
 

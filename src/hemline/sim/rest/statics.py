@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.grip import Grip
-from hemline.sim.step.state import Positions, Scene, StepRejected
+from hemline.sim.step.state import Scene, StepRejected
 from hemline.sim.step.step import Step
 from hemline.sim.step.stepper import Stepper
 

@@ -8,11 +8,13 @@ anew for every system.
 import numpy as np
 
 from hemline.compiled import kernel, prange
-from hemline.sim.contact.pair_kernels import FEW
 
 from .block_kernels import add_pairs, advance, pair_product, row_product, turn
 
 FAST = {"contract", "nsz", "arcp"}
+
+FEW = 200
+"""Pairs that one thread is done with before others have begun."""
 
 
 @kernel(parallel=True)
@@ -259,4 +261,4 @@ def conjugate_gradients(
     return iterations
 
 
-__all__ = ["coarse_matrix", "conjugate_gradients", "factorise", "solve_band"]
+__all__ = ["FEW", "coarse_matrix", "conjugate_gradients", "factorise", "solve_band"]

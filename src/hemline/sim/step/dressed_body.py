@@ -13,12 +13,13 @@ from hemline.garments.pieces import face_pieces
 from hemline.motions.motion import Pose
 from hemline.sim.cloth.joined import joined
 from hemline.sim.cloth.sheet import Elastic, Sheet, make_sheet
+from hemline.sim.cloth.wind import Wind
 from hemline.sim.contact.capsules import Capsules
 from hemline.sim.contact.surface import Skin, Surface
 from hemline.sim.settings import SimSettings
 
 from .lead_in import between
-from .state import ClothState, Scene, StepReport, Wind
+from .state import ClothState, Scene, StepReport
 from .stepper import Stepper
 
 if TYPE_CHECKING:

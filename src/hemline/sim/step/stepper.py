@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.errors import BadInput, SimulationFailed
-from hemline.sim.cloth.sheet import Sheet, incidence
-from hemline.sim.cloth.wind import checked, wind_of
+from hemline.sim.cloth.sheet import Positions, Sheet, incidence
+from hemline.sim.cloth.wind import Wind, checked, wind_of
 from hemline.sim.contact.body_points import BodyPoints
 from hemline.sim.contact.capsules import Capsules
 from hemline.sim.contact.self_contact import SelfContact
@@ -17,7 +17,7 @@ from hemline.sim.contact.surface import Anchors, Surface
 from hemline.sim.settings import SimSettings
 from hemline.sim.solver.layout import make_layout
 
-from .state import ClothState, Positions, Scene, StepRejected, StepReport, Wind
+from .state import ClothState, Scene, StepRejected, StepReport
 from .step import Memory, Step
 
 KEPT_COMPRESSION = 0.9

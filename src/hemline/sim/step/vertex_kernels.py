@@ -12,31 +12,12 @@ The potential of one step of length h (backward Euler), whose minimum is the new
 """
 
 from hemline.compiled import kernel, prange
+from hemline.sim.contact.load_kernels import contact_terms, slip_terms
 
 CHUNK = 128
 """Vertices in one partial sum: fixed, so that sums do not depend on the number of threads."""
 
 FAST = {"contract", "nsz", "arcp"}
-
-
-@kernel(inline="always")
-def contact_terms(gap, stiffness, depth):
-    """Energy, load (force along the normal) and stiffness of a contact at a gap."""
-    if gap >= 0.0 or stiffness == 0.0:
-        return 0.0, 0.0, 0.0
-    if gap > -depth:
-        return 0.5 * stiffness * gap * gap, -stiffness * gap, stiffness
-    load = stiffness * depth
-    return load * (-gap - 0.5 * depth), load, load / -gap
-
-
-@kernel(inline="always")
-def slip_terms(slip, creep):
-    """Value of Coulomb's smoothed potential at a slip and its derivative over the slip (Li et al. 2020, Eq. 14)."""
-    if slip < creep:
-        ratio = slip / creep
-        return creep * (ratio * ratio * (1.0 - ratio / 3.0) + 1.0 / 3.0), (2.0 - ratio) / creep
-    return slip, 1.0 / slip
 
 
 @kernel(parallel=True, fastmath=FAST)
@@ -253,12 +234,10 @@ def moved(x, share, solution, slot, out):
 
 __all__ = [
     "CHUNK",
-    "contact_terms",
     "diagonal_blocks",
     "elastic_at_vertices",
     "farther_than",
     "gradient",
     "moved",
     "opposed",
-    "slip_terms",
 ]
