@@ -9,7 +9,7 @@ import numpy as np
 from hemline.animators import name_of
 from hemline.animators.base import Animator
 from hemline.bodies.body import ShapedBody
-from hemline.collide.projection.project import Guarantee
+from hemline.collide import Guarantee
 from hemline.collide.winding.numbers import inside
 from hemline.datasets import Dataset, Take
 from hemline.errors import BadInput

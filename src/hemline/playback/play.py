@@ -8,7 +8,7 @@ from itertools import pairwise
 from hemline.animators.base import Animator
 from hemline.arrays import FramesOfVertices, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
-from hemline.collide.projection.project import Guarantee, ProjectionReport, Projector
+from hemline.collide import Guarantee, ProjectionReport, Projector
 from hemline.errors import BadInput, BadModel
 from hemline.motions.motion import Motion
 
