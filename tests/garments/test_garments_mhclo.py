@@ -13,7 +13,6 @@ from hemline.garments.clearance import cleared
 from hemline.garments.cover import covering
 from hemline.garments.dressing import body_tree
 from hemline.garments.mhclo import read_mhclo
-from hemline.garments.pieces import face_pieces
 from hemline.garments.rest_metric import edge_strain
 from hemline.garments.sector import grid_faces
 from hemline.meshes import closest_points_on_mesh, vertex_normals
@@ -109,7 +108,7 @@ def test_components_are_pieces_from_the_skin_outwards_without_buttons(shaped, tm
     assert [piece.vertex_count for piece in garment.pieces] == [432, 432]
     np.testing.assert_allclose(garment.vertices[:432], inner, atol=1e-6)
     assert garment.vertices[432:, 1].min() == pytest.approx(-0.2, abs=1e-6)
-    first = np.bincount(face_pieces(garment)[np.isin(garment.faces, garment.pins.vertices).any(axis=1)])
+    first = np.bincount(garment.face_pieces[np.isin(garment.faces, garment.pins.vertices).any(axis=1)])
     assert len(garment.pins) == 72 and (first > 0).all()
     text = garments.explain(garment)
     assert "left out: a button or the like (4 vertices from 432 on, 20 mm)" in text

@@ -11,7 +11,7 @@ from hemline.animators import name_of
 from hemline.animators.base import Animator
 from hemline.arrays import Vertices
 from hemline.bodies.body import ShapedBody
-from hemline.collide.projection.project import Guarantee
+from hemline.collide import Guarantee
 from hemline.datasets import Dataset, Take
 from hemline.errors import BadInput
 from hemline.motions.motion import Motion

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from hemline.animators.base import Animator
 from hemline.arrays import FramesOfVertices
 from hemline.bodies.body import ShapedBody
-from hemline.collide.projection.project import Guarantee
+from hemline.collide import Guarantee
 from hemline.errors import BadInput
 from hemline.motions.motion import Motion
 

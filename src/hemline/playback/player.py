@@ -16,7 +16,7 @@ from hemline.arrays import Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
 from hemline.collide import Projector, ProjectorState
-from hemline.collide.projection.project import Guarantee
+from hemline.collide import Guarantee
 from hemline.errors import BadInput, BadModel
 from hemline.motions.motion import Motion, Pose
 

@@ -9,7 +9,6 @@ from jaxtyping import Int
 from hemline.collide import limb_of_vertices
 from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
-from hemline.garments.pieces import face_pieces
 from hemline.motions.motion import Pose
 from hemline.sim.cloth.joined import joined
 from hemline.sim.cloth.sheet import Elastic, Sheet, make_sheet
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
 def sheet_of(garment: Garment) -> Sheet:
     """The garment's cloth, laid out for the solver, piece by piece."""
-    sheets, first, owner = [], 0, face_pieces(garment)
+    sheets, first, owner = [], 0, garment.face_pieces
     for number, piece in enumerate(garment.worn):
         faces, material = garment.faces[owner == number] - np.int32(first), piece.material
         elastic = Elastic(
