@@ -32,13 +32,13 @@ class Arguments:
 
 def run(arguments: Arguments) -> int:
     """Fit and save."""
-    from hemline.animators import animator_class
+    from hemline.animators import animator_kind
     from hemline.datasets import open_dataset
     from hemline.files import check_writable
 
     check_writable(arguments.output)
     dataset = open_dataset(arguments.dataset)
-    kind = animator_class(arguments.animator)
+    kind = animator_kind(arguments.animator)
     with bars() as display:
         tasks: dict[str, int] = {}
 

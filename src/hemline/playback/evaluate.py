@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from hemline.animators import name_of
 from hemline.animators.base import Animator
 from hemline.bodies.shaped import ShapedBody
 from hemline.collide.projection.project import Guarantee
@@ -166,7 +165,7 @@ class _Tally:
         percent = 100.0 * counts / len(frame.vertices)
         own, theirs = np.mean(self.jerks, axis=0) if self.jerks else (0.0, 0.0)
         figures: dict[str, Any] = {
-            "animator": name_of(self.animator),
+            "animator": self.animator.name,
             "drive": drive,
             "vertices": len(frame.vertices),
             "frames": len(self.before),

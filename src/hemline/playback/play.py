@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
-from hemline.animators.base import Animator
+from hemline.animators.base import Animator, Driven
 from hemline.arrays import FramesOfVertices, Vertices
 from hemline.bodies.posed import PosedBody
 from hemline.bodies.shaped import ShapedBody
@@ -65,7 +65,7 @@ def play(
 
     Raises:
         BadModel: The animator was fitted on another kind of body.
-        BadInput: A frame rate that is not positive, or a truth of another length.
+        BadInput: A frame rate that is not positive, a truth of another length, or an animator that is not `Driven`.
     """
     if body.body.name != animator.body_name:
         raise BadModel(
@@ -82,6 +82,11 @@ def play(
         raise BadInput(
             "the truth must have one row a frame", f"{len(truth)} for {len(motion)} frames", "use the take's motion"
         )
+    driven = animator if isinstance(animator, Driven) else None
+    if truth is not None and driven is None:
+        raise BadInput(
+            f"animator '{animator.name}' is not driven by ground truth", "simulated vertices", "leave them out"
+        )
     dt = 1.0 / motion.fps
     projector = Projector.prepare(
         body, animator.garment.vertices, animator.garment.faces, guarantee=guarantee, measure=measure
@@ -95,10 +100,10 @@ def play(
         posed = body.posed(motion[index])
         _ = posed.vertices
         clock.append(time.perf_counter())
-        if truth is None:
+        if truth is None or driven is None:
             state, animated = animator.step(state, posed, dt)
         else:
-            state, animated = animator.follow(state, posed, dt, truth[index])
+            state, animated = driven.follow(state, posed, dt, truth[index])
         clock.append(time.perf_counter())
         projected, vertices, report = projector.project(projected, posed, animated, dt=dt)
         clock.append(time.perf_counter())
