@@ -9,6 +9,7 @@ import pytest
 
 from hemline import animators, bodies, garments
 from hemline.animators import registry
+from hemline.animators.ropes import KIND
 from hemline.errors import BadInput, BadModel
 from hemline.motions import Motion
 
@@ -55,8 +56,28 @@ def test_the_toy_is_fitted_saved_loaded_and_played(installed, tmp_path):
     rest = shaped.posed(shaped.rest_pose)
     _, vertices = back.step(back.start(rest), rest, 1 / 30)
     np.testing.assert_allclose(vertices, back.garment.vertices, atol=1e-5)
-    _, crowd = back.step(back.start([rest, rest], agents=2), [rest, rest], 1 / 30)
-    assert crowd.shape == (2, *vertices.shape)
+    assert back.name == "stiff" and back.config == toy.config and back.figures == toy.figures
+
+
+def test_the_toy_is_a_kind_and_an_animator_without_more_capabilities(installed):
+    kind = animators.animator_kind("stiff")
+    assert isinstance(kind, animators.AnimatorKind)
+    toy = animators.fit(SmallDataset(), "stiff", kind.Config(size=2.0))
+    assert isinstance(toy, animators.Animator)
+    assert not isinstance(toy, animators.Driven) and not isinstance(toy, animators.Wearable)
+    np.testing.assert_array_equal(toy.rest, 2 * toy.garment.vertices)
+
+
+def test_the_toy_refuses_options_that_make_no_sense(installed, tmp_path):
+    from hemline.files import read_tensors, write_tensors
+
+    with pytest.raises(BadInput, match="option 'size' must be positive; got 0.0; give a finite number above 0"):
+        animators.animator_kind("stiff").Config(size=0.0)
+    animators.fit(SmallDataset(), "stiff").save(tmp_path / "toy.safetensors")
+    arrays, metadata = read_tensors(tmp_path / "toy.safetensors", "model")
+    write_tensors(tmp_path / "bad.safetensors", arrays, metadata | {"config": {"sise": 1.0}})
+    with pytest.raises(BadModel, match="bad.safetensors: unknown option 'sise'; got 1.0; did you mean 'size'"):
+        animators.load(tmp_path / "bad.safetensors")
 
 
 def test_the_toy_refuses_a_damaged_file(installed, tmp_path):
@@ -81,10 +102,22 @@ def test_the_toy_can_be_played_with_the_projection(installed):
     )
     frames = list(play(toy, shaped, still))
     assert [frame.vertices.shape for frame in frames] == [(4000, 3)] * 3
+    with pytest.raises(BadInput, match="animator 'stiff' is not driven by ground truth"):
+        next(play(toy, shaped, still, truth=np.zeros((3, 4000, 3), np.float32)))
 
 
 def test_an_unknown_animator_is_named_with_the_nearest():
     with pytest.raises(BadInput, match=r"no such animator; got 'rope'; .*did you mean 'ropes'\?"):
-        animators.animator_class("rope")
+        animators.animator_kind("rope")
     with pytest.raises(BadModel, match="no such animator"):
-        animators.animator_class("xyz", error=BadModel)
+        animators.animator_kind("xyz", error=BadModel)
+
+
+def test_no_entry_point_replaces_an_animator_of_ours(tmp_path, monkeypatch):
+    (tmp_path / "other-1.0.dist-info").mkdir()
+    (tmp_path / "other-1.0.dist-info" / "entry_points.txt").write_text("[hemline.animators]\nropes = other:Ropes\n")
+    (tmp_path / "other-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 1.0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    registry._places.cache_clear()
+    assert animators.animator_kind("ropes") is KIND
+    registry._places.cache_clear()

@@ -7,7 +7,7 @@ import pytest
 from import_graph import PACKAGE, circles, files, imports, name_of
 
 ORDER = [
-    {"errors", "arrays", "compiled", "files", "version"},
+    {"errors", "arrays", "compiled", "files", "options", "version"},
     {"meshes", "motions"},
     {"bodies"},
     {"garments", "collide"},
@@ -23,6 +23,7 @@ ORDER = [
 """Rooms, from left to right; rooms in one set do not import each other."""
 BESIDE = {
     ("files", "errors"),
+    ("options", "errors"),
     ("compiled", "errors"),
     ("export", "pictures"),
     ("files", "arrays"),

@@ -35,9 +35,9 @@ def schema(words: Sequence[str]) -> type:
     Raises:
         BadInput: No such animator is installed.
     """
-    from hemline.animators import animator_class
+    from hemline.animators import animator_kind
 
-    config: Any = animator_class(_animator_in(words)).Config
+    config: Any = animator_kind(_animator_in(words)).Config
     options = ("config", tyro.conf.OmitArgPrefixes[config], field(default_factory=config))
     return make_dataclass("Arguments", [options], bases=(Fit,), frozen=True)
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from hemline.animators import name_of
 from hemline.animators.base import Animator
 from hemline.arrays import Vertices
 from hemline.bodies.body import ShapedBody
@@ -111,7 +110,7 @@ def evaluate(
         if index / fps >= start - 1e-9:
             tally.add(frame, reference, fps)
     worst_index, worst, worst_truth = tally.worst_frame()
-    figures = {"animator": name_of(animator), "drive": drive, "fps": fps, "warm_up_s": warm_up_s} | tally.figures()
+    figures = {"animator": animator.name, "drive": drive, "fps": fps, "warm_up_s": warm_up_s} | tally.figures()
     return Evaluation(figures, worst, worst_index, worst_truth)
 
 

@@ -15,8 +15,7 @@ from hemline.animators.base import Animator, Driven
 from hemline.arrays import Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
-from hemline.collide import Projector, ProjectorState
-from hemline.collide import Guarantee
+from hemline.collide import Guarantee, Projector, ProjectorState
 from hemline.errors import BadInput, BadModel
 from hemline.motions.motion import Motion, Pose
 
@@ -173,6 +172,6 @@ def driven(animator: Animator) -> Driven:
     """
     if not isinstance(animator, Driven):
         raise BadInput(
-            "this animator cannot be driven by ground truth", type(animator).__name__, "let it run: drive 'own'"
+            f"animator '{animator.name}' is not driven by ground truth", "simulated vertices", "let it run: drive 'own'"
         )
     return animator

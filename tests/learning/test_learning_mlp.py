@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hemline.animators.ropes.mlp import Mlp
 from hemline.errors import BadModel
+from hemline.learning.mlp import Mlp
 
 
 def made(inputs=40, hidden=30, outputs=12) -> Mlp:

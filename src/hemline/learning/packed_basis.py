@@ -7,11 +7,11 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.model_file import AGAIN, array_of
 from hemline.arrays import Float, Int, Vertices
 from hemline.errors import BadModel
+from hemline.files.contents import AGAIN, array_of
 
-from .reconstruct_kernels import ROWS, vertices_from_coefficients
+from .packed_basis_kernels import ROWS, vertices_from_coefficients
 
 LIMIT = 127
 """Largest digit."""

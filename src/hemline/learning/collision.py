@@ -1,4 +1,4 @@
-"""The collision term of the training: how far a network's vertices are from being clear of the body."""
+"""The collision term of a training: how far vertices are from being clear of the body."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ SUNK = -0.002
 
 @dataclass(frozen=True)
 class Clearances:
-    r"""The body as each true vertex of each frame sees it: a half-space.
+    r"""The body as each vertex of the ground truth sees it in each frame: a half-space.
 
     With the nearest body vertex $p$ of a true vertex $x^*$ and the normal $n$ there, a point $x$ is taken to lie
     $h + n \cdot (x - x^*)$ above the skin, $h = n \cdot (x^* - p)$.
@@ -39,7 +39,7 @@ def clearance(
     """Normals and heights of one frame, see `Clearances`.
 
     Args:
-        truth: The true garment [m].
+        truth: The garment of the ground truth [m].
         body_vertices: The body in the same frame and space [m].
         body_normals: Its unit normals.
     """
@@ -71,9 +71,28 @@ def missing(offsets: Any, normals: Any, heights: Any, expansion: float) -> Any:
         heights: $h$, (...,) [m].
         expansion: $\epsilon$ [m].
 
-    Source: Jin et al., "Rope chains", 2024, Sections 7 and 9. Differs: they push a vertex that lies inside an expanded
-        primitive towards the truth. Primitives are off by more than the 3 mm at which cloth rests on the skin, so where
-        it matters most the truth itself lies inside them and nothing is left to be said. A half-space of the mesh at
-        the truth costs no search, is on the truth's side of thin parts, and its gradient is along the normal.
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Sections 7 and 9. Differs: they push a vertex that lies inside an expanded primitive towards
+        the truth. Primitives are off by more than the 3 mm at which cloth rests on the skin, so where it matters most
+        the truth itself lies inside them and nothing is left to be said. A half-space of the mesh at the truth costs no
+        search, is on the truth's side of thin parts, and its gradient is along the normal.
     """
     return (expansion - heights - (offsets * normals).sum(-1)).clip(0)
+
+
+def collision_loss(
+    offsets: Any, clearances: Clearances, frames: np.ndarray, vertices: np.ndarray, expansion: float
+) -> Any:
+    """Mean square of what some vertices of some frames lack [m^2], a tensor; see `missing`.
+
+    Args:
+        offsets: Where they are, less where they are in the ground truth (frames, vertices, 3) [m], a tensor.
+        clearances: The half-spaces of all frames.
+        frames: Which frames.
+        vertices: Which vertices.
+        expansion: Distance that they should keep from the body [m].
+    """
+    import torch
+
+    normals, heights = (torch.from_numpy(each) for each in clearances.rows(frames, vertices))
+    return (missing(offsets, normals, heights, expansion) ** 2).mean()

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hemline.animators.ropes import pca
-from hemline.animators.ropes.pca import principal
 from hemline.errors import BadDataset
+from hemline.learning import pca
+from hemline.learning.pca import principal
 
 
 def made(frames=80, rows=300, rank=12, seed=0):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hemline import bodies
-from hemline.animators.ropes.collision import REACH, clearance, clearances, missing
 from hemline.collide.winding.numbers import inside
+from hemline.learning.collision import REACH, clearance, clearances, missing
 
 
 def ball(radius=0.5):

@@ -7,9 +7,9 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.model_file import AGAIN, array_of
 from hemline.arrays import Float, Int
 from hemline.errors import BadModel
+from hemline.files.contents import AGAIN, array_of
 
 from .mlp_kernels import LIFT, SMALLEST, layer
 

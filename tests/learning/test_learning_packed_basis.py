@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hemline.animators.ropes.reconstruct import PackedBasis, pack_basis
 from hemline.errors import BadModel
+from hemline.learning.packed_basis import PackedBasis, pack_basis
 
 
 def turned(random) -> np.ndarray:

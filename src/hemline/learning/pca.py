@@ -50,8 +50,9 @@ def principal(strips: Strips, rows: int, count: int) -> Pca:
     Raises:
         BadDataset: No frame, or none that moves.
 
-    Source: Jin et al., "Rope chains", 2024, Section 7 ("a standard PCA model"). Differs: the mean is not removed first,
-        so that coefficients of zero are the rest drape; it costs one direction.
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Section 7 ("a standard PCA model"). Differs: the mean is not removed first, so that
+        coefficients of zero are the rest drape; it costs one direction.
     """
     gram, square = _gram(strips, rows)
     values, vectors = _leading(gram, count)

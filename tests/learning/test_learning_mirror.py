@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments
-from hemline.animators.ropes.mirror import mirror_of, mirrored_transforms, mirrored_vertices, partners
+from hemline.learning.mirror import mirror_of, mirrored_transforms, mirrored_vertices, partners
 from hemline.motions import JOINT_NAMES, Pose
 
 ROWS, COLUMNS = 15, 20

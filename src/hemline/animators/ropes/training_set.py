@@ -1,18 +1,17 @@
-"""What a network learns from."""
+"""What the networks of rope chains are trained on."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from hemline.arrays import Float, Int
-
-from .collision import Clearances
-from .mlp import Mlp
+from hemline.learning.collision import Clearances
+from hemline.learning.mlp import Mlp
 
 
 @dataclass(frozen=True)
-class Lesson:
-    """The frames that one network learns from."""
+class TrainingSet:
+    """Inputs, outputs and the split of one network."""
 
     stage: str
     """`skinning` or `shape`: the name of the checkpoint."""
@@ -21,13 +20,13 @@ class Lesson:
     free: Float[np.ndarray, " ins"]
     """1 where an input belongs to a simulated bone, 0 for those that the body carries: noise goes on the first."""
     coefficients: Float[np.ndarray, "frames modes"]
-    """What should come out [m]."""
+    """The outputs that are wanted [m]."""
     deviations: Float[np.ndarray, " modes"]
     """Root mean square of each coefficient [m]."""
     train: Int[np.ndarray, " train"]
-    """Frames to learn from."""
+    """Frames to train on."""
     val: Int[np.ndarray, " val"]
-    """Frames that choose the moment to stop."""
+    """Frames that choose the best epoch."""
     vertex_count: int
 
 
@@ -38,7 +37,7 @@ class Contact:
     basis: Float[np.ndarray, "modes rows"]
     """Basis vectors as they are played."""
     displacements: Float[np.ndarray, "frames rows"]
-    """The true ones [m]."""
+    """The ground truth [m]."""
     before: tuple[Float[np.ndarray, "frames modes"], Float[np.ndarray, "modes rows"]] | None
     """Coefficients and basis of the network before this one, which add to what it makes."""
     clearances: Clearances
