@@ -134,8 +134,10 @@ def read_take(path: str | Path) -> Take:
             failed=metadata["failed"],
             end_state={n.removeprefix("end_state."): a for n, a in arrays.items() if n.startswith("end_state.")},
         )
-    except (KeyError, TypeError) as reason:
-        raise BadDataset(f"{path} lacks metadata", reason, cure) from reason
+    except KeyError as reason:
+        raise BadDataset(f"{path} lacks metadata", f"no {reason}", cure) from reason
+    except (TypeError, AttributeError) as reason:
+        raise BadDataset(f"{path} has metadata of the wrong kind", "values that are none of a take's", cure) from reason
 
 
 def take_metadata(path: str | Path) -> dict[str, Any]:
