@@ -12,7 +12,7 @@ from hemline.garments.garment_toml import GarmentFile, read_garment_toml
 from hemline.garments.shipped import open_garment
 from hemline.meshes import read_mesh
 
-from .fitness import pierced
+from .openings import pierced
 from .try_on import try_on
 
 if TYPE_CHECKING:
@@ -74,7 +74,8 @@ def open_worn(
         raise BadDataset(f"{dataset} was made for another garment", f"{path.name}, not tried on for it", cure)
     check_folder(dataset)
     tell(f"{path.name} does not sit on the body: trying it on (as 'hemline tryon' would)")
-    _tried(path, shaped, say, progress, kept)
+    for warning in _tried(path, shaped, say, progress, kept):
+        tell(f"warning: {warning}")
     tell(f"{path.name} is worn, and kept as {kept}")
     return open_garment(kept, shaped, dressed=dressed)
 
@@ -96,8 +97,8 @@ def _source(path: Path, said: GarmentFile, shaped: "ShapedBody") -> str:
     )
 
 
-def _tried(path: Path, shaped: "ShapedBody", say, progress, kept: Path) -> None:
-    """Try on and save, or say why it cannot be worn."""
+def _tried(path: Path, shaped: "ShapedBody", say, progress, kept: Path) -> tuple[str, ...]:
+    """Try on and save, or say why it cannot be worn; what is odd about how it is worn."""
     what = f"{path.name} does not sit on the body and cannot be worn as it is"
     cure = (
         "see it with 'hemline tryon', place it on the body at rest (y up, facing +z), or say more in a TOML beside it"
@@ -107,3 +108,4 @@ def _tried(path: Path, shaped: "ShapedBody", say, progress, kept: Path) -> None:
         raise BadGarment(what, tried.fitness.reason, cure)
     kept.parent.mkdir(parents=True, exist_ok=True)
     tried.garment.save(kept)
+    return tried.fitness.warnings
