@@ -3,6 +3,7 @@
 ```
 folder/
   garment.safetensors        the garment, mesh and all
+  worn/<hash>.safetensors    where the mesh had to be tried on: what it became, found again by the mesh's hash
   takes/<hash>.safetensors   one take each; describes itself
   manifest.json              an index of the takes with checksums: rebuilt whenever it is missing or stale
   timings.jsonl              how long each take took: a log, no part of the data

@@ -144,8 +144,10 @@ def read_take(path: str | Path) -> Take:
             end_state=_part(arrays, "end_state"),
             derivatives=_part(arrays, "derivatives"),
         )
-    except (KeyError, TypeError) as reason:
-        raise BadDataset(f"{path} lacks metadata", reason, cure) from reason
+    except KeyError as reason:
+        raise BadDataset(f"{path} lacks metadata", f"no {reason}", cure) from reason
+    except (TypeError, AttributeError) as reason:
+        raise BadDataset(f"{path} has metadata of the wrong kind", "values that are none of a take's", cure) from reason
 
 
 def take_metadata(path: str | Path) -> dict[str, Any]:
