@@ -18,6 +18,8 @@ class Arguments:
     """A model file, or the name of a shipped model."""
     motion: Annotated[str, tyro.conf.arg(aliases=["-m"])]
     """A clip, or the name of a shipped excerpt."""
+    garment: str | None = None
+    """The garment to wear, by name or a file, for a model that was fitted on many."""
     betas: tuple[float, ...] = ()
     """Shape of the body."""
     truth: Path | None = None
@@ -42,12 +44,14 @@ class Arguments:
 
 def run(arguments: Arguments) -> int:
     """Measure and print; status 1 if a vertex was inside the body after the projection."""
-    from hemline import animators, bodies, datasets, motions
+    from hemline import datasets, motions
     from hemline.compiled import use_threads
     from hemline.errors import BadInput
     from hemline.files import check_writable
     from hemline.playback import evaluate
     from hemline.playback.worst import draw_worst
+
+    from .model import open_model
 
     if arguments.picture is not None:
         check_writable(arguments.picture)
@@ -57,8 +61,7 @@ def run(arguments: Arguments) -> int:
     motion = motions.open_motion(arguments.motion)
     part = cut(motion, arguments.start, arguments.seconds)
     truth = None if arguments.truth is None else datasets.open_dataset(arguments.truth)
-    animator = animators.load(arguments.model)
-    body = bodies.load(animator.body_name).shaped(arguments.betas)
+    animator, body = open_model(arguments.model, arguments.garment, None, arguments.betas)
     evaluation = evaluate(
         animator,
         body,
