@@ -8,6 +8,8 @@ from jaxtyping import Float, Int
 from hemline.arrays import Faces
 from hemline.errors import BadMesh
 
+from .rows import Rows, incidence
+
 Positions = Float[np.ndarray, "verts 3"]
 """Positions, velocities or forces of the vertices in float64."""
 
@@ -35,17 +37,6 @@ class Elastic:
     drag: float = 0.0
     lift: float = 0.0
     friction: float = 0.3
-
-
-@dataclass(frozen=True)
-class Rows:
-    """A sparse pattern by rows: row i holds `columns[starts[i]:starts[i + 1]]`.
-
-    Unsigned, so that compiled code need not ask whether an index counts from the end: a third of the time.
-    """
-
-    starts: Int[np.ndarray, " rows_and_one"]
-    columns: Int[np.ndarray, " entries"]
 
 
 @dataclass(frozen=True)
@@ -187,13 +178,6 @@ def hinge_angles(
     first, second = np.cross(j - i, k - i), np.cross(l - i, j - i)
     axis = (j - i) / np.linalg.norm(j - i, axis=1, keepdims=True)
     return np.arctan2((np.cross(first, second) * axis).sum(1), (first * second).sum(1))
-
-
-def incidence(rows: np.ndarray, values: np.ndarray, count: int) -> Rows:
-    """Pattern that lists the values of each row, in their order."""
-    order = np.argsort(rows, kind="stable")
-    starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=count))])
-    return Rows(starts.astype(np.uint32), values[order].astype(np.uint32))
 
 
 def _edges(faces: np.ndarray, rest_edges: np.ndarray) -> tuple[np.ndarray, Rows, np.ndarray]:

@@ -1,6 +1,31 @@
 """What contact and friction cost: energy over depth and over slip, and its derivatives, of one vertex or one pair."""
 
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
 from hemline.compiled import kernel
+
+from .planes import Planes
+
+
+class SkinContact(NamedTuple):
+    """Contact and friction of each vertex with a plane of the body.
+
+    Attributes:
+        planes: Of the body under each vertex, and the stiffness of each.
+        limit: Friction that each can bear, by its load at the step's start [N].
+        thickness: Distance that cloth keeps from the body [m].
+        depth: Penetration from which the load stays constant [m].
+        creep: Slip below which friction is smoothed [m].
+    """
+
+    planes: Planes
+    limit: Float[np.ndarray, " verts"]
+    thickness: float
+    depth: float
+    creep: float
 
 
 @kernel(inline="always")
@@ -35,4 +60,4 @@ def press_terms(depth, stiffness, thickness):
     return load * (depth - 2.0 / 3.0 * thickness), load, load / depth
 
 
-__all__ = ["contact_terms", "press_terms", "slip_terms"]
+__all__ = ["SkinContact", "contact_terms", "press_terms", "slip_terms"]

@@ -18,6 +18,7 @@ from hemline.sim.contact.surface import Skin, Surface
 from hemline.sim.settings import SimSettings
 
 from .lead_in import between
+from .model import ClothModel
 from .state import ClothState, Scene, StepReport
 from .stepper import Stepper
 
@@ -73,6 +74,11 @@ class DressedBody:
             settings=settings,
             wind=wind,
         )
+
+    @property
+    def model(self) -> ClothModel:
+        """What never moves of the cloth."""
+        return self.stepper.model
 
     def scene(self, posed: "PosedBody") -> Scene:
         """What drives the cloth at a pose."""
@@ -136,5 +142,5 @@ class DressedBody:
         mask = np.zeros(len(positions), bool)
         mask[pinched] = True
         # pins stay where they are bound: moved out and back, they would shake the cloth
-        positions = np.where(self.stepper.fixed[:, None], state.positions, positions)
+        positions = np.where(self.model.fixed[:, None], state.positions, positions)
         return replace(state, positions=positions, velocities=velocities, pinched=mask)
