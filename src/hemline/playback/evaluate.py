@@ -153,8 +153,7 @@ class _Tally:
         self.recent = [*self.recent[-3:], (vertices, truth)]
         if len(self.recent) == 4:
             ours, theirs = (np.stack(each) for each in zip(*self.recent, strict=True))
-            figures = jerk_m_s3(ours, fps, theirs)
-            self.jerks.append((figures["mean"] or 0.0, (figures["mean"] or 0.0) / (figures["ratio"] or 1.0)))
+            self.jerks.append((jerk_m_s3(ours, fps), jerk_m_s3(theirs, fps)))
 
     def evaluation(self, fps: float, drive: str) -> Evaluation:
         from hemline.compiled import threads
