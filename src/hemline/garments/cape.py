@@ -7,8 +7,9 @@ import numpy as np
 
 from hemline.errors import BadGarment
 
+from .body_lines import joint
 from .cape_drape import folded, hanging_columns
-from .cape_rim import cape_rim, joint
+from .cape_rim import cape_rim
 from .clearance import cleared
 from .dressing import CLEARANCE, body_tree
 from .garment import Garment

@@ -8,7 +8,7 @@ import numpy as np
 from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree
 
-from .cape_rim import joint
+from .body_lines import joint
 from .clearance import cleared
 from .cone import cone_chains, cone_faces, cone_pattern, row_ways
 from .dressing import CLEARANCE, body_tree

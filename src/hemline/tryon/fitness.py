@@ -7,7 +7,6 @@ import numpy as np
 
 from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
-from hemline.garments.rest_metric import edge_strain
 from hemline.sim import SimSettings, rest_drape
 
 from .openings import harmless, pierced, unused
@@ -15,6 +14,7 @@ from .openings import harmless, pierced, unused
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
     from hemline.datasets.take import Take
+from hemline.meshes import edge_strains
 
 TIGHTEST_MEDIAN, TIGHTEST, TORN = 0.10, 0.40, 1.0
 """Strain of the median edge beyond which a garment is too small; of the hundredth, and of any, beyond which it is
@@ -84,7 +84,7 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
 def _far_too_small(garment: Garment) -> str | None:
     """Before it settles: whether it is stretched beyond what settling could mend."""
     # cloth that is too wide starts shortened, and unfolds
-    strain = np.clip(edge_strain(garment.vertices, garment.faces, garment.rest_edges), 0, None)
+    strain = np.clip(edge_strains(garment.vertices, garment.faces, garment.rest_edges), 0, None)
     middle, most = np.percentile(strain, [50, 99])
     return _too_small(float(middle), float(most)) if middle > HOPELESS * TIGHTEST_MEDIAN else None
 

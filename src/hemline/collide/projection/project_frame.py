@@ -34,9 +34,9 @@ class ProjectionReport:
     pinched: Int[np.ndarray, " pinched"]
     """Vertices that have no free place near, ascending."""
     pinched_anchors: Points
-    """Their nearest places on their own limbs, moved 2 mm outward: each lies inside the body [m]."""
+    """Their nearest places on their own limbs, moved 2 mm outward: the winding number is not 0 there [m]."""
     inside_before: int | None
-    """Vertices with a winding number other than 0 before the projection; None if not measured."""
+    """Vertices inside the body, with a winding number above 0.5, before the projection; None if not measured."""
     exact: bool
     """Whether every vertex was tested."""
 
@@ -169,7 +169,7 @@ class ProjectedFrame:
     def measured(self, ids: Int[np.ndarray, " near"], signed: Float[np.ndarray, " near"]) -> tuple[int | None, float]:
         """Vertices inside before the projection (None: not tested), and distance to the skin of the deepest [m]."""
         exact, patches = self.projector.guarantee == "exact", self.patches
-        inside = self.windings(self.points[ids], ids)[0] != 0 if exact else signed < 0
+        inside = self.windings(self.points[ids], ids)[0] > 0.5 if exact else signed < 0
         depth = deepest(
             self.points,
             ids,
