@@ -16,6 +16,10 @@ from .skinning import Blending
 from .skinning_kernels import area_normals, pose_joints
 
 
+LARGEST_BETA = 20
+"""Beyond it a shape is no body."""
+
+
 @dataclass(frozen=True, eq=False)
 class ShapedBody:
     """A body that has a shape.
@@ -110,6 +114,8 @@ def _full_betas(body: Body, betas: Betas | tuple[float, ...] | list[float]) -> B
         )
     if not np.isfinite(given).all():
         raise BadBody("betas must be finite", given.tolist(), "give numbers of about -3 to 3")
+    if np.abs(given).max(initial=0) > LARGEST_BETA:
+        raise BadBody(f"betas must be from -{LARGEST_BETA} to {LARGEST_BETA}", given.tolist(), "give about -3 to 3")
     full = np.zeros(count, dtype=np.float32)
     full[: len(given)] = given
     return full

@@ -1,6 +1,7 @@
 """`hemline simulate GARMENT --motion FILE... -o DATASET`."""
 
 import json
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +12,10 @@ from hemline.errors import BadInput
 
 from .garment import open_garment
 from .progress import bars, note
+
+
+FASTEST = 1000
+"""Frames a second beyond which nobody simulates on purpose."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,9 @@ def run(arguments: Arguments) -> int:
 
     if arguments.jobs < 1:
         raise BadInput("--jobs must be at least 1", arguments.jobs, "leave it out for 1")
-    if arguments.seconds is not None and arguments.seconds <= 0:
+    if not 1 <= arguments.fps <= FASTEST:
+        raise BadInput(f"--fps must be from 1 to {FASTEST}", arguments.fps, "leave it out for 30 frames a second")
+    if arguments.seconds is not None and not 0 < arguments.seconds < math.inf:
         raise BadInput("--seconds must be positive", arguments.seconds, "leave it out for the whole clip")
     if not arguments.motion:
         raise BadInput("no clips", "--motion without a file", "name BVH or npz files after --motion")
