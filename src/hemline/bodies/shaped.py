@@ -15,7 +15,6 @@ from .posed import PosedBody
 from .skinning import Blending
 from .skinning_kernels import area_normals, pose_joints
 
-
 LARGEST_BETA = 20
 """Beyond it a shape is no body."""
 
@@ -110,7 +109,9 @@ def _full_betas(body: Body, betas: Betas | tuple[float, ...] | list[float]) -> B
         raise BadBody("betas must be numbers", betas, f"give at most {count} numbers") from reason
     if given.ndim != 1 or len(given) > count:
         raise BadBody(
-            f"body '{body.name}' has {count} betas", f"shape {given.shape}", f"give a list of at most {count} numbers"
+            f"body '{body.name}' has {count} betas",
+            len(given) if given.ndim == 1 else f"shape {given.shape}",
+            f"give a list of at most {count} numbers",
         )
     if not np.isfinite(given).all():
         raise BadBody("betas must be finite", given.tolist(), "give numbers of about -3 to 3")

@@ -27,18 +27,19 @@ def misread(schema: type, verb: str, words: Sequence[str], drawn: str) -> BadInp
     if found := re.search(r"Error parsing (--[\w-]+)", said):
         flag = found[1]
         kind = re.search(rf"{flag} (?:\{{None\}}\|)?(\[?\w+|\{{[^}}]+\}})", said.split("helptext:")[-1])
-        return BadInput(f"hemline {verb}: {flag} must be {_kind(kind[1] if kind else '')}", _given(flag, words), cure)
+        return BadInput(f"{verb}: {flag} must be {_kind(kind[1] if kind else '')}", _given(flag, words), cure)
     if found := re.search(r"Missing value for argument '(?:-\w/)?(--[\w-]+)'. Expected (\d+)", said):
-        return BadInput(f"hemline {verb}: {found[1]} needs {found[2]} values", _given(found[1], words), cure)
+        count = "a value" if found[2] == "1" else f"{found[2]} values"
+        return BadInput(f"{verb}: {found[1]} needs {count}", _given(found[1], words), cure)
     if found := re.search(r"Unrecognized options: (\S+)", said):
         near = get_close_matches(found[1], known, 1, 0.6)
-        return BadInput(f"hemline {verb} has no '{found[1]}'", asked, f"did you mean '{near[0]}'" if near else cure)
+        return BadInput(f"{verb} has no '{found[1]}'", asked, f"did you mean '{near[0]}'; {cure}" if near else cure)
     if "Missing from" in said:
         part = said.split("Missing from")[1]
         missing = [flag for flag in known if re.search(rf"{flag}\b", part)]
         first = [] if re.search(r": +-", part) else [fields(schema)[0].name.upper()]
-        return BadInput(f"hemline {verb} needs {' and '.join([*first, *missing])}", asked, cure)
-    return BadInput(f"hemline {verb}: {said}"[:300], asked, cure)
+        return BadInput(f"{verb} needs {' and '.join([*first, *missing])}", asked, cure)
+    return BadInput(f"{verb}: {said}"[:300], asked, cure)
 
 
 def _kind(drawn: str) -> str:
