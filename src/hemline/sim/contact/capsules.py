@@ -64,7 +64,7 @@ class Capsules:
         limb_of_face: Int[np.ndarray, " faces"],
         then: Float[np.ndarray, "joints 3"],
         now: Float[np.ndarray, "joints 3"],
-        push: Float[np.ndarray, " verts"],
+        stiffness: Float[np.ndarray, " verts"],
     ) -> PairRows:
         """What holds the triangles off that are near a bone of their own limb, on the side where they are.
 
@@ -76,7 +76,7 @@ class Capsules:
             limb_of_face: The limb that each is worn on; -1: it has no contact.
             then: The joints at the step's start [m].
             now: The joints at its end [m].
-            push: Stiffness of each vertex in contact with the skin [N/m].
+            stiffness: Of each vertex in contact with the skin [N/m].
         """
         ends = [np.ascontiguousarray(joints[BONES], np.float64) for joints in (then, now)]
         room = 256
@@ -98,7 +98,7 @@ class Capsules:
             reach=np.einsum("rx,rx->r", normal, point) + radius,
             carried=point,
             thickness=radius,
-            stiffness=STIFFNESS * (weights * push[corners]).sum(axis=1),
+            stiffness=STIFFNESS * (weights * stiffness[corners]).sum(axis=1),
             limit=np.zeros(count),
         )
 
