@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from hemline.collide import limbs
 from hemline.motions.motion import JOINT_NAMES
 
-from .capsule_kernels import near_capsules
+from .capsule_kernels import Held, near_capsules
 from .pair_kernels import PairRows
 
 if TYPE_CHECKING:
@@ -81,16 +81,13 @@ class Capsules:
         ends = [np.ascontiguousarray(joints[BONES], np.float64) for joints in (then, now)]
         room = 256
         while True:
-            corners, weights, radius = np.empty((room, 4), np.uint32), np.empty((room, 4)), np.empty(room)
-            normal, point = np.empty((room, 3)), np.empty((room, 3))
-            count = near_capsules(
-                start, faces, limb_of_face, *ends, self.radius, self.limb, LOOK, corners, weights, normal, point, radius
-            )
+            shapes = (room, 4), (room, 3), (room, 3), room
+            held = Held(np.empty((room, 4), np.uint32), *(np.empty(shape) for shape in shapes))
+            count = near_capsules(start, faces, limb_of_face, *ends, self.radius, self.limb, LOOK, held)
             if count <= room:
                 break
             room = count
-        corners, weights, radius = corners[:count], weights[:count], radius[:count]
-        normal, point = normal[:count], point[:count]
+        corners, weights, normal, point, radius = (each[:count] for each in held)
         return PairRows(
             corners=corners,
             weights=weights,

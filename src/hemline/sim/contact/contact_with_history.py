@@ -29,7 +29,7 @@ class Wearing(NamedTuple):
 
 
 class ContactWithHistory(Contact):
-    """Contact where each vertex keeps to the places that held it off: one plane a vertex, a second one where it has two.
+    """Contact where each vertex keeps to the places that held it off: one plane each, a second one where it has two.
 
     Args:
         surface, then, now, start, guess, fixed, stiffness, known: As of `Contact`.
