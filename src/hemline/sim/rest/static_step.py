@@ -114,7 +114,7 @@ class StaticStep:
             air=constant_force(x, sheet.mass[:, None] * np.array(settings.gravity)),
             contact=skin_contact(planes, sheet.friction * self.pressed, settings, STICK),
         )
-        self.potential.press(self.meeting.lay(x))
+        self.potential.replace_pairs(self.meeting.lay(x))
         self.potential.evaluate(x)
         self._lean()
         self.forces = np.where(model.fixed[:, None], 0.0, -workspace.gradient)

@@ -70,7 +70,7 @@ class Step:
             air=air,
             contact=skin_contact(planes, sheet.friction * state.load, settings, settings.creep * h),
         )
-        self.potential.press(self.meeting.lay(guess))
+        self.potential.replace_pairs(self.meeting.lay(guess))
         self.potential.evaluate(guess)
 
     def solve(self) -> StepReport:
@@ -148,7 +148,7 @@ class Step:
             if meeting.points is not None:
                 meeting.points.move(potential.x)
         if pressed or meeting.itself is not None:
-            potential.press(meeting.lay(potential.x))
+            potential.replace_pairs(meeting.lay(potential.x))
             potential.evaluate_contact()
 
     def _check(self) -> None:
