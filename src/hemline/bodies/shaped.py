@@ -98,7 +98,7 @@ def shape_body(body: Body, betas: Betas | tuple[float, ...] | list[float]) -> Sh
     return ShapedBody(body, full, vertices, joints, normals, _leg_length(joints))
 
 
-def _full_betas(body: Body, betas: Betas | tuple[float, ...] | list[float]) -> Betas:
+def _full_betas(body: Body, betas: Betas | tuple[float, ...] | list[float]) -> Float[np.ndarray, " all_betas"]:
     count = len(body.shapedirs)
     try:
         given = np.asarray(betas, dtype=np.float32)

@@ -83,8 +83,8 @@ def make_skirt(
         BadGarment: Fewer than 10 rows or 52 columns, a cut that cannot be made or does not pass the hips, or a body
             without a waist.
 
-    Source: Jin et al., "Rope chains", 2024, Fig. 2 (18,546 vertices, 26 chains of 9 bones; its cut is not given, this
-        one is ours).
+    Source: Jin et al., "A Neural-Network-Based Approach for Loose-Fitting Clothing", 2024, Fig. 2 (18,546
+        vertices, 26 chains of 9 bones). Differs: its cut is not given, this one is ours.
     """
     cut = cut or SkirtCut()
     aspect, least = PAPER_SIZE[1] / PAPER_SIZE[0], (NODES + 1, 2 * CHAINS)

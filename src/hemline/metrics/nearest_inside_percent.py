@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from hemline.arrays import Faces, FramesOfVertices
+from hemline.arrays import BodyFaces, FramesOfBodyVertices, FramesOfVertices
 from hemline.meshes import vertex_normals
 
 
 def nearest_inside_percent(
-    vertices: FramesOfVertices, body_vertices: FramesOfVertices, body_faces: Faces
+    vertices: FramesOfVertices, body_vertices: FramesOfBodyVertices, body_faces: BodyFaces
 ) -> dict[str, float]:
     r"""Vertices behind the tangent plane of the body vertex nearest to them.
 
@@ -22,7 +22,8 @@ def nearest_inside_percent(
     Returns:
         `mean` and `worst_frame` [percent of the vertices].
 
-    Source: Li, Shi, Zhu, Kanai, "SwinGar", the signed distance h(X) to the nearest body vertex of Eq. 14.
+    Source: Li et al., "SwinGar: Spectrum-Inspired Neural Dynamic Deformation for Free-Swinging Garments", 2023, the
+        signed distance h(X) to the nearest body vertex of Eq. 14.
     """
     from scipy.spatial import KDTree
 

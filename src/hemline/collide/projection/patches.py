@@ -27,15 +27,15 @@ class Patches:
     """The body's order of vertices to that one."""
     faces: Faces
     """Renumbered triangles, `LEAF` a leaf; short leaves are filled with points (v, v, v)."""
-    leaf_start: Int[np.ndarray, " leaves+1"]
+    leaf_start: Int[np.ndarray, " leaves_and_one"]
     """Where each leaf's vertices begin in `leaf_vertices`."""
     leaf_vertices: Int[np.ndarray, " corners"]
     """Vertices of each leaf, each once."""
-    patch_start: Int[np.ndarray, " patches+1"]
+    patch_start: Int[np.ndarray, " patches_and_one"]
     """Where each patch's leaves begin."""
     patch_limb: Int[np.ndarray, " patches"]
     """Limb that each patch belongs to."""
-    ring_start: Int[np.ndarray, " verts+1"]
+    ring_start: Int[np.ndarray, " verts_and_one"]
     """Where each vertex's incident faces begin in `ring`."""
     ring: Int[np.ndarray, " corners"]
     """Faces around each vertex."""

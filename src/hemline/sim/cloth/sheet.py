@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt
 
 from hemline.arrays import Faces
 from hemline.errors import BadMesh
@@ -41,8 +41,8 @@ class Rows:
     Unsigned, so that compiled code need not ask whether an index counts from the end: a third of the time.
     """
 
-    starts: Int[np.ndarray, " rows_and_one"]
-    columns: Int[np.ndarray, " entries"]
+    starts: UInt[np.ndarray, " rows_and_one"]
+    columns: UInt[np.ndarray, " entries"]
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Sheet:
         piece: Which piece of cloth each vertex belongs to, uint32, counted from the skin outwards.
     """
 
-    faces: Faces
+    faces: UInt[np.ndarray, "faces 3"]
     shape: Float[np.ndarray, "faces 3 2"]
     area: Float[np.ndarray, " faces"]
     vertex_area: Float[np.ndarray, " verts"]
@@ -88,7 +88,7 @@ class Sheet:
     edges: Int[np.ndarray, "edges 2"]
     edge_length: Float[np.ndarray, " edges"]
     edge_corners: Rows
-    edge_slots: Int[np.ndarray, "edges 2"]
+    edge_slots: UInt[np.ndarray, "edges 2"]
     ring: Rows
     ring_bending: Float[np.ndarray, " ring"]
     far: Rows
@@ -103,7 +103,7 @@ class Sheet:
     drag: Float[np.ndarray, " faces"]
     lift: Float[np.ndarray, " faces"]
     friction: Float[np.ndarray, " verts"]
-    piece: Int[np.ndarray, " verts"]
+    piece: UInt[np.ndarray, " verts"]
 
     @property
     def vertex_count(self) -> int:
@@ -228,7 +228,7 @@ def _hinges(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Interior edges: their four vertices, the weight w, and the row K of the energy w / 2 |K x|^2.
 
-    Source: Bergou et al., "A quadratic bending model for inextensible surfaces", SGP 2006, section 3.
+    Source: Bergou et al., "A quadratic bending model for inextensible surfaces", 2006, section 3.
     Differs: w = bending / (area + area), without their factor 3: on meshes of equilateral triangles a cylinder then
     costs 1/2 D area / R^2, as plate theory has it (Seung and Nelson 1988), and not three times that.
     """

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, UInt
 
 from hemline.sim.cloth.sheet import Rows
 
@@ -29,7 +29,7 @@ class PairRows:
         limit: Friction that each can bear, by its load at the step's start [N].
     """
 
-    corners: Int[np.ndarray, "pairs 4"]
+    corners: UInt[np.ndarray, "pairs 4"]
     weights: Float[np.ndarray, "pairs 4"]
     normal: Float[np.ndarray, "pairs 3"]
     reach: Float[np.ndarray, " pairs"]

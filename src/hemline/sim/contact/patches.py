@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, UInt
 
 from hemline.meshes import components
 from hemline.sim.cloth.sheet import Rows, Sheet, incidence
@@ -20,8 +20,8 @@ SIZE = 6
 class Blocks:
     """The elements of each patch by the block: patch p has those of `elements[starts[p]:starts[p + 1]]`."""
 
-    starts: Int[np.ndarray, " patches_and_one"]
-    elements: Int[np.ndarray, "blocks lanes"]
+    starts: UInt[np.ndarray, " patches_and_one"]
+    elements: UInt[np.ndarray, "blocks lanes"]
 
     @classmethod
     def of(cls, rows: Rows) -> "Blocks":
@@ -50,8 +50,8 @@ class Patches:
     vertices: Rows
     edges: Rows
     faces: Rows
-    joined: Int[np.ndarray, "patches patches"]
-    opposite: Int[np.ndarray, "edges 2"]
+    joined: UInt[np.ndarray, "patches patches"]
+    opposite: UInt[np.ndarray, "edges 2"]
     radius: Float[np.ndarray, " verts"]
 
     @property

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, UInt
 
 from hemline.sim.cloth.sheet import Rows, Sheet, incidence
 
@@ -26,7 +26,7 @@ class Clusters:
         width: Entries in a row of the banded coarse matrix.
     """
 
-    label: Int[np.ndarray, " verts"]
+    label: UInt[np.ndarray, " verts"]
     members: Rows
     width: int
 

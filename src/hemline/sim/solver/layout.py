@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, UInt
 
 from hemline.sim.cloth.sheet import Rows, Sheet
 
@@ -33,15 +33,15 @@ class Layout:
         far_bending: The sheet's, in that order.
     """
 
-    slot: Int[np.ndarray, " verts"]
-    vertex: Int[np.ndarray, " slots"]
-    begin: Int[np.ndarray, " patches"]
-    end: Int[np.ndarray, " patches"]
-    patch: Int[np.ndarray, " slots"]
+    slot: UInt[np.ndarray, " verts"]
+    vertex: UInt[np.ndarray, " slots"]
+    begin: UInt[np.ndarray, " patches"]
+    end: UInt[np.ndarray, " patches"]
+    patch: UInt[np.ndarray, " slots"]
     width: int
     ring: Rows
     ring_bending: Float[np.ndarray, " ring"]
-    edge_slots: Int[np.ndarray, "edges 2"]
+    edge_slots: UInt[np.ndarray, "edges 2"]
     far: Rows
     far_bending: Float[np.ndarray, " far"]
 
