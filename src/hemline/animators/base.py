@@ -70,7 +70,7 @@ class Animator(Protocol):
         ...
 
     def follow(self, state: Any, posed: "PosedBody", dt: float, truth: Vertices) -> tuple[Any, Vertices]:
-        """As `step`, driven by what can be seen of simulated vertices instead of by the animator's own dynamics."""
+        """As `step`, driven by what is seen of simulated vertices [m] instead of by the animator's own dynamics."""
         ...
 
     def save(self, path: str | Path) -> None:

@@ -61,7 +61,7 @@ class ShapedBody:
     def transforms_of(
         self, rotations: Float[np.ndarray, "frames joints 4"], translations: Float[np.ndarray, "frames 3"]
     ) -> tuple[Float[np.ndarray, "frames joints 3 4"], Float[np.ndarray, "frames joints 3"]]:
-        """Skin transforms and joints of many poses, as `PosedBody` has them for one."""
+        """Skin transforms and joints of many poses [m], as `PosedBody` has them for one."""
         frames, joints = rotations.shape[:2]
         transforms = np.empty((frames, joints, 3, 4), dtype=np.float32)
         positions = np.empty((frames, joints, 3), dtype=np.float32)
