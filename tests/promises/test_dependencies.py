@@ -11,6 +11,8 @@ import pytest
 from import_graph import files
 from packaging.requirements import Requirement
 
+import hemline
+
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 ROWS = re.findall(r"^\| ([\w.-]+) \| ([^|]+) \|", (ROOT / "docs/dependencies.md").read_text(), re.MULTILINE)[1:]
@@ -60,6 +62,11 @@ def test_every_import_is_a_dependency():
             assert all("make" in path.parts for path in paths), f"{module} is imported outside of models/make"
         else:
             assert module in modules, f"{module} is imported by {paths}: name it in pyproject.toml"
+
+
+def test_all_pages_tell_the_same_version():
+    cited = re.findall(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    assert cited == [PROJECT["version"]] == [hemline.__version__]
 
 
 def test_the_page_lists_what_pyproject_asks_for():

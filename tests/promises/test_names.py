@@ -14,7 +14,7 @@ ROOMS = sorted(path.parent.name for path in PACKAGE.glob("*/__init__.py") if "__
 UNIT = re.compile(
     r"\[(m|mm|s|ms|kg|N|rad|deg|1/|W|J|%)[^\]]*\]|\[1\]"
     r"|\b(metres?|seconds?|milliseconds|millimetres|percent|degrees|radians|unit of|0 to 1)\b"
-    r"|\b(ind(ex|ices)|ids?|numbers?|count(ed)?|triangles?|directions?|quaternions?|winding|whether|which|pictures?|betas|normals?)\b",
+    r"|\b(ind(ex|ices)|ids?|numbers?|count(ed)?|triangles?|directions?|quaternions?|winding|whether|which|pictures?|sRGB|betas|normals?)\b",
     re.IGNORECASE,
 )
 """What tells a reader what a number in an array means: a unit, or that it counts, points to something or chooses."""
@@ -76,8 +76,9 @@ def takes_arrays(value) -> bool:
     return inspect.isfunction(value) and "jaxtyping" in hints
 
 
-@pytest.mark.parametrize(
-    "name, value", [each for each in PUBLIC if takes_arrays(each[1])], ids=lambda each: str(each)[:60]
-)
+ARRAYS = [each for each in PUBLIC if takes_arrays(each[1])]
+
+
+@pytest.mark.parametrize("name, value", ARRAYS, ids=[name for name, _ in ARRAYS])
 def test_functions_of_arrays_tell_units(name, value):
     assert UNIT.search(value.__doc__), f"{name}: say in which unit its arrays are, or what their numbers stand for"
