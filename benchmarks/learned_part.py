@@ -32,7 +32,7 @@ def main() -> None:
     moved = (0.1 * random.normal(size=3 * model.ropes.node_count)).astype(np.float32)
     coefficients = random.normal(size=model.basis.mode_count).astype(np.float32)
     bones = state.ropes.positions
-    timed("bridge", lambda: model.bridge(moved))
+    timed("correction", lambda: model.correction(moved))
     timed("two networks", lambda: (model.skinning(moved), model.shape(moved)))
     timed("reconstruction", lambda: model.basis.vertices(coefficients, model.rest, key))
     timed("learned part", lambda: model.step(state, posed, 1 / 60, bones=bones))

@@ -13,7 +13,7 @@ import igl
 import numpy as np
 
 import hemline
-from hemline.bench.bench import commit, machine
+from hemline.bench.machine import commit, machine
 
 RESULTS = Path(__file__).parents[1] / "results" / "cape-quality.jsonl"
 

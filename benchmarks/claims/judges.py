@@ -15,7 +15,7 @@ from pathlib import Path
 from judging import drapes, laws, speed
 from judging.engines import present
 
-from hemline.bench.bench import commit, machine
+from hemline.bench.machine import commit, machine
 from hemline.compiled import threads
 
 ROOT = Path(__file__).parents[2]

@@ -17,7 +17,7 @@ from pathlib import Path
 from clips import every_clip, spread
 
 from hemline import motions
-from hemline.bench.bench import commit, machine
+from hemline.bench.machine import commit, machine
 
 ROOT = Path(__file__).parents[2]
 MESH = ROOT.parent / "shared" / "data" / "garments" / "garmentcode_mit" / "skirt_circle_mean_all.obj"

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, garments, motions, sim
-from hemline.bench.bench import commit, machine
+from hemline.bench.machine import commit, machine
 from hemline.compiled import threads
-from hemline.sim.contact.body_points import BodyPoints
+from hemline.sim.contact.body_points import BodyPointSearch
 
 RESULTS = Path(__file__).parents[1] / "results" / "points.jsonl"
 FRAMES, TURNS = 30, 3
@@ -26,19 +26,20 @@ def row(name: str) -> dict:
     run = shaped.untangled_motion(shaped.placed(motions.load("run").resampled(30)))[:FRAMES]
     settings = sim.SimSettings(self_contact=False)
     rest = sim.rest_drape(garment, shaped, settings)
-    begin, spent, points = BodyPoints.begin, {True: [], False: []}, []
+    find, spent, points = BodyPointSearch.find, {True: [], False: []}, []
 
     def counted(self, *arguments):
-        begin(self, *arguments)
-        points.append(len(self))
+        found = find(self, *arguments)
+        points.append(0 if found is None else len(found))
+        return found
 
     for turn in range(2 * TURNS):
         on = turn % 2 == 0
-        BodyPoints.begin = counted if on else lambda *_: None
+        BodyPointSearch.find = counted if on else lambda *_: None
         began = time.perf_counter()
         take = sim.simulate(garment, shaped, run, settings, start=rest)
         spent[on].append(1000 * (time.perf_counter() - began) / len(take.vertices))
-    BodyPoints.begin = begin
+    BodyPointSearch.find = find
     with_them, without = (float(np.median(spent[on])) for on in (True, False))
     return {
         "garment": name,

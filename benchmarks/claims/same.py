@@ -222,7 +222,7 @@ def main() -> int:
         race(before, after, asked.speed, asked.bench) if asked.speed else compare(before, after, asked.case, asked.keep)
     )
     if asked.record:
-        from hemline.bench.bench import machine
+        from hemline.bench.machine import machine
 
         row = {
             "before": revision(before),

@@ -25,7 +25,7 @@ from standing_out import standing_out
 from still_worn import still_worn
 
 from hemline import bodies, garments, motions, pictures
-from hemline.bench.bench import commit, machine
+from hemline.bench.machine import commit, machine
 from hemline.datasets import Dataset, Row, Take, open_dataset
 from hemline.errors import HemlineError
 from hemline.garments import Garment

@@ -13,7 +13,7 @@ from pathlib import Path
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 from hemline import bodies, garments, motions, sim
-from hemline.bench.bench import commit, machine
+from hemline.bench.machine import commit, machine
 
 RESULTS = Path(__file__).parents[1] / "results" / "strain.jsonl"
 FRAMES = 45

@@ -14,7 +14,7 @@ from pathlib import Path
 from clips import every_clip, fastest, spread
 
 from hemline import garments, motions
-from hemline.bench.bench import commit, machine
+from hemline.bench.machine import commit, machine
 from hemline.sim import Clip, produce
 
 RESULTS = Path(__file__).parents[1] / "results" / "takes_an_hour.jsonl"

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, garments, pictures
-from hemline.bench.bench import commit, machine
+from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody
 from hemline.errors import HemlineError
 from hemline.garments import Garment

@@ -19,7 +19,7 @@ from clips import MOTION, fastest
 from standing_out import standing_out
 
 from hemline import bodies, garments, pictures, sim
-from hemline.bench.bench import commit, machine
+from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody
 from hemline.garments import Garment
 from hemline.garments.clearance import cleared, smoothed_field

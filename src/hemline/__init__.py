@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from .animators import fit as fit
     from .animators import load as load
     from .errors import HemlineError as HemlineError
+    from .playback import Player as Player
+    from .playback import crowd as crowd
     from .playback import evaluate as evaluate
     from .playback import play as play
     from .playback import record as record
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
 _ROOMS = ("bodies", "datasets", "errors", "export", "garments", "metrics", "motions", "pictures", "sim")
 _NAMES = {
     "HemlineError": "errors",
+    "Player": "playback",
+    "crowd": "playback",
     "evaluate": "playback",
     "fit": "animators",
     "load": "animators",
@@ -45,8 +49,10 @@ _NAMES = {
 
 __all__ = [
     "HemlineError",
+    "Player",
     "__version__",
     "bodies",
+    "crowd",
     "datasets",
     "errors",
     "evaluate",

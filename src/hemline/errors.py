@@ -7,6 +7,7 @@ HemlineError
 │   ├── BadMotion     clips
 │   ├── BadMesh       triangles
 │   ├── BadGarment    mesh + TOML, pins, chains, materials
+│   │   └── OffBody   a garment that does not sit on the body
 │   ├── BadDataset    folders of takes
 │   ├── BadModel      model files
 │   └── BadOutput     a path that cannot be written, a format that is not known
@@ -33,7 +34,9 @@ class BadInput(HemlineError, ValueError):
 
     def __init__(self, what: str, got: object, cure: str):
         self.what, self.got, self.cure = what, got, cure
-        super().__init__(f"{what}; got {got}; {cure}".replace("\n", " "))
+        text = f"{what}; got {got}; {cure}"
+        # one line, whatever bytes the file had that it quotes
+        super().__init__("".join(letter if letter.isprintable() else " " for letter in text))
 
     def __reduce__(self):
         return type(self), (self.what, self.got, self.cure)
@@ -53,6 +56,10 @@ class BadMesh(BadInput):
 
 class BadGarment(BadInput):
     """A garment whose mesh, unit, pins, chains or material contradict each other."""
+
+
+class OffBody(BadGarment):
+    """A garment that does not sit on the body; trying it on may help."""
 
 
 class BadDataset(BadInput):

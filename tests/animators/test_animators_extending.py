@@ -1,6 +1,9 @@
 """The toy animator of docs/extending.md, installed as another package would install it."""
 
+import json
+import os
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -9,6 +12,7 @@ import pytest
 
 from hemline import animators, bodies, garments
 from hemline.animators import registry
+from hemline.animators.ropes import KIND
 from hemline.errors import BadInput, BadModel
 from hemline.motions import Motion
 
@@ -55,8 +59,28 @@ def test_the_toy_is_fitted_saved_loaded_and_played(installed, tmp_path):
     rest = shaped.posed(shaped.rest_pose)
     _, vertices = back.step(back.start(rest), rest, 1 / 30)
     np.testing.assert_allclose(vertices, back.garment.vertices, atol=1e-5)
-    _, crowd = back.step(back.start([rest, rest], agents=2), [rest, rest], 1 / 30)
-    assert crowd.shape == (2, *vertices.shape)
+    assert back.name == "stiff" and back.config == toy.config and back.figures == toy.figures
+
+
+def test_the_toy_is_a_kind_and_an_animator_without_more_capabilities(installed):
+    kind = animators.animator_kind("stiff")
+    assert isinstance(kind, animators.AnimatorKind)
+    toy = animators.fit(SmallDataset(), "stiff", kind.Config(size=2.0))
+    assert isinstance(toy, animators.Animator)
+    assert not isinstance(toy, animators.Driven) and not isinstance(toy, animators.Wearable)
+    np.testing.assert_array_equal(toy.rest, 2 * toy.garment.vertices)
+
+
+def test_the_toy_refuses_options_that_make_no_sense(installed, tmp_path):
+    from hemline.files import read_tensors, write_tensors
+
+    with pytest.raises(BadInput, match="option 'size' must be positive; got 0.0; give a finite number above 0"):
+        animators.animator_kind("stiff").Config(size=0.0)
+    animators.fit(SmallDataset(), "stiff").save(tmp_path / "toy.safetensors")
+    arrays, metadata = read_tensors(tmp_path / "toy.safetensors", "model")
+    write_tensors(tmp_path / "bad.safetensors", arrays, metadata | {"config": {"sise": 1.0}})
+    with pytest.raises(BadModel, match="bad.safetensors: unknown option 'sise'; got 1.0; did you mean 'size'"):
+        animators.load(tmp_path / "bad.safetensors")
 
 
 def test_the_toy_refuses_a_damaged_file(installed, tmp_path):
@@ -81,10 +105,128 @@ def test_the_toy_can_be_played_with_the_projection(installed):
     )
     frames = list(play(toy, shaped, still))
     assert [frame.vertices.shape for frame in frames] == [(4000, 3)] * 3
+    with pytest.raises(BadInput, match="animator 'stiff' is not driven by ground truth"):
+        next(play(toy, shaped, still, truth=np.zeros((3, 4000, 3), np.float32)))
 
 
 def test_an_unknown_animator_is_named_with_the_nearest():
     with pytest.raises(BadInput, match=r"no such animator; got 'rope'; .*did you mean 'ropes'\?"):
-        animators.animator_class("rope")
+        animators.animator_kind("rope")
     with pytest.raises(BadModel, match="no such animator"):
-        animators.animator_class("xyz", error=BadModel)
+        animators.animator_kind("xyz", error=BadModel)
+
+
+def test_no_entry_point_replaces_an_animator_of_ours(tmp_path, monkeypatch):
+    (tmp_path / "other-1.0.dist-info").mkdir()
+    (tmp_path / "other-1.0.dist-info" / "entry_points.txt").write_text("[hemline.animators]\nropes = other:Ropes\n")
+    (tmp_path / "other-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 1.0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    registry._places.cache_clear()
+    assert animators.animator_kind("ropes") is KIND
+    registry._places.cache_clear()
+
+
+def test_the_toy_is_fitted_animated_and_evaluated_from_the_command_line(installed, tmp_path):
+    """In a process of its own, as a user of the other package would."""
+    shaped = bodies.load("anny24").shaped()
+    napkin = garments.make_cape(shaped, rows=12, columns=24, name="napkin")
+    napkin.save(tmp_path / "napkin.safetensors")
+
+    def hemline(*words):
+        path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+        command = [sys.executable, "-m", "hemline", *words]
+        environment = os.environ | {"PYTHONPATH": path}
+        return subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+
+    assert hemline("drape", "napkin.safetensors", "-o", "rests").returncode == 0
+    told = hemline("fit", "--animator", "stiff", "--help").stdout
+    assert "--size" in told and "--calibrate" not in told
+    fitted = hemline("fit", "rests", "--animator", "stiff", "--size", "1.5", "-o", "stiff.safetensors")
+    assert fitted.returncode == 0, fitted.stderr
+    model = animators.load(tmp_path / "stiff.safetensors")
+    assert model.name == "stiff" and model.config.size == 1.5
+    animated = hemline("animate", "stiff.safetensors", "-m", "run", "--seconds", "0.2", "-o", "run.npz")
+    assert animated.returncode == 0, animated.stderr
+    assert np.load(tmp_path / "run.npz")["vertices"].shape == (7, 288, 3)
+    judged = hemline("evaluate", "stiff.safetensors", "-m", "run", "--start", "0.1", "--seconds", "0.2", "--json")
+    assert judged.returncode == 0, judged.stderr
+    figures = json.loads(judged.stdout)
+    assert (figures["animator"], figures["frames"], figures["inside_percent"]["after"]) == ("stiff", 7, 0)
+    refused = hemline("fit", "rests", "--animator", "stif", "-o", "no.safetensors")
+    assert refused.returncode == 2 and "did you mean 'stiff'?" in refused.stderr
+    assert not (tmp_path / "no.safetensors").exists()
+    unknown = hemline("fit", "rests", "--animator", "stiff", "--epochs", "3", "-o", "no.safetensors")
+    assert unknown.returncode == 2 and "--epochs" in unknown.stderr
+
+
+def test_what_simulated_vertices_cannot_drive_says_so(installed):
+    from hemline.playback import Player
+
+    toy = animators.fit(SmallDataset(), "stiff")
+    shaped = bodies.load("anny24").shaped()
+    player = Player.prepare(toy, shaped)
+    state = player.start(shaped.rest_pose)
+    with pytest.raises(BadInput, match="animator 'stiff' is not driven by ground truth"):
+        player.follow(state, shaped.rest_pose, 1 / 30, toy.rest)
+
+
+WEARABLE = """
+from dataclasses import dataclass
+
+from hemline import bodies
+from hemline.files import read_tensors
+from my_package import AnimatorStiff, StiffConfig
+
+
+@dataclass(frozen=True)
+class StiffOnAny:
+    \"\"\"Fitted on several garments, of which it keeps nothing but how many they were.\"\"\"
+
+    figures: dict
+    name, Config = "stiff-on-any", StiffConfig
+
+    @classmethod
+    def fit(cls, data, config=None, *, seed=0, progress=None, checkpoints=None):
+        return cls({"garments": len(data.garments)})
+
+    @classmethod
+    def of(cls, arrays, metadata):
+        return cls(metadata["figures"])
+
+    def worn_by(self, garment, body):
+        return AnimatorStiff(garment, body.body.name, body.body.hash, garment.vertices, figures=self.figures)
+
+    def save(self, path):
+        from hemline.files import write_tensors
+
+        write_tensors(path, {}, {"kind": "model", "animator": self.name, "figures": self.figures})
+"""
+
+
+def test_a_model_of_many_garments_is_fitted_on_a_collection_and_worn_by_a_new_one(installed, tmp_path, capsys):
+    from hemline.cli import main
+    from hemline.datasets import create
+
+    (tmp_path / "my_wearable.py").write_text(WEARABLE)
+    (tmp_path / "my_package-1.0.dist-info" / "entry_points.txt").write_text(
+        "[hemline.animators]\nstiff-on-any = my_wearable:StiffOnAny\n"
+    )
+    registry._places.cache_clear()
+    shaped = bodies.load("anny24").shaped()
+    for rows in (8, 10, 12):
+        create(tmp_path / f"d{rows}", garments.make_cape(shaped, rows=rows, columns=24, name=f"cape{rows}"))
+    garments.make_cape(shaped, rows=14, columns=24, name="new").save(tmp_path / "new.safetensors")
+    folders = [str(tmp_path / f"d{rows}") for rows in (8, 10, 12)]
+    model, new, out = (str(tmp_path / name) for name in ("many.safetensors", "new.safetensors", "out.npz"))
+    assert main(["fit", *folders, "--animator", "stiff-on-any", "-o", model]) == 0
+    assert isinstance(animators.load(model), animators.Wearable)
+    assert animators.load(model).figures == {"garments": 3}
+    assert main(["animate", model, "--garment", new, "-m", "run", "--seconds", "0.1", "-o", out]) == 0
+    assert np.load(out)["vertices"].shape == (4, 14 * 24, 3)
+    assert main(["evaluate", model, "-m", "run", "--seconds", "0.1"]) == 2
+    assert "needs a garment to wear; got none; name one with --garment" in capsys.readouterr().err
+    assert main(["animate", "cape", "--garment", new, "-m", "run", "-o", out]) == 2
+    assert "has its own garment, cape" in capsys.readouterr().err
+    assert main(["fit", *folders, "-o", model]) == 2
+    assert "rope chains are fitted to one garment; got cape8, cape10, cape12" in capsys.readouterr().err
+    sys.modules.pop("my_wearable", None)

@@ -10,10 +10,10 @@ from hemline.animators.ropes import AnimatorRopes, RopesConfig
 from hemline.animators.ropes.bones import seen_bones
 from hemline.animators.ropes.fit import fit
 from hemline.animators.ropes.gather import Source, gather
-from hemline.animators.ropes.keyframe import to_key
 from hemline.animators.ropes.layout import lay_out
 from hemline.datasets import Take, create
 from hemline.errors import BadDataset, MissingExtra
+from hemline.learning.key_frame import to_key
 from hemline.motions import Motion
 from hemline.motions.quaternions import multiply
 
@@ -26,13 +26,13 @@ TINY = RopesConfig(
     epochs=60,
     batch=32,
     collision_vertices=50,
-    bridge_hidden=24,
+    correction_hidden=24,
     skinning_rate=3e-3,
     shape_rate=1e-3,
     checkpoint_epochs=20,
     threads=1,
     second_columns=2,
-    bridge_epochs=8,
+    correction_epochs=8,
 )
 
 
@@ -179,11 +179,11 @@ def test_bones_that_are_given_are_used(fitted, dataset):
     _, one = fitted.step(state, posed, 1 / 30, bones=bones)
     _, two = fitted.follow(state, posed, 1 / 30, seen.vertices[9])
     np.testing.assert_array_equal(one, two)
-    # the ropes' own go over the bridge, given ones do not
+    # the ropes' own are corrected, given ones are not
     after, own = fitted.step(state, posed, 1 / 30)
-    _, unbridged = fitted.step(state, posed, 1 / 30, bones=after.ropes.positions)
-    moved = fitted.bridge(to_key(posed.transforms[12], after.ropes.positions).astype(np.float32).reshape(-1))
-    assert np.abs(own - unbridged).max() > 1e-4 and np.abs(moved).max() > 1e-4
+    _, uncorrected = fitted.step(state, posed, 1 / 30, bones=after.ropes.positions)
+    moved = fitted.correction(to_key(posed.transforms[12], after.ropes.positions).astype(np.float32).reshape(-1))
+    assert np.abs(own - uncorrected).max() > 1e-4 and np.abs(moved).max() > 1e-4
     bones[-1] += 0.1
     _, other = fitted.step(state, posed, 1 / 30, bones=bones)
     assert np.abs(other - one).max() > 1e-4

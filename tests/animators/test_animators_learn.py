@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from swaying import VERTICES, swaying_frames
 
-from hemline.animators.ropes.collision import Clearances, missing
 from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.learn import Learned, learn
 from hemline.errors import BadInput, BadModel
+from hemline.learning.collision import Clearances, missing
 
 pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 SMALL = RopesConfig(
@@ -19,8 +19,8 @@ SMALL = RopesConfig(
     epochs=48,
     batch=64,
     collision_vertices=100,
-    bridge_hidden=32,
-    bridge_epochs=10,
+    correction_hidden=32,
+    correction_epochs=10,
     skinning_rate=3e-3,
     shape_rate=1e-3,
     second_columns=3,
@@ -110,52 +110,59 @@ def test_a_killed_training_goes_on_to_the_same_end(learned, frames, floor, tmp_p
 
         return progress
 
-    for stage, epoch in (("skinning network", 17), ("skinning network", 44), ("shape network", 3), ("bridge", 2)):
+    for stage, epoch in (
+        ("skinning network", 17),
+        ("skinning network", 44),
+        ("shape network", 3),
+        ("bone correction", 2),
+        ("bone correction", 9),
+    ):
         with pytest.raises(KeyboardInterrupt):
             learn(frames, floor, SMALL, seed=0, folder=tmp_path, progress=killed_at(stage, epoch))
     seen: list[tuple[str, int]] = []
     end = learn(frames, floor, SMALL, seed=0, folder=tmp_path, progress=lambda s, d, n: seen.append((s, d)))
-    assert ("skinning network", 10) not in seen  # done before
+    assert ("skinning network", 10) not in seen and ("bone correction", 5) not in seen  # done before
+    assert seen[-1] == ("bone correction", 10)
     for one, two in zip(
-        learned.shape.weights + learned.skinning.weights + learned.bridge.weights,
-        end.shape.weights + end.skinning.weights + end.bridge.weights,
+        learned.shape.weights + learned.skinning.weights + learned.correction.weights,
+        end.shape.weights + end.skinning.weights + end.correction.weights,
         strict=True,
     ):
         np.testing.assert_array_equal(one, two)
 
 
 @pytest.fixture(scope="module")
-def bridged(frames, floor):
+def corrected(frames, floor):
     """A fit whose ropes swing less far than the cloth, and those ropes."""
     slack = 0.7 * frames.bones
     return learn(
-        replace(frames, rope_bones=slack), floor, replace(SMALL, bridge_epochs=40, bridge_rate=3e-3), seed=0
+        replace(frames, rope_bones=slack), floor, replace(SMALL, correction_epochs=40, correction_rate=3e-3), seed=0
     ), slack
 
 
 def across(learned: Learned, bones: np.ndarray) -> np.ndarray:
-    return played(learned, bones + learned.bridge.many(bones))[1]
+    return played(learned, bones + learned.correction.many(bones))[1]
 
 
-def test_the_bridge_brings_ropes_closer_to_the_truth_and_leaves_carried_bones(bridged, frames):
-    learned, slack = bridged
+def test_the_correction_brings_ropes_closer_to_the_truth_and_leaves_carried_bones(corrected, frames):
+    learned, slack = corrected
     truth = frames.displacements[frames.test]
-    without, with_bridge = (
+    without, with_correction = (
         mean_mm(truth - found)
         for found in (played(learned, slack[frames.test])[1], across(learned, slack[frames.test]))
     )
-    # loyalty weighs as much as the truth: half of the gap is to be closed
-    assert with_bridge < 0.7 * without
-    assert learned.figures["test_unbridged_error_mm"] == pytest.approx(without, rel=1e-4)
-    assert learned.figures["test_own_error_mm"] == pytest.approx(with_bridge, rel=1e-4)
-    assert not learned.bridge.many(slack)[:, frames.free == 0].any()
+    # the prior weighs as much as the ground truth: half of the gap is to be closed
+    assert with_correction < 0.7 * without
+    assert learned.figures["test_uncorrected_error_mm"] == pytest.approx(without, rel=1e-4)
+    assert learned.figures["test_own_error_mm"] == pytest.approx(with_correction, rel=1e-4)
+    assert not learned.correction.many(slack)[:, frames.free == 0].any()
 
 
-def test_loyalty_holds_the_bridge_back(frames):
+def test_the_prior_holds_the_correction_back(frames):
     slack = 0.7 * frames.bones
     shown, moved = replace(frames, rope_bones=slack), []
-    for loyalty in (0.0, 10.0):
-        found = learn(shown, None, replace(SMALL, epochs=3, loyalty=loyalty), seed=0)
+    for weight in (0.0, 10.0):
+        found = learn(shown, None, replace(SMALL, epochs=3, prior_weight=weight), seed=0)
         moved.append(mean_mm(across(found, slack[frames.test]) - played(found, slack[frames.test])[1]))
     assert moved[1] < 0.3 * moved[0]
 
@@ -171,9 +178,9 @@ def test_a_checkpoint_of_another_fit_is_not_used(frames, tmp_path):
 @pytest.mark.parametrize("roped", [False, True])
 def test_the_collision_term_takes_vertices_out_of_the_body(frames, floor, roped):
     # so few components that the cape cannot be met everywhere: the wall is cut unless it is worth more
-    coarse = replace(SMALL, components=2, shape_components=1, second_columns=0, epochs=20, bridge_epochs=20)
-    coarse = replace(coarse, collision_weight=0.0, bridge_collision_weight=0.0)
-    weights = {"bridge_collision_weight": 100.0} if roped else {"collision_weight": 100.0}
+    coarse = replace(SMALL, components=2, shape_components=1, second_columns=0, epochs=20, correction_epochs=20)
+    coarse = replace(coarse, collision_weight=0.0, correction_collision_weight=0.0)
+    weights = {"correction_collision_weight": 100.0} if roped else {"collision_weight": 100.0}
     slack = 0.7 * frames.bones
     shown = replace(frames, rope_bones=slack)
 
@@ -201,12 +208,12 @@ def test_order_of_the_frames_changes_only_the_luck_of_the_batches(learned, frame
 def test_sampled_collision_loss_is_unbiased(frames, floor):
     import torch
 
-    from hemline.animators.ropes.lesson import Contact, Lesson
-    from hemline.animators.ropes.nets import _Trainer
-    from hemline.animators.ropes.pca import principal
+    from hemline.animators.ropes.networks import CoefficientObjective
+    from hemline.animators.ropes.training_set import Contact, TrainingSet
+    from hemline.learning.pca import principal
 
     found = principal(lambda at: frames.displacements[:, at], 3 * VERTICES, 12)
-    lesson = Lesson(
+    training = TrainingSet(
         "skinning",
         frames.bones,
         frames.free,
@@ -218,12 +225,12 @@ def test_sampled_collision_loss_is_unbiased(frames, floor):
     )
     contact = Contact(found.basis, frames.displacements, None, floor)
     chosen = frames.train[::10]
-    guess = torch.from_numpy(np.float32(1.2) * lesson.coefficients[chosen])
+    guess = torch.from_numpy(np.float32(1.2) * training.coefficients[chosen])
 
     def losses(count: int, draws: int) -> np.ndarray:
-        trainer = _Trainer(lesson, contact, replace(SMALL, collision_vertices=count), 1e-3, 0)
+        objective = CoefficientObjective(training, contact, replace(SMALL, collision_vertices=count), 0)
         random = np.random.default_rng(0)
-        return np.array([float(trainer.collision(chosen, guess, random)) for _ in range(draws)])
+        return np.array([float(objective.collision(chosen, guess, random)) for _ in range(draws)])
 
     exact, sampled = losses(VERTICES, 1)[0], losses(30, 400)
     assert exact > 0
@@ -238,13 +245,16 @@ def test_divergence_is_said(frames):
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        ({"components": 0}, "'components' is a count; got 0; use a whole number from 1"),
-        ({"epochs": 2.5}, "'epochs' is a count"),
-        ({"epochs": True}, "'epochs' is a count"),
-        ({"mirror": 1}, "'mirror' is a switch; got 1; use true or false"),
-        ({"second_columns": -1}, "whole number from 0"),
-        ({"bone_noise": float("nan")}, "'bone_noise' is a finite number"),
-        ({"loyalty": -1.0}, "'loyalty' is a finite number"),
+        ({"components": 0}, "'components' must be positive; got 0; give a whole number above 0"),
+        ({"epochs": 2.5}, "'epochs' must be a whole number; got 2.5"),
+        ({"epochs": True}, "'epochs' must be a whole number; got True"),
+        ({"mirror": 1}, "'mirror' must be a switch; got 1; use true or false"),
+        ({"second_columns": -1}, "must not be negative; got -1; give a whole number of at least 0"),
+        (
+            {"bone_noise": float("nan")},
+            "'bone_noise' must not be negative; got nan; give a finite number of at least 0",
+        ),
+        ({"prior_weight": -1.0}, "'prior_weight' must not be negative; got -1.0"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(change, complaint):

@@ -8,7 +8,7 @@ import pytest
 from body_samples import clip_of, t_pose
 
 from hemline import bodies
-from hemline.bodies.place import sole_heights, sole_vertices
+from hemline.bodies.place import placement, sole_heights, sole_vertices
 from hemline.motions import Pose, read
 
 CLIPS = Path(__file__).resolve().parents[2] / "../shared/data/motion"
@@ -59,6 +59,22 @@ def test_heights_are_those_of_the_skinned_soles(shaped, jump):
     heights, soles = sole_heights(shaped, jump), sole_vertices(shaped)
     for frame in (0, 25):
         assert heights[frame] == shaped.posed(jump[frame]).vertices[soles, 1].min()
+
+
+def test_a_placed_frame_is_that_frame_of_the_placed_motion(shaped, jump):
+    made, whole = placement(shaped, jump), shaped.placed(jump)
+    assert made.lift != 0 and made.scale == shaped.leg_length / jump.leg_length
+    assert made.of_motion(jump).hash == whole.hash
+    for frame in range(len(jump)):
+        one = made.of(jump[frame])
+        assert one.translation.tobytes() == whole[frame].translation.tobytes()
+        assert one.rotations.tobytes() == whole[frame].rotations.tobytes()
+
+
+def test_a_stretch_is_placed_as_part_of_the_whole(shaped, jump):
+    stretch = placement(shaped, jump).of_motion(jump[20:40])
+    np.testing.assert_array_equal(stretch.translations, shaped.placed(jump)[20:40].translations)
+    assert stretch.leg_length == shaped.leg_length
 
 
 @pytest.mark.data

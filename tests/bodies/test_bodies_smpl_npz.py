@@ -46,16 +46,16 @@ def objects(thing: object) -> bytes:
 
 CASES = {
     "objects": (objects(Calls(print, "ran")), "'f': an array of pickled objects"),
-    "a pickle": (pickle.dumps({"f": 1}), "a damaged npz .*magic"),
+    "a pickle": (pickle.dumps({"f": 1}), "a damaged npz .'f' is no array"),
     "text": (npy("(2,)", "<U4"), "'f': an array of <U4"),
     "shape": (npy(f"({HUGE},)"), r"'f': an array that claims shape \(1000000000000,\) in 192 bytes"),
     "negative": (npy("(-1, -3)"), r"'f': an array that claims shape \(-1, -3\)"),
-    "code": (npy("(__import__('os').abort(),)"), "a damaged npz"),
+    "code": (npy("(__import__('os').abort(),)"), "a damaged npz .'f' has an unreadable header"),
     "short": (npy("(9,)"), r"'f': an array of shape \(9,\) with 64 bytes"),
     "long": (npy("(7,)"), r"'f': an array of shape \(7,\) with 56 bytes or more"),
     "version": (npy("(8,)", version=b"\3\0"), r"an array of format \(3, 0\)"),
-    "empty": (b"", "a damaged npz"),
-    "header": (npy("(8,)" + " " * 20_000), "a damaged npz .*[Hh]eader"),
+    "empty": (b"", "a damaged npz .'f' is no array"),
+    "header": (npy("(8,)" + " " * 20_000), "a damaged npz .'f' has an unreadable header"),
 }
 
 
@@ -81,7 +81,7 @@ def test_members_that_say_they_are_larger_than_memory(tmp_path):
 
 def test_far_more_members_than_arrays(tmp_path):
     crowd = (f"{number}.npy" for number in range(10_001))
-    refused(with_member("f", npy("(8,)"), *crowd), "far more members than a body has", tmp_path, "a.npz")
+    refused(with_member("f", npy("(8,)"), *crowd), "a zip archive of more than 10000 members", tmp_path, "a.npz")
 
 
 def test_cut_off_anywhere(tmp_path):

@@ -81,7 +81,7 @@ def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
     options = [
         "--epochs",
         "5",
-        "--bridge-epochs",
+        "--correction-epochs",
         "5",
         "--components",
         "20",

@@ -15,6 +15,7 @@ def test_balls_that_overlap_count_twice_and_inverted_ones_negatively():
     assert winding_numbers(vertices, faces, points).tolist() == [1, 2, 1, 0, 0]
     assert winding_numbers(vertices, faces[:, ::-1], points).tolist() == [-1, -2, -1, 0, 0]
     assert inside(vertices, faces, points).tolist() == [True, True, True, False, False]
+    assert not inside(vertices, faces[:, ::-1], points).any()  # turned inside out: nothing above one half
 
 
 def test_rays_through_vertices_and_edges_slip_through_nowhere():

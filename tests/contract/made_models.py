@@ -8,10 +8,10 @@ import numpy as np
 from hemline import bodies, garments
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
 from hemline.animators.ropes.layout import lay_out
-from hemline.animators.ropes.mlp import Mlp
-from hemline.animators.ropes.reconstruct import pack_basis
 from hemline.bodies import ShapedBody
 from hemline.garments.garment import Garment
+from hemline.learning.mlp import Mlp
+from hemline.learning.packed_basis import pack_basis
 from hemline.motions import Motion, Pose
 from hemline.motions.quaternions import multiply
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_models import ANIMATORS, body, turned_about_the_vertical, vertical, walk
 
-from hemline.animators import Animator, animator_names
+from hemline.animators import Animator, AnimatorKind, Driven, animator_kind, animator_names
 from hemline.errors import BadInput
 
 DT = 1 / 30
@@ -34,10 +34,17 @@ def test_every_shipped_animator_is_in_the_matrix():
 
 def test_it_keeps_the_protocol(animator):
     assert isinstance(animator, Animator)
-    assert animator.Config().epochs >= 1
+    assert animator.body_hash == body().body.hash
     frames, _ = run(animator, [walk()[0]])
     assert frames.dtype == np.float32
     assert frames.shape == (1, len(animator.garment.vertices), 3)
+
+
+def test_its_kind_is_known_by_its_name_and_has_options_with_defaults(animator):
+    kind = animator_kind(animator.name)
+    assert isinstance(kind, AnimatorKind)
+    assert kind.name == animator.name
+    assert kind.Config() == kind.Config()
 
 
 def test_the_same_input_gives_the_same_bits(animator):
@@ -88,27 +95,6 @@ def test_the_result_depends_little_on_the_step(animator):
     assert np.linalg.norm(ends[1] - ends[2], axis=1).mean() < 0.02
 
 
-def test_a_crowd_is_the_same_as_its_agents(animator):
-    motion = walk(12)
-    starts = (0, 4)
-    crowd = animator.start([body().posed(motion[s]) for s in starts], agents=2)
-    singles = [animator.start(body().posed(motion[s])) for s in starts]
-    for i in range(6):
-        posed = [body().posed(motion[s + i]) for s in starts]
-        crowd, together = animator.step(crowd, posed, DT)
-        for agent, each in enumerate(posed):
-            singles[agent], alone = animator.step(singles[agent], each, DT)
-            np.testing.assert_array_equal(together[agent], alone)
-
-
-def test_agents_without_as_many_bodies_are_refused(animator):
-    posed = body().posed(walk()[0])
-    with pytest.raises(BadInput, match="agents"):
-        animator.start(posed, agents=2)
-    with pytest.raises(BadInput, match="agents"):
-        animator.start([posed], agents=2)
-
-
 def test_another_body_is_refused(animator):
     from dataclasses import replace
 
@@ -129,6 +115,8 @@ def test_another_shape_of_the_body_is_dressed(animator):
 
 
 def test_following_the_truth_needs_no_history(animator):
+    if not isinstance(animator, Driven):
+        pytest.skip(f"{animator.name} is not driven by ground truth")
     motion = walk(10)
     truth = run(animator, [motion[i] for i in range(10)])[0]
     state = animator.start(body().posed(motion[0]))

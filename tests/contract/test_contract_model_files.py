@@ -37,7 +37,7 @@ def every_array() -> list[str]:
         "shape_basis": model.shape_basis,
         "skinning": model.skinning,
         "shape": model.shape,
-        "bridge": model.bridge,
+        "correction": model.correction,
     }
     return ["rest", *(f"{name}.{key}" for name, part in parts.items() for key in part.arrays())]
 
@@ -98,11 +98,13 @@ def test_missing_or_mistyped_metadata_is_refused(model, tmp_path, name):
     [
         ({"animator": "../evil"}, "no such animator; got '../evil'"),
         ({"config": {"epoch": 3}}, r"unknown option 'epoch'; got 3; did you mean 'epochs'\?"),
-        ({"config": {"epochs": "many"}}, "'epochs' is a count"),
+        ({"config": {"epochs": "many"}}, "'epochs' must be a whole number; got 'many'"),
         ({"body": {"name": "anny24"}}, "lacks metadata 'hash'"),
         ({"figures": {"mm": "low"}}, "figures of the model are numbers"),
         ({"garment": {}}, "the model's garment is damaged"),
-        ({"ropes": {"rope_constants": 3}}, "ropes"),
+        ({"ropes": {"constants": {}}}, "reads version 2 of rope chains; got version 1; fit again with 'hemline fit'"),
+        ({"ropes": {"version": 3}}, "reads version 2 of rope chains; got version 3; upgrade hemline"),
+        ({"ropes": {"version": 2, "rope_constants": 3}}, "lacks metadata 'key_joint'"),
         ({"format": 99}, "newer format; got version 99; this hemline reads up to"),
         ({"kind": "take"}, "must be a model file; got a take file"),
     ],

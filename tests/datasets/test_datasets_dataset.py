@@ -115,5 +115,5 @@ def test_arrays_that_contradict_each_other_are_refused(garment):
     take = make_take(garment)
     with pytest.raises(BadDataset, match="one row a frame; got {'vertices': 5}"):
         Take(**{**{f: getattr(take, f) for f in take.__dataclass_fields__}, "vertices": take.vertices[:5]})
-    with pytest.raises(BadDataset, match="kind is 'clip' or 'rest'; got 'film'"):
+    with pytest.raises(BadDataset, match="kind is 'clip', 'rest' or 'anchor'; got 'film'"):
         Take(**{**{f: getattr(take, f) for f in take.__dataclass_fields__}, "kind": "film"})

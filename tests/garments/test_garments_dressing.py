@@ -9,7 +9,7 @@ from hemline import bodies, garments
 from hemline.errors import BadGarment
 from hemline.garments.clearance import cleared, smoothed_field
 from hemline.garments.dressing import body_tree
-from hemline.garments.rest_metric import edge_strain
+from hemline.meshes import edge_strains
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -22,7 +22,7 @@ def test_on_another_shape(seed):
     np.testing.assert_allclose(worn.vertices[worn.pins.vertices], on_skin, atol=1e-6)
     np.testing.assert_array_equal(worn.rest_edges, cape.rest_edges)
     np.testing.assert_array_equal(worn.body_betas, shaped.betas)
-    assert np.percentile(np.abs(edge_strain(worn.vertices, worn.faces, worn.rest_edges)), 99) < 0.25
+    assert np.percentile(np.abs(edge_strains(worn.vertices, worn.faces, worn.rest_edges)), 99) < 0.25
 
 
 def test_on_its_own_shape_it_stays(shaped):

@@ -13,10 +13,8 @@ from hemline.garments.clearance import cleared
 from hemline.garments.cover import covering
 from hemline.garments.dressing import body_tree
 from hemline.garments.mhclo import read_mhclo
-from hemline.garments.pieces import face_pieces
-from hemline.garments.rest_metric import edge_strain
 from hemline.garments.sector import grid_faces
-from hemline.meshes import closest_points_on_mesh, vertex_normals
+from hemline.meshes import closest_points_on_mesh, edge_strains, vertex_normals
 
 BUTTON = np.array([[0, 0, 0], [0.02, 0, 0], [0.02, 0.02, 0], [0, 0.02, 0]])
 
@@ -35,7 +33,7 @@ def test_on_the_body_of_the_makers_it_is_what_they_made(shaped, mesh, tmp_path):
     garment = garments.open_garment(write_clothes(tmp_path, mesh, shaped), shaped)
     np.testing.assert_allclose(garment.vertices, mesh[0], atol=1e-6)
     assert garment.name == "tube skirt" and len(garment.faces) == 2 * len(mesh[1]) and not garment.pieces
-    assert np.abs(edge_strain(garment.vertices, garment.faces, garment.rest_edges)).max() < 1e-5
+    assert np.abs(edge_strains(garment.vertices, garment.faces, garment.rest_edges)).max() < 1e-5
     assert set(garment.pins.vertices.tolist()) == set(range(36)) and garment.key_joint in ("pelvis", "spine1")
     text = garments.explain(garment)
     for said in (
@@ -76,10 +74,10 @@ def test_betas_of_a_toml_are_what_it_is_cut_for(shaped, tall, mesh, tmp_path):
     toml = tmp_path / "fitted.toml"
     toml.write_text("mesh = 'clothes.mhclo'\nbetas = [1.5, 0.3, -0.8]\nmaterial = 'silk'\npins = [3, 4]\n")
     fitted = garments.read(toml, tall)
-    off = np.abs(edge_strain(fitted.vertices, fitted.faces, fitted.rest_edges))
+    off = np.abs(edge_strains(fitted.vertices, fitted.faces, fitted.rest_edges))
     assert np.median(off) < 1e-6 and "on the shape that 'betas' says" in garments.explain(fitted)
     loose = garments.read(tmp_path / "clothes.mhclo", tall)
-    assert np.median(np.abs(edge_strain(loose.vertices, loose.faces, loose.rest_edges))) > 0.01
+    assert np.median(np.abs(edge_strains(loose.vertices, loose.faces, loose.rest_edges))) > 0.01
     assert fitted.material.name == "silk" and fitted.pins.vertices.tolist() == [3, 4]
     np.testing.assert_array_equal(garments.read(toml).body_betas[:3], np.array([1.5, 0.3, -0.8], np.float32))
 
@@ -109,7 +107,7 @@ def test_components_are_pieces_from_the_skin_outwards_without_buttons(shaped, tm
     assert [piece.vertex_count for piece in garment.pieces] == [432, 432]
     np.testing.assert_allclose(garment.vertices[:432], inner, atol=1e-6)
     assert garment.vertices[432:, 1].min() == pytest.approx(-0.2, abs=1e-6)
-    first = np.bincount(face_pieces(garment)[np.isin(garment.faces, garment.pins.vertices).any(axis=1)])
+    first = np.bincount(garment.face_pieces[np.isin(garment.faces, garment.pins.vertices).any(axis=1)])
     assert len(garment.pins) == 72 and (first > 0).all()
     text = garments.explain(garment)
     assert "left out: a button or the like (4 vertices from 432 on, 20 mm)" in text

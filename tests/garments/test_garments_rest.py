@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from hemline.garments.rest_metric import edge_lengths, edge_strain, rest_edges_of_mesh, rest_edges_of_pattern
+from hemline.garments.rest_metric import rest_edges_of_mesh, rest_edges_of_pattern
 from hemline.garments.rest_shape import rewound
+from hemline.meshes import edge_lengths, edge_strains
 
 RNG = np.random.default_rng(0)
 VERTICES, FACES = RNG.normal(size=(9, 3)), np.array([[0, 1, 2], [3, 4, 5], [6, 7, 8], [0, 4, 8]], np.int32)
@@ -12,7 +13,7 @@ VERTICES, FACES = RNG.normal(size=(9, 3)), np.array([[0, 1, 2], [3, 4, 5], [6, 7
 
 def test_a_mesh_laid_flat_keeps_lengths_and_areas():
     rest = rest_edges_of_mesh(VERTICES, FACES)
-    np.testing.assert_allclose(edge_strain(VERTICES, FACES, rest), 0, atol=1e-12)
+    np.testing.assert_allclose(edge_strains(VERTICES, FACES, rest), 0, atol=1e-12)
     corner = VERTICES[FACES]
     areas = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
     np.testing.assert_allclose(np.linalg.det(rest), areas)
@@ -20,7 +21,7 @@ def test_a_mesh_laid_flat_keeps_lengths_and_areas():
 
 def test_a_stretch_is_its_strain():
     rest = rest_edges_of_mesh(VERTICES, FACES)
-    np.testing.assert_allclose(edge_strain(1.1 * VERTICES, FACES, rest), 0.1)
+    np.testing.assert_allclose(edge_strains(1.1 * VERTICES, FACES, rest), 0.1)
 
 
 def test_mirrored_pieces_of_a_pattern_are_mirrored_back():
@@ -38,4 +39,4 @@ def test_turned_triangles_keep_their_edges(turned):
     after[turned] = after[turned][:, [0, 2, 1]]
     again = rewound(rest, FACES, after)
     assert (np.linalg.det(again) > 0).all()
-    np.testing.assert_allclose(edge_strain(VERTICES, after, again), 0, atol=1e-12)
+    np.testing.assert_allclose(edge_strains(VERTICES, after, again), 0, atol=1e-12)

@@ -7,9 +7,8 @@ import pytest
 from hemline import bodies, garments
 from hemline.errors import BadGarment
 from hemline.garments.finer import finer
-from hemline.garments.rest_metric import edge_lengths
 from hemline.garments.wardrobe import WARDROBE, wardrobe_garment, wardrobe_names
-from hemline.meshes import boundary_loops, self_crossings
+from hemline.meshes import boundary_loops, edge_lengths, self_crossings
 
 SIZES = {"tshirt": (3150, 12414), "longsleeve": (4910, 19454), "trousers": (3485, 13819), "dress": (5964, 23574)}
 OPENINGS = {"tshirt": 4, "longsleeve": 4, "trousers": 3, "dress": 4}

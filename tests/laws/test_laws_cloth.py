@@ -81,7 +81,7 @@ def test_a_hanging_strip_stretches_by_its_own_weight(young, damping):
 
 
 def energy(stepper, state):
-    mass = stepper.sheet.mass
+    mass = stepper.model.sheet.mass
     kinetic = 0.5 * (mass * (state.velocities**2).sum(axis=1)).sum()
     return kinetic + stepper.energy(state.positions) + GRAVITY * (mass * state.positions[:, 1]).sum()
 

@@ -6,13 +6,18 @@ import trimesh
 
 from hemline.metrics import (
     area_change_percent,
+    behind_nearest_percent,
     deepest_mm,
     edge_strain,
     edge_strains,
+    inside_figures,
     inside_percent,
-    nearest_inside_percent,
+    mean_and_worst,
     normal_error_deg,
+    normal_errors_deg,
+    pinched_percent,
     vertex_error_mm,
+    vertex_errors_mm,
 )
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
@@ -30,7 +35,7 @@ def test_vertex_error_of_known_shifts():
     ours = truth.copy()
     ours[0, :, 1] = 0.003
     ours[1, 0] = [0.03, 0.04, 0.0]
-    figures = vertex_error_mm(ours, truth)
+    figures = vertex_error_mm(np.stack([vertex_errors_mm(*pair) for pair in zip(ours, truth, strict=True)]))
     assert figures["mean"] == pytest.approx((10 * 3 + 50) / 20, rel=1e-5)
     assert figures["max"] == pytest.approx(50, rel=1e-5)
     assert figures["p95"] == pytest.approx(np.percentile([3] * 10 + [50] + [0] * 9, 95), rel=1e-5)
@@ -38,17 +43,17 @@ def test_vertex_error_of_known_shifts():
 
 def test_vertex_error_is_unchanged_by_a_common_motion():
     rng = np.random.default_rng(0)
-    ours, truth = rng.normal(size=(2, 3, 20, 3))
+    ours, truth = rng.normal(size=(2, 20, 3))
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    before, after = vertex_error_mm(ours, truth), vertex_error_mm(ours @ turn.T + 5, truth @ turn.T + 5)
-    assert before == pytest.approx(after)
+    before, after = vertex_errors_mm(ours, truth), vertex_errors_mm(ours @ turn.T + 5, truth @ turn.T + 5)
+    assert vertex_error_mm(before) == pytest.approx(vertex_error_mm(after))
 
 
 @pytest.mark.parametrize("degrees", [0.0, 1e-4, 30.0, 90.0, 179.0])
 def test_normal_error_of_a_turned_square(degrees):
     angle = np.radians(degrees)
     turn = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
-    figures = normal_error_deg((SQUARE.astype(np.float64) @ turn.T)[None], SQUARE[None], TWO)
+    figures = normal_error_deg(normal_errors_deg(SQUARE.astype(np.float64) @ turn.T, SQUARE, TWO))
     assert figures["mean"] == pytest.approx(degrees, abs=1e-6)
     assert figures["p95"] == pytest.approx(degrees, abs=1e-6)
 
@@ -57,21 +62,27 @@ def test_normal_error_leaves_out_triangles_without_area():
     flat = SQUARE.copy()
     flat[3] = 0.5
     flat[3, 2] = 0  # the second triangle has no area
-    assert normal_error_deg(flat, SQUARE, TWO)["mean"] == pytest.approx(0, abs=1e-6)
-    assert np.isnan(normal_error_deg(SQUARE * 0, SQUARE, TWO)["mean"])
+    errors = normal_errors_deg(flat, SQUARE, TWO)
+    assert np.isnan(errors).tolist() == [False, True]
+    assert normal_error_deg(errors)["mean"] == pytest.approx(0, abs=1e-6)
+    assert np.isnan(normal_error_deg(normal_errors_deg(SQUARE * 0, SQUARE, TWO))["mean"])
 
 
-def test_inside_percent_counts_pinched_apart():
-    inside, pinched = np.zeros((2, 10), bool), np.zeros((2, 10), bool)
-    inside[0, :3], pinched[0, :1], pinched[1, :4] = True, True, True
-    assert inside_percent(inside) == {"mean": 15.0, "worst_frame": 30.0, "pinched": 0.0}
-    assert inside_percent(inside, pinched) == {"mean": 10.0, "worst_frame": 20.0, "pinched": 25.0}
+def test_inside_percent_leaves_pinched_vertices_out():
+    inside = np.arange(10) < 3
+    assert inside_percent(inside) == 30.0
+    assert inside_percent(inside, np.array([0, 7, 8, 9])) == 20.0  # three of the pinched are outside
+    assert pinched_percent(np.array([0, 7, 8, 9]), 10) == 40.0
 
 
-def test_nearest_inside_percent_of_shells_around_a_ball():
+def test_inside_figures_of_two_frames():
+    figures = inside_figures(before=[10.0, 30.0], after=[0.0, 4.0], pinched=[1.0, 0.0])
+    assert figures == {"before": 20.0, "after": 2.0, "worst_frame_after": 4.0, "pinched": 0.5}
+
+
+def test_behind_nearest_percent_of_shells_around_a_ball():
     body, faces = ball()
-    shells = np.stack([body * 1.1, body * 0.9])
-    assert nearest_inside_percent(shells, np.stack([body, body]), faces) == {"mean": 50.0, "worst_frame": 100.0}
+    assert [behind_nearest_percent(body * size, body, faces) for size in (1.1, 0.9)] == [0.0, 100.0]
 
 
 def test_deepest_in_a_ball():
@@ -86,7 +97,7 @@ def test_strain_of_a_stretched_square():
     np.testing.assert_allclose(edge_strains(SQUARE, TWO, REST), 0, atol=1e-7)
     stretched = SQUARE * np.array([1.2, 0.5, 1], np.float32)
     diagonal = np.hypot(1.2, 0.5) / np.sqrt(2) - 1
-    expected = [0.2, diagonal, -0.5, 0.2, diagonal, -0.5]  # edges 01 02; 12 23; 20 30
+    expected = [[0.2, -0.5, diagonal], [diagonal, 0.2, -0.5]]  # edges 01 12 20; 02 23 30
     np.testing.assert_allclose(edge_strains(stretched[None], TWO, REST)[0], expected, atol=1e-6)
     figures = edge_strain(edge_strains(stretched, TWO, REST))
     assert figures["max"] == pytest.approx(0.5, abs=1e-6)
@@ -99,7 +110,8 @@ def test_strain_knows_neither_place_nor_turn():
 
 
 def test_area_change_of_scaled_squares():
-    frames = np.stack([SQUARE, SQUARE * 1.1, SQUARE * 0.5])
-    figures = area_change_percent(frames, TWO, REST)
+    changes = [area_change_percent(SQUARE * size, TWO, REST) for size in (1.0, 1.1, 0.5)]
+    assert changes == pytest.approx([0, 21, -75], abs=1e-3)
+    figures = mean_and_worst(changes)
     assert figures["mean"] == pytest.approx((0 + 21 - 75) / 3, abs=1e-3)
     assert figures["worst_frame"] == pytest.approx(-75, abs=1e-3)

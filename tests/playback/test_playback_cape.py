@@ -87,6 +87,17 @@ def test_evaluate_has_the_keys_that_scripts_rely_on(cape):
     assert figures["vertex_error_mm"] is None
 
 
+def test_evaluate_measures_the_part_that_it_is_asked_for(cape):
+    turn = hemline.motions.load("turn")[:16]
+    figures = hemline.evaluate(cape, body(), turn, start=0.2, seconds=0.3).figures
+    whole = hemline.evaluate(cape, body(), turn).figures
+    assert (figures["frames"], whole["frames"]) == (10, 16)  # frames 6 to 15 of 30 a second
+    assert figures["deepest_mm"]["before"] <= whole["deepest_mm"]["before"]
+    assert figures["warm_up_s"] > 0
+    with pytest.raises(BadInput, match="a motion must have a frame to measure"):
+        hemline.evaluate(cape, body(), turn, start=9.0)
+
+
 def test_the_fast_projection_promises_nothing(cape):
     frames = list(hemline.play(cape, body(), hemline.motions.load("run")[:3], guarantee="fast", pre_roll=0))
     assert not frames[0].report.exact

@@ -12,8 +12,8 @@ from hemline.bench.simulator import make_shirt
 from hemline.bodies.velocities import reshaping
 from hemline.sim import Scene, Sensitivities, SimSettings, Skin, Stepper, Surface, settle
 from hemline.sim.cloth.joined import joined
-from hemline.sim.contact.body_contact import body_points
-from hemline.sim.rest.statics import StaticStep
+from hemline.sim.contact import body_points
+from hemline.sim.rest.static_step import StaticStep
 from hemline.sim.step.step import Step
 
 RADIUS = 0.008
@@ -26,6 +26,17 @@ def finger(height, *, at=(0.12, 0.12)):
     vertices = np.asarray(ball.vertices, np.float32)
     moved = vertices + np.array([at[0], height, at[1]], np.float32)
     return Skin(moved, vertices / np.float32(RADIUS)), np.asarray(ball.faces)
+
+
+def step_of(stepper, state, h, then, now):
+    """A step whose contact has been found, not solved yet."""
+    scenes = (Scene(np.zeros((0, 3)), skin) for skin in (then, now))
+    return Step(stepper.model, stepper.workspace, state, h, *scenes)
+
+
+def points_of(stepper, x, skin):
+    """The points of cloth at rest over a body at rest."""
+    return step_of(stepper, stepper.start(x), 1e-6, skin, skin).meeting.points
 
 
 def rim(x, size):
@@ -65,9 +76,10 @@ def test_a_finger_lifts_the_triangle_that_it_comes_up_under(square, offset):
 def test_points_are_where_libigl_finds_body_vertices_behind_the_cloth(square):
     sheet, x = square(9, 0.24)
     skin, faces = finger(-RADIUS + 0.002, at=(0.13, 0.14))
-    stepper = Stepper(sheet, surface=Surface(faces, reach=0.04))
-    Step(stepper, stepper.start(x), 1e-6, Scene(np.zeros((0, 3)), skin), Scene(np.zeros((0, 3)), skin))
-    points, vertices = stepper.body_points, skin.vertices.astype(float)
+    points, vertices = (
+        points_of(Stepper(sheet, surface=Surface(faces, reach=0.04)), x, skin),
+        skin.vertices.astype(float),
+    )
     squared, _, closest = igl.point_mesh_squared_distance(vertices, x, sheet.faces.astype(np.int64))[:3]
     slack = points.distance + body_points.MARGIN
     # the ball's top stands 2 mm out; how far the cloth is from the ball itself, negative inside
@@ -85,18 +97,18 @@ def test_forces_are_the_slope_of_the_energy(square):
     then, faces = finger(-RADIUS + 0.001, at=(0.13, 0.14))
     now, _ = finger(-RADIUS + 0.0015, at=(0.1305, 0.14))
     stepper = Stepper(sheet, surface=Surface(faces, reach=0.04))
-    step = Step(stepper, stepper.start(x), 1 / 120, Scene(np.zeros((0, 3)), then), Scene(np.zeros((0, 3)), now))
-    assert step.pairs is not None and len(step.pairs) > 5 and (step.pairs.rows.limit > 0).any()
-    gradient, middle = step.memory.gradient.copy(), step.x
+    step = step_of(stepper, stepper.start(x), 1 / 120, then, now)
+    potential, rows = step.potential, step.potential.pairs.pairs.rows
+    assert rows.size > 5 and (rows.limit > 0).any()
+    gradient, middle = stepper.workspace.gradient.copy(), potential.x
     rng, way = np.random.default_rng(4), 1e-8
     for _ in range(5):
         direction = np.zeros_like(x)
-        direction[np.unique(step.pairs.rows.corners)] = rng.normal(size=(len(np.unique(step.pairs.rows.corners)), 3))
+        direction[np.unique(rows.corners)] = rng.normal(size=(len(np.unique(rows.corners)), 3))
         ends = []
         for sign in (1, -1):
-            step.x = middle + sign * way * direction
-            step.evaluate()
-            ends.append(step.energy)
+            potential.evaluate(middle + sign * way * direction)
+            ends.append(potential.energy)
         slope = (ends[0] - ends[1]) / (2 * way)
         assert slope == pytest.approx((gradient * direction).sum(), rel=1e-4)
 
@@ -106,9 +118,7 @@ def test_each_of_two_pieces_meets_the_finger(square):
     both, points = joined([sheet, sheet]), np.concatenate([x, x + [0.0, 0.0004, 0.0]])
     skin, faces = finger(-RADIUS + 0.002, at=(0.13, 0.14))
     stepper = Stepper(both, surface=Surface(faces, reach=0.04), settings=SimSettings(self_contact=False))
-    scene = Scene(np.zeros((0, 3)), skin)
-    Step(stepper, stepper.start(points), 1e-6, scene, scene)
-    found = stepper.body_points
+    found = points_of(stepper, points, skin)
     piece = both.piece[found.corners[:, 0]]
     assert len(np.intersect1d(found.body_vertex[piece == 0], found.body_vertex[piece == 1])) > 10
 
@@ -118,9 +128,9 @@ def test_cloth_that_falls_fast_meets_the_near_side_alone(square):
     skin, faces = finger(-RADIUS - 0.001, at=(0.13, 0.14))
     stepper = Stepper(sheet, surface=Surface(faces, reach=0.04))
     state = replace(stepper.start(x), velocities=np.tile([0.0, -3.0, 0.0], (len(x), 1)))
-    Step(stepper, state, 1 / 120, Scene(np.zeros((0, 3)), skin), Scene(np.zeros((0, 3)), skin))
+    points = step_of(stepper, state, 1 / 120, skin, skin).meeting.points
     # in this step it would fall by 25 mm, through all of the ball
-    height = skin.normals[stepper.body_points.body_vertex, 1]
+    height = skin.normals[points.body_vertex, 1]
     # those just below the equator are as near as the cloth is above them: 5 mm along their normals at most
     assert len(height) > 10 and height.min() > -0.5
 
@@ -131,8 +141,8 @@ def test_no_thickness_no_points(square):
     stepper = Stepper(
         sheet, surface=Surface(faces, reach=0.04), settings=SimSettings(thickness=0.0, self_contact=False)
     )
-    step = Step(stepper, stepper.start(x), 1e-6, Scene(np.zeros((0, 3)), skin), Scene(np.zeros((0, 3)), skin))
-    assert step.pairs is None and not len(stepper.body_points)
+    step = step_of(stepper, stepper.start(x), 1e-6, skin, skin)
+    assert step.potential.pairs is None and step.meeting.points is None
 
 
 def test_what_a_growing_body_does_to_the_points_is_in_the_derivatives(monkeypatch):
@@ -148,15 +158,16 @@ def test_what_a_growing_body_does_to_the_points_is_in_the_derivatives(monkeypatc
         # the same points, each on its triangle of the changed body: what a step finds, as long as none changes sides
         skin = Skin(posed.vertices.astype(float) + sign * way * velocity, posed.normals.astype(float))
         step = StaticStep(
-            derivatives._dressed.stepper,
+            derivatives._dressed.model,
+            derivatives._dressed.stepper.workspace,
             rest.positions,
             rest.pinched,
             Scene(np.zeros((0, 3)), skin),
             rest.grip,
             held=rest.face,
         )
-        ends.append(step.memory.pressed.copy())
-    loaded = len(derivatives._step.stepper.body_points)
+        ends.append(step.potential.workspace.pressed.copy())
+    loaded = len(derivatives._step.meeting.points)
     assert loaded > 100
     # `pressed` holds the gradient of pairs alone, as the shirt is flat
     wanted = -(ends[0] - ends[1]) / (2 * way)

@@ -7,7 +7,7 @@ import pytest
 
 from hemline.errors import BadMesh
 from hemline.sim import Scene, SimSettings, Stepper, joined
-from hemline.sim.cloth.sheet import Rows
+from hemline.sim.cloth.rows import Rows
 
 TIGHT = SimSettings(residual_share=1e-4, solver_share=1e-3, newton_steps=30, wind=(1.0, 0.0, 2.0))
 SOFT = {"density": 0.1, "young": 40.0, "poisson": 0.2, "bending": 1e-4, "damping": 0.002, "drag": 1.2, "lift": 0.4}

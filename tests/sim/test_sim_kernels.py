@@ -3,18 +3,20 @@
 import numpy as np
 import pytest
 from scipy.linalg import cholesky_banded, solveh_banded
-from scipy.sparse import bsr_array, csr_array, eye_array, kron
 from scipy.sparse.linalg import spsolve
+from sim_matrices import assembled, vectors
 
 from hemline.sim import Skin, Stepper, Surface
 from hemline.sim.cloth.air_kernels import air_at_vertices, air_by_triangle
+from hemline.sim.cloth.rows import Rows
 from hemline.sim.contact.body_contact import NEAR, Contact
+from hemline.sim.contact.load_kernels import contact_terms, slip_terms
+from hemline.sim.contact.planes import Anchors
 from hemline.sim.contact.touch_kernels import BLOCK, STRIDE, turned_inside
-from hemline.sim.solver.block_kernels import PAD
 from hemline.sim.solver.conjugate_kernels import factorise, solve_band
+from hemline.sim.step.newton import newton
 from hemline.sim.step.state import Scene
 from hemline.sim.step.step import Step
-from hemline.sim.step.vertex_kernels import contact_terms, slip_terms
 
 
 def crumpled(positions, amount=0.03, seed=1):
@@ -61,78 +63,44 @@ def test_elastic_forces_have_no_resultant_and_no_moment(square, curved):
     assert np.abs(np.cross(x, gradient).sum(axis=0)).max() < 1e-11
 
 
-def squares(blocks):
-    """Flat blocks by columns as matrices."""
-    return blocks[:-PAD].reshape(-1, 3, 3).transpose(0, 2, 1).astype(float)
-
-
-def assembled(stepper):
-    """The Hessian of the last Newton step as a sparse matrix."""
-    layout, memory = stepper.layout, stepper.memory
-    count = len(layout.vertex)
-    ring = bsr_array((squares(memory.blocks), layout.ring.columns, layout.ring.starts), shape=(3 * count, 3 * count))
-    far = csr_array((layout.far_bending, layout.far.columns, layout.far.starts), shape=(count, count))
-    diagonal = bsr_array((squares(memory.diagonal), np.arange(count), np.arange(count + 1)))
-    matrix = (ring.tocsr() + kron(far, eye_array(3)).tocsr() + diagonal.tocsr()).tocsr()
-    order = (3 * layout.slot.astype(int)[:, None] + np.arange(3)).ravel()
-    return matrix[order][:, order]
-
-
-def vectors(stepper, flat):
-    """A solver's vector by vertices, without the fourth lane."""
-    return flat.reshape(-1, 4)[stepper.layout.slot, :3].ravel()
-
-
 def stretched_step(square, **material):
     """A step from a sheet under tension, where no part of the Hessian has to be left out."""
     sheet, positions = square(9, young=20.0, bending=1e-3, **material)
     stepper = Stepper(sheet)
     state = stepper.start(crumpled(positions * [1.3, 1, 1.3], 0.002))
     nowhere = Scene(np.zeros((0, 3)))
-    return stepper, Step(stepper, state, 0.01, nowhere, nowhere)
+    return stepper, Step(stepper.model, stepper.workspace, state, 0.01, nowhere, nowhere)
 
 
 def test_hessian_is_the_gradient_of_the_forces(square):
     stepper, step = stretched_step(square)
-    step.newton()
-    matrix = assembled(stepper)
-    x, direction = step.state.positions, np.random.default_rng(0).normal(size=step.x.shape)
-    nowhere = Scene(np.zeros((0, 3)))
+    x, direction = step.state.positions, np.random.default_rng(0).normal(size=step.state.positions.shape)
 
     def gradient_at(positions):
-        trial = Step(stepper, step.state, 0.01, nowhere, nowhere)
-        trial.x = positions
-        trial.evaluate()
-        return stepper.memory.gradient.copy()
+        step.potential.evaluate(positions)
+        return stepper.workspace.gradient.copy()
 
-    first = gradient_at(x)
-    stepper2, step2 = stretched_step(square)
-    step2.x = x.copy()
-    step2.evaluate()
-    step2.newton()
-    matrix = assembled(stepper2)
     change = (gradient_at(x + 1e-6 * direction) - gradient_at(x - 1e-6 * direction)) / 2e-6
-    product = (matrix @ direction.ravel()).reshape(-1, 3)
+    assert np.isfinite(gradient_at(x)).all()
+    step.potential.assemble()
+    product = (assembled(stepper.model, stepper.workspace) @ direction.ravel()).reshape(-1, 3)
     # blocks are stored in float32: 6e-8 of the largest entries
     assert np.abs(product - change).max() < 2e-6 * np.abs(change).max()
-    assert np.isfinite(first).all()
 
 
 def test_conjugate_gradients_solve_the_system(square):
     sheet, positions = square(20, young=200.0, bending=1e-3)
     pinned = np.arange(5)
-    stepper = Stepper(sheet, pinned=pinned)
-    stepper.settings.__dict__["solver_share"] = 1e-5
-    scene = Scene(positions[pinned])
-    step = Step(stepper, stepper.start(positions * [1.2, 1, 1.2]), 0.01, scene, scene)
-    step.newton()
-    memory = stepper.memory
-    free = np.repeat(~stepper.fixed, 3)
-    matrix = assembled(stepper)[free][:, free]
-    wanted = spsolve(matrix.tocsc(), vectors(stepper, memory.right)[free].astype(float))
-    found = vectors(stepper, memory.solution)[free]
+    stepper, scene = Stepper(sheet, pinned=pinned), Scene(positions[pinned])
+    state = stepper.start(positions * [1.2, 1, 1.2])
+    step = Step(stepper.model, stepper.workspace, state, 0.01, scene, scene)
+    newton(step.potential, fresh=True, solver_share=1e-5, solver_steps=150)
+    system, free = stepper.workspace.system, np.repeat(~stepper.model.fixed, 3)
+    matrix = assembled(stepper.model, stepper.workspace)[free][:, free]
+    wanted = spsolve(matrix.tocsc(), vectors(stepper.model, system.right)[free].astype(float))
+    found = vectors(stepper.model, system.vectors.solution)[free]
     assert np.linalg.norm(found - wanted) < 1e-3 * np.linalg.norm(wanted)
-    assert not vectors(stepper, memory.solution).reshape(-1, 3)[pinned].any()
+    assert not vectors(stepper.model, system.vectors.solution).reshape(-1, 3)[pinned].any()
 
 
 def test_banded_factor_and_solution_are_scipys():
@@ -271,9 +239,9 @@ def test_air_on_one_triangle_is_the_textbooks():
     size = 0.6 * 0.5 * speed**2 * np.cos(angle)
     along, across = np.array([np.sin(angle), 0, np.cos(angle)]), np.array([-np.cos(angle), 0, np.sin(angle)])
     assert 3 * force[0] == pytest.approx(size * (drag * along + lift * np.sin(angle) * across), abs=1e-12)
-    starts, corners = np.arange(4, dtype=np.int32), np.arange(3, dtype=np.int32)
+    corners = Rows(np.arange(4, dtype=np.int32), np.arange(3, dtype=np.int32))
     at, diagonal = np.empty((3, 3)), np.empty((3, 6))
-    air_at_vertices(starts, corners, force, matrix, velocity, 100.0, at, diagonal)
+    air_at_vertices(corners, force, matrix, velocity, 100.0, at, diagonal)
     assert at.sum(axis=0) == pytest.approx(3 * force[0], abs=1e-12)
     assert diagonal[0] == pytest.approx(100 * matrix[0])
 
@@ -293,22 +261,7 @@ def test_the_search_for_the_body_stays_within_its_grid(axis, side):
     # near the last rows of the grid in the other two axes, which lie at the end of its array
     x = np.full((1, 3), 0.2)
     x[0, axis] = side * 0.9
-    nearest, face = np.full(1, -1, np.int32), np.empty(1, np.int32)
-    closest_faces.py_func(
-        x,
-        vertices,
-        surface.faces,
-        surface.star.starts,
-        surface.star.columns,
-        grid.low,
-        grid.cell,
-        grid.size,
-        grid.starts,
-        grid.order,
-        0.04,
-        np.zeros(1, bool),
-        nearest,
-        face,
-        np.zeros((1, 2)),
-    )
-    assert face[0] == -1
+    found = Anchors(np.full(1, -1, np.int32), np.empty(1, np.int32), np.zeros((1, 2)))
+    mesh = surface.mesh(Skin(vertices, vertices))
+    closest_faces.py_func(x, mesh, grid, 0.04, np.zeros(1, bool), found)
+    assert found.face[0] == -1

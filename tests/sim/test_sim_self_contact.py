@@ -12,7 +12,8 @@ from hemline.meshes import crossing_edges, edges, self_crossings, vertex_normals
 from hemline.sim import Elastic, Scene, SimSettings, Stepper, make_sheet
 from hemline.sim.contact.pair_kernels import pair_forces
 from hemline.sim.contact.pair_search_kernels import _edge_edge, _vertex_face
-from hemline.sim.contact.self_contact import MARGIN, PULL, SelfContact
+from hemline.sim.contact.self_contact import MARGIN
+from hemline.sim.contact.self_search import PULL, SelfSearch
 
 vertex_face, edge_edge = _vertex_face.py_func, _edge_edge.py_func
 
@@ -56,8 +57,8 @@ def still(pinned=None):
     return lambda share: scene
 
 
-def contact_of(sheet, thickness=0.003):
-    return SelfContact(sheet, thickness=thickness, stiffness=5e4, friction=np.full(sheet.vertex_count, 0.3))
+def search_of(sheet, thickness=0.003):
+    return SelfSearch(sheet, thickness=thickness, stiffness=5e4, friction=np.full(sheet.vertex_count, 0.3))
 
 
 def point_triangle(p, a, b, c):
@@ -76,9 +77,8 @@ def point_triangle(p, a, b, c):
 def test_all_near_vertices_and_triangles_are_found():
     sheet, x = folded()
     x = x + 0.0002 * np.random.default_rng(0).normal(size=x.shape)
-    contact = contact_of(sheet)
-    contact.begin(x, x)
-    found = {(int(row[0]), tuple(sorted(map(int, row[1:4])))) for row in contact._corners if row[4] == 0}
+    contact = search_of(sheet).find(x, x)
+    found = {(int(row[0]), tuple(sorted(map(int, row[1:4])))) for row in contact.corners if row[4] == 0}
     normal = vertex_normals(x, sheet.faces.astype(np.int32))
     faces = sheet.faces.astype(int)
     middle, wanted = x[faces].mean(axis=1), set()
@@ -100,9 +100,9 @@ def crumpled(seed=0):
     return sheet, x + 0.006 * generator.normal(size=x.shape), generator.normal(size=x.shape)
 
 
-def every_pair(contact, x, moved):
+def every_pair(search, x, moved):
     """The pairs without any search: each element against each by the exact test; none is left out for being far."""
-    sheet, patches, out = contact.sheet, contact.patches, np.zeros((1, 5), np.uint32)
+    sheet, patches, out = search.sheet, search.patches, np.zeros((1, 5), np.uint32)
     faces, edge = sheet.faces.astype(np.int64), sheet.edges.astype(np.int64)
     label = np.empty(len(x), np.int64)
     for number in range(patches.count):
@@ -132,23 +132,22 @@ def test_the_search_leaves_out_nothing(speed, drift):
     sheet, x, way = crumpled()
     # half of the sheet flies away from the other
     moved = speed * way + drift * np.where(np.arange(len(x)) < 40, 0.05, 0.0)[:, None]
-    contact = contact_of(sheet)
+    search = search_of(sheet)
     # what crosses is left out later on
-    contact._apart = lambda crossed, corners: corners
-    contact.begin(x, x + moved)
-    wanted = every_pair(contact, x, (x + moved) - x)
+    search._apart = lambda crossed, corners: corners
+    contact = search.find(x, x + moved)
+    wanted = every_pair(search, x, (x + moved) - x)
     assert len(wanted) > 100
-    assert {tuple(map(int, row)) for row in contact._corners} == wanted
+    assert {tuple(map(int, row)) for row in contact.corners} == wanted
 
 
 def test_where_the_cloth_is_changes_nothing():
     # elements are compared in 32 bits, but for that they are counted from a vertex of the cloth
     sheet, x, way = crumpled()
     away = np.array([5e4, 0.0, -2e5])
-    here, far = contact_of(sheet), contact_of(sheet)
-    here.begin(x, x + 0.002 * way)
-    far.begin(x + away, x + away + 0.002 * way)
-    assert len(here._corners) > 100 and np.array_equal(far._corners, here._corners)
+    here = search_of(sheet).find(x, x + 0.002 * way)
+    far = search_of(sheet).find(x + away, x + away + 0.002 * way)
+    assert len(here.corners) > 100 and np.array_equal(far.corners, here.corners)
 
 
 def test_edges_that_cross_are_those_of_the_exact_test():
@@ -157,8 +156,7 @@ def test_edges_that_cross_are_those_of_the_exact_test():
     sheet, x, _ = stack([first, second])
     # not quite flat: triangles of one plane would cross by rounding
     x = np.concatenate([first[0], tilted]) + 1e-4 * np.random.default_rng(0).normal(size=x.shape)
-    contact = contact_of(sheet)
-    contact.begin(x, x)
+    contact = search_of(sheet).find(x, x)
     exact = crossing_edges(x, sheet.faces.astype(np.int32))
     assert len(exact) > 10
     assert {tuple(sorted(map(int, edge))) for edge in contact.crossed} == {tuple(map(int, edge)) for edge in exact}
@@ -179,7 +177,7 @@ def test_a_sheet_on_a_sheet_rests_on_it():
     assert np.linalg.norm(state.velocities, axis=1).max() < 1e-3
     assert 0.001 < height.min() < height.max() < 0.002
     # second route to the load: what the pinned sheet feels is the weight of the other
-    pushed = stepper.memory.pressed[: starts[1], 1].sum()
+    pushed = stepper.workspace.pressed[: starts[1], 1].sum()
     assert pushed == pytest.approx(GRAVITY * sheet.mass[starts[1] :].sum(), rel=0.02)
 
 
@@ -285,30 +283,28 @@ def test_what_pulls_a_crossing_apart_pulls_all_ends_of_its_edges_one_way_and_by_
     sheet, _, _ = stack([first, second])
     x = np.concatenate([first[0], tilted])
     x += 0.004 * np.random.default_rng(1).normal(size=x.shape)
-    contact = contact_of(sheet)
-    contact.begin(x, x)
+    contact = search_of(sheet).find(x, x)
     _, pulls = contact.lay(x)
-    assert len(pulls) > 20
+    assert pulls.size > 20
     between = np.einsum("pc,pcx->px", pulls.weights, x[pulls.corners])
     height = np.einsum("px,px->p", between, pulls.normal)
     assert height.min() < -2 * PULL and height.max() > 2 * PULL
-    forces, energy = np.empty((len(pulls), 3)), np.empty(1 + len(pulls) // 64)
-    pair_forces(x, *pulls.arrays, 1.0, forces, energy)
+    forces, energy = np.empty((pulls.size, 3)), np.empty(1 + pulls.size // 64)
+    pair_forces(x, pulls, 1.0, forces, energy)
     load = -np.einsum("px,px->p", forces, pulls.normal)
     assert load == pytest.approx(pulls.stiffness * PULL)
     # nothing is left once they have gone that far
-    pair_forces(x, *replace(pulls, reach=height).arrays, 1.0, forces, energy)
+    pair_forces(x, pulls._replace(reach=height), 1.0, forces, energy)
     assert np.abs(forces).max() < 1e-12
 
 
 def test_pairs_are_the_same_whatever_the_order_of_the_search():
     sheet, x = folded()
-    one, two = contact_of(sheet), contact_of(sheet)
-    two._room = dict.fromkeys(two._room, 1)
-    one.begin(x, x)
-    two.begin(x, x)
-    assert len(one._corners) > 100
-    assert np.array_equal(one._corners, two._corners)
+    roomy, narrow = search_of(sheet), search_of(sheet)
+    narrow._room = dict.fromkeys(narrow._room, 1)
+    one, two = roomy.find(x, x), narrow.find(x, x)
+    assert len(one.corners) > 100
+    assert np.array_equal(one.corners, two.corners)
 
 
 def crossing_roofs(distance):
@@ -324,9 +320,8 @@ def crossing_roofs(distance):
 def test_edges_hold_edges_off():
     # no vertex is near a triangle here: without pairs of edges nothing would be found
     sheet, x = crossing_roofs(0.001)
-    contact = contact_of(sheet, thickness=0.002)
-    contact.begin(x, x)
-    assert contact._corners[:, 4].tolist() == [1]
+    contact = search_of(sheet, thickness=0.002).find(x, x)
+    assert contact.corners[:, 4].tolist() == [1]
     pairs = contact.lay(x)[0]
     assert abs(pairs.normal[0, 1]) > 0.99
     stepper = Stepper(sheet, settings=WEIGHTLESS)
@@ -358,7 +353,7 @@ def test_thickness_is_less_where_edges_are_short():
     x, faces = grid(5, 5, 0.01, 0.01)
     sheet, _, _ = stack([(x, faces)])
     shortest = min(np.linalg.norm(x[i] - x[j]) for i, j in edges(faces.astype(np.int32)))
-    assert contact_of(sheet, thickness=0.01).thickest == pytest.approx(0.5 * shortest)
+    assert search_of(sheet, thickness=0.01).thickest == pytest.approx(0.5 * shortest)
 
 
 def test_pairs_hold_their_own_side():
@@ -366,10 +361,9 @@ def test_pairs_hold_their_own_side():
     below, above = grid(4, 4, 0.09, 0.09), grid(2, 2, 0.004, 0.004)
     sheet, x, starts = stack([below, above])
     x[starts[1] :] += [0.0413, 0.0015, 0.0377]
-    contact = contact_of(sheet)
     through = x.copy()
     through[starts[1] :, 1] = -0.002
-    contact.begin(x, through)
+    contact = search_of(sheet).find(x, through)
     pairs = contact.lay(through)[0]
     # of a vertex and a triangle, the nearest point within it
     within = (pairs.weights[:, 0] == 1) & (pairs.weights[:, 1:] < 0).all(axis=1)

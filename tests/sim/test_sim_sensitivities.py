@@ -131,7 +131,7 @@ def test_a_constant_moves_cloth_that_presses_on_itself_as_central_differences_sa
     garment, shaped = hanging_loop()
     rest = settle(garment, shaped, tolerance=TIGHT)
     derivatives = Sensitivities(rest)
-    rows = derivatives._step.pairs.rows
+    rows = derivatives._step.potential.pairs.pairs.rows
     between = np.einsum("pc,pcx->px", rows.weights, rest.positions[rows.corners])
     assert (np.einsum("px,px->p", between, rows.normal) < rows.reach).sum() > 30
     way, ends = 0.01 * getattr(garment.material, name), []

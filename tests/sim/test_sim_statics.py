@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from sim_sheets import grid
 
-from hemline.sim import Elastic, Scene, SimSettings, Stepper, make_sheet
+from hemline.sim import Elastic, Scene, SimSettings, make_sheet
 from hemline.sim.rest.statics import Search
+from hemline.sim.step.model import make_model
+from hemline.sim.step.workspace import Workspace
 
 
 @pytest.mark.parametrize("lean", [1e-5, 1e-3])
@@ -18,8 +20,8 @@ def test_a_strip_that_stands_on_its_edge_falls_and_hangs(lean):
     sheet = make_sheet(faces, rest, Elastic(density=0.15, young=100.0, bending=2e-5))
     x = np.stack([flat[:, 0], flat[:, 1], lean * flat[:, 1]], axis=1)
     pins = np.flatnonzero(flat[:, 1] < 0.011)
-    settings = SimSettings(self_contact=False, solver_share=0.05, solver_steps=400)
-    search = Search(Stepper(sheet, pinned=pins, settings=settings), np.zeros(len(x), bool), Scene(x[pins]))
+    model = make_model(sheet, pinned=pins, settings=SimSettings(self_contact=False))
+    search = Search(model, Workspace(model), np.zeros(len(x), bool), Scene(x[pins]))
     found = search.run(x, None, tolerance=1e-6, newton_steps=400)
     assert found.residual_share <= 1e-6
     # two rows of pins hold it upright at its foot; from there it bends over and hangs

@@ -10,7 +10,7 @@ from hemline.meshes import boundary_loops
 from hemline.motions.motion import JOINT_NAMES
 from hemline.tryon.alignment import posed_for
 from hemline.tryon.crossing_segment_kernels import crossings_of_segments
-from hemline.tryon.fitness import pierced, unused
+from hemline.tryon.openings import pierced, unused
 from hemline.tryon.rims import SMALLEST, rims_of
 from hemline.tryon.skeleton import Skeleton
 from hemline.tryon.thin_body import ThinBody

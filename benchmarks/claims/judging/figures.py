@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from hemline.collide import inside
-from hemline.meshes import ClosestTree
+from hemline.meshes import ClosestTree, strains
 from hemline.sim import SimSettings, Stepper
-from hemline.sim.cloth.figures import edge_strain
 
 from .engines import played
 from .scene import JudgedScene
@@ -20,7 +19,7 @@ def strain(scene: JudgedScene, frames: np.ndarray) -> dict[str, float]:
     """Median and 99th percentile of |length / rest length - 1| over frames and edges that are not pinned [%]."""
     sheet = scene.sheet
     loose = ~np.isin(sheet.edges, scene.pins).all(axis=1)
-    found = 100 * np.abs(edge_strain(sheet, frames)[:, loose])
+    found = 100 * np.abs(strains(frames, sheet.edges, sheet.edge_length.astype(np.float32))[:, loose])
     return {"strain_p50": float(np.percentile(found, 50)), "strain_p99": float(np.percentile(found, 99))}
 
 

@@ -1,45 +1,61 @@
 """Animators: fitted parameters that turn a moving body into a moving garment. The contract is in `base`."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .base import Animator as Animator
+from .base import AnimatorKind as AnimatorKind
+from .base import Driven as Driven
 from .base import Progress as Progress
+from .base import Wearable as Wearable
 from .model_file import load as load
 from .model_file import shipped_models as shipped_models
-from .registry import animator_class as animator_class
+from .registry import animator_kind as animator_kind
 from .registry import animator_names as animator_names
-from .registry import name_of as name_of
+
+if TYPE_CHECKING:
+    from hemline.datasets import Collection, Dataset
 
 
 def fit(
-    dataset: Any,
+    data: "Dataset | Collection",
     animator: str = "ropes",
     config: Any = None,
     *,
     seed: int = 0,
     progress: Progress | None = None,
     checkpoints: Path | None = None,
-) -> Animator:
+) -> Animator | Wearable:
     """Fit an animator to simulated takes.
 
     Args:
-        dataset: A `hemline.datasets.Dataset`.
+        data: What the simulator made of a garment; of several, where the animator learns from many.
         animator: Name of the animator.
-        config: Its options; None: the defaults.
+        config: Its options, a `Config` of its kind; None: the defaults.
         seed: Seed of all that is random.
         progress: Called with stage, steps done and steps in all.
         checkpoints: A folder where the state of the training is kept, so that a killed fit goes on.
 
     Returns:
-        The animator, ready to play or to save.
+        The animator, ready to play or to save; a `Wearable` where it was fitted on many garments.
 
     Raises:
         BadInput: No such animator.
-        BadDataset: The dataset holds too little.
+        BadDataset: The dataset holds too little, or several were given to an animator of one garment.
         MissingExtra: The animator learns with a library that is not installed.
     """
-    return animator_class(animator).fit(dataset, config, seed=seed, progress=progress, checkpoints=checkpoints)
+    return animator_kind(animator).fit(data, config, seed=seed, progress=progress, checkpoints=checkpoints)
 
 
-__all__ = ["Animator", "Progress", "animator_class", "animator_names", "fit", "load", "name_of", "shipped_models"]
+__all__ = [
+    "Animator",
+    "AnimatorKind",
+    "Driven",
+    "Progress",
+    "Wearable",
+    "animator_kind",
+    "animator_names",
+    "fit",
+    "load",
+    "shipped_models",
+]

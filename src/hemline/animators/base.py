@@ -1,16 +1,15 @@
 """The contract of an animator: what `play`, `evaluate` and a game loop may rely on."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from hemline.arrays import Vertices
 
 if TYPE_CHECKING:
-    from hemline.bodies.posed import PosedBody
-    from hemline.datasets import Dataset
+    from hemline.bodies.body import PosedBody, ShapedBody
     from hemline.garments.garment import Garment
 
 Progress = Callable[[str, int, int], None]
@@ -22,11 +21,14 @@ class Animator(Protocol):
     """Fitted parameters that turn a moving body into a moving garment.
 
     Parameters are frozen; all that moves is in the State: plain arrays in a dataclass, never changed in place, so that
-    keeping an old State is a rollback. The same input gives the same bits on one machine.
+    keeping an old State is a rollback. The same input gives the same bits on one machine. What only some animators can
+    do is asked for with `isinstance`: `Driven`.
     """
 
-    Config: ClassVar[type]
-    """A frozen dataclass of options of the fit; `Config()` is the default; it has a field `epochs`."""
+    @property
+    def name(self) -> str:
+        """Name of its kind: in the registry, in model files, on the command line."""
+        ...
 
     @property
     def garment(self) -> "Garment":
@@ -39,40 +41,89 @@ class Animator(Protocol):
         ...
 
     @property
+    def body_hash(self) -> str:
+        """Hash of that body; another one is refused."""
+        ...
+
+    @property
     def figures(self) -> Mapping[str, float]:
         """What the fit reached, unit in the name."""
         ...
 
-    @classmethod
+    def start(self, posed: "PosedBody") -> Any:
+        """The State at rest on a body, of any shape, in its first pose; raises BadInput for another body."""
+        ...
+
+    def step(self, state: Any, posed: "PosedBody", dt: float) -> tuple[Any, Vertices]:
+        """Advance by `dt` seconds to the pose given; the next State and the vertices in the world [m], float32."""
+        ...
+
+    def save(self, path: str | Path) -> None:
+        """Write a model file, whole or not at all."""
+        ...
+
+
+@runtime_checkable
+class Driven(Protocol):
+    """An animator that can be driven by ground truth, to judge what comes after its own dynamics."""
+
+    def follow(self, state: Any, posed: "PosedBody", dt: float, truth: Vertices) -> tuple[Any, Vertices]:
+        """As `step`, driven by what can be seen of simulated vertices (verts, 3) [m]."""
+        ...
+
+
+@runtime_checkable
+class Wearable(Protocol):
+    """Fitted on many garments at once: it becomes an animator when it is given one to wear."""
+
+    @property
+    def name(self) -> str:
+        """Name of its kind, as of an `Animator`."""
+        ...
+
+    @property
+    def figures(self) -> Mapping[str, float]:
+        """What the fit reached, unit in the name."""
+        ...
+
+    def worn_by(self, garment: "Garment", body: "ShapedBody") -> Animator:
+        """The animator of one garment on one body."""
+        ...
+
+    def save(self, path: str | Path) -> None:
+        """Write a model file, whole or not at all."""
+        ...
+
+
+@runtime_checkable
+class AnimatorKind(Protocol):
+    """What the registry knows by a name: how an animator is fitted, and how it is read back.
+
+    A class with class attributes and classmethods will do, the animator's own too, or an object.
+    """
+
+    @property
+    def name(self) -> str:
+        """The name."""
+        ...
+
+    @property
+    def Config(self) -> type:
+        """A frozen dataclass of options of the fit, all with defaults."""
+        ...
+
     def fit(
-        cls,
-        dataset: "Dataset",
+        self,
+        data: Any,
         config: Any = None,
         *,
         seed: int = 0,
         progress: Progress | None = None,
         checkpoints: Path | None = None,
-    ) -> Self:
-        """Learn from simulated takes; goes on from `checkpoints` after a kill."""
+    ) -> Animator | Wearable:
+        """Learn from simulated takes or drapes; goes on from the folder `checkpoints` after a kill."""
         ...
 
-    @classmethod
-    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+    def of(self, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Animator | Wearable:
         """Make one from what a model file holds; raises BadModel before anything runs."""
-        ...
-
-    def start(self, posed: "PosedBody | Sequence[PosedBody]", *, agents: int | None = None) -> Any:
-        """The State at rest on a body in its first pose; with `agents`, one of each body in a sequence."""
-        ...
-
-    def step(self, state: Any, posed: "PosedBody | Sequence[PosedBody]", dt: float) -> tuple[Any, Vertices]:
-        """Advance by `dt` seconds to the pose given; the next State and the vertices in the world [m]."""
-        ...
-
-    def follow(self, state: Any, posed: "PosedBody", dt: float, truth: Vertices) -> tuple[Any, Vertices]:
-        """As `step`, driven by what is seen of simulated vertices [m] instead of by the animator's own dynamics."""
-        ...
-
-    def save(self, path: str | Path) -> None:
-        """Write a model file, whole or not at all."""
         ...

@@ -4,17 +4,19 @@ import difflib
 import functools
 import importlib
 from importlib.metadata import entry_points
-from typing import Any
 
 from hemline.errors import BadInput
 
+from .base import AnimatorKind
+
 GROUP = "hemline.animators"
-_OURS = {"ropes": "hemline.animators.ropes:AnimatorRopes"}
+OURS = {"ropes": "hemline.animators.ropes:KIND"}
+"""Where the kinds of this package are; no entry point replaces one."""
 
 
 @functools.cache
 def _places() -> dict[str, str]:
-    return {point.name: point.value for point in entry_points(group=GROUP)} | _OURS
+    return {point.name: point.value for point in entry_points(group=GROUP)} | OURS
 
 
 def animator_names() -> list[str]:
@@ -22,8 +24,8 @@ def animator_names() -> list[str]:
     return sorted(_places())
 
 
-def animator_class(name: str, *, error: type[BadInput] = BadInput) -> Any:
-    """The class of an animator; its module is imported now, not before.
+def animator_kind(name: str, *, error: type[BadInput] = BadInput) -> AnimatorKind:
+    """How an animator is fitted and read back; its module is imported now, not before.
 
     Args:
         name: Its name in model files and on the command line.
@@ -39,9 +41,3 @@ def animator_class(name: str, *, error: type[BadInput] = BadInput) -> Any:
         raise error("no such animator", repr(name), f"installed: {', '.join(animator_names())}; {hint}")
     module, _, attribute = places[name].partition(":")
     return getattr(importlib.import_module(module), attribute)
-
-
-def name_of(animator: Any) -> str:
-    """The name under which an animator's class is installed; the class's own where it is not."""
-    found = (name for name in animator_names() if animator_class(name) is type(animator))
-    return next(found, type(animator).__name__)

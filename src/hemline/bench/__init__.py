@@ -1,0 +1,1 @@
+"""What ships, timed on the machine at hand: `hemline bench`."""

@@ -8,11 +8,13 @@ from pathlib import Path
 from hemline.errors import BadBody
 
 from .body import Body as Body
+from .body import PosedBody as PosedBody
+from .body import ShapedBody as ShapedBody
 from .body_file import read_body, write_body
 from .overlap import overlap_percent as overlap_percent
 from .overlap import overlapping as overlapping
-from .posed import PosedBody as PosedBody
-from .shaped import ShapedBody as ShapedBody
+from .place import Placement as Placement
+from .place import placement as placement
 from .skinning import skin_points as skin_points
 from .smpl import read_smpl
 from .untangling import MotionUntangling as MotionUntangling
@@ -85,6 +87,7 @@ def write(path: str | Path, body: Body) -> None:
 __all__ = [
     "Body",
     "MotionUntangling",
+    "Placement",
     "PosedBody",
     "ShapedBody",
     "Untangling",
@@ -92,6 +95,7 @@ __all__ = [
     "names",
     "overlap_percent",
     "overlapping",
+    "placement",
     "read",
     "skin_points",
     "untangle",

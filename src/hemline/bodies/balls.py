@@ -10,9 +10,9 @@ from hemline.arrays import Points
 from hemline.meshes import face_areas
 from hemline.motions import JOINT_NAMES
 
-from .body import INFLUENCES
+from .model import INFLUENCES
 from .parts import PART_ROOTS, at_crease, closed_parts, part_of_vertex
-from .shaped import ShapedBody
+from .shape import BodyShape
 
 BALLS_OF_PART = {"pelvis": 90, "shoulder": 10, "elbow": 28, "hip": 14, "knee": 28}
 """Balls in each part, by the joint that it hangs from."""
@@ -49,7 +49,7 @@ class Balls:
 
 
 @functools.lru_cache(maxsize=8)
-def fill_with_balls(shaped: ShapedBody) -> Balls:
+def fill_with_balls(shaped: BodyShape) -> Balls:
     """Balls that fill a body part by part: from many largest ones, those that cover the most skin, one by one.
 
     Args:
@@ -71,7 +71,7 @@ def fill_with_balls(shaped: ShapedBody) -> Balls:
     return Balls(centres.astype(np.float32), radii.astype(np.float32), indices, weights, pairs, limb_pairs)
 
 
-def _vertex_areas(shaped: ShapedBody) -> np.ndarray:
+def _vertex_areas(shaped: BodyShape) -> np.ndarray:
     areas = face_areas(shaped.vertices, shaped.body.faces)
     return np.bincount(shaped.body.faces.ravel(), np.repeat(areas, 3), len(shaped.vertices)) / 3
 
@@ -82,7 +82,7 @@ def _spread(areas: np.ndarray, count: int) -> np.ndarray:
     return np.unique(np.minimum(np.searchsorted(shares, (np.arange(count) + 0.5) / count), len(areas) - 1))
 
 
-def _largest_balls(shaped: ShapedBody, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _largest_balls(shaped: BodyShape, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Another vertex that is touched, centre and radius of the largest ball within that touches each given vertex."""
     from scipy.spatial import KDTree
 
@@ -120,7 +120,7 @@ def _cover(
     return touching[chosen], other[chosen], centres[chosen], radii[chosen]
 
 
-def _shared_weights(shaped: ShapedBody, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _shared_weights(shaped: BodyShape, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Skin weights of balls: the mean over the two vertices that each touches, strongest first."""
     body = shaped.body
     dense = np.zeros((len(first), len(JOINT_NAMES)))
@@ -132,7 +132,7 @@ def _shared_weights(shaped: ShapedBody, first: np.ndarray, second: np.ndarray) -
 
 
 def _pairs(
-    shaped: ShapedBody, centres: np.ndarray, radii: np.ndarray, part: np.ndarray
+    shaped: BodyShape, centres: np.ndarray, radii: np.ndarray, part: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of balls of different limbs, without those at the crease between the two and those that touch at rest."""
     limb = _LIMB_OF_PART[part]
@@ -147,7 +147,7 @@ def _pairs(
     return pairs.astype(np.int32), numbers.astype(np.int32)
 
 
-def _near_own_crease(shaped: ShapedBody, centres: np.ndarray) -> np.ndarray:
+def _near_own_crease(shaped: BodyShape, centres: np.ndarray) -> np.ndarray:
     """Which balls lie at the crease between each limb and the torso; none for the torso itself."""
     near, rims = np.zeros((1 + max(_LIMB_OF_PART), len(centres)), dtype=bool), closed_parts(shaped.body)[0].rims
     middles = np.array([shaped.vertices[rim].mean(axis=0) for rim in rims])

@@ -14,8 +14,8 @@ from hemline.arrays import Float, Int, Vertices
 from hemline.errors import BadBody
 from hemline.files import read_tensors, write_tensors
 
+from .body import ShapedBody
 from .body_file import shapedirs_in_steps, shapedirs_of_steps
-from .shaped import ShapedBody
 
 _SHIPPED = {"hm08": Path(__file__).parents[1] / "models" / "hm08.safetensors"}
 _ARRAYS = {"body_vertices", "helper_vertices", "template", "shapedirs", "shapedirs_scales"}

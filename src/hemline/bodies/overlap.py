@@ -1,19 +1,14 @@
 """Where a posed body runs into itself: no cloth can lie right there."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from jaxtyping import Float
 
 from hemline.arrays import Mask
 from hemline.motions import Motion
 
+from .body import PosedBody, ShapedBody
 from .overlap_kernels import mark_inside
 from .parts import closed_parts
-from .posed import PosedBody
-
-if TYPE_CHECKING:
-    from .shaped import ShapedBody
 
 _SLABS = 256
 
@@ -37,7 +32,7 @@ def overlapping(posed: PosedBody) -> Mask:
     return inside
 
 
-def overlap_percent(shaped: "ShapedBody", motion: Motion) -> Float[np.ndarray, " frames"]:
+def overlap_percent(shaped: ShapedBody, motion: Motion) -> Float[np.ndarray, " frames"]:
     """Share of the body's vertices that lie inside another part of it, in each frame [percent].
 
     Args:

@@ -1,4 +1,9 @@
-"""Compiled winding numbers of a closed mesh about points, by signed crossings of a ray along x."""
+"""Compiled winding numbers of a closed mesh about points, by signed crossings of a ray along x.
+
+Here the points are vertices of the same body, and as bodies are symmetric their rays meet corners and edges exactly: so
+ties are broken by moving the point. `collide.winding.winding_kernels` asks any points in a grid, and
+`collide.projection.ray_kernels` asks them in real time, in float32 and by leaves of the body's surface.
+"""
 
 import numpy as np
 

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Int
 from hemline.arrays import Points, Vertices
 from hemline.motions import JOINT_NAMES
 
-from .body import Body
+from .model import BodyModel
 
 PART_ROOTS = (
     "pelvis",
@@ -44,7 +44,7 @@ class Part:
 
 
 @functools.lru_cache(maxsize=8)
-def part_of_joint(body: Body) -> tuple[int, ...]:
+def part_of_joint(body: BodyModel) -> tuple[int, ...]:
     """Which part each joint belongs to."""
     parts: list[int] = []
     for joint, parent in enumerate(body.parents):
@@ -54,7 +54,7 @@ def part_of_joint(body: Body) -> tuple[int, ...]:
 
 
 @functools.lru_cache(maxsize=8)
-def part_of_vertex(body: Body) -> Int[np.ndarray, " verts"]:
+def part_of_vertex(body: BodyModel) -> Int[np.ndarray, " verts"]:
     """The part that moves each vertex most."""
     shares = np.zeros((len(body.template), len(PART_ROOTS)))
     columns = np.array(part_of_joint(body))[body.weight_indices]
@@ -63,7 +63,7 @@ def part_of_vertex(body: Body) -> Int[np.ndarray, " verts"]:
 
 
 @functools.lru_cache(maxsize=8)
-def closed_parts(body: Body) -> tuple[Part, ...]:
+def closed_parts(body: BodyModel) -> tuple[Part, ...]:
     """All parts of a body, in the order of `PART_ROOTS`."""
     part, apex = part_of_vertex(body), len(body.template)
     # a triangle belongs to the part of two of its corners

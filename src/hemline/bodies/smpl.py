@@ -6,13 +6,14 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.errors import BadBody
+from hemline.files import Unreadable, npz_arrays
 from hemline.motions import JOINT_NAMES
 
-from .body import INFLUENCES, Body
+from .body import Body
+from .model import INFLUENCES
 from .smpl_checks import CURE, check_shapes, check_values
 from .smpl_families import FAMILIES, Family
 from .smpl_holes import without_holes
-from .smpl_npz import zipped_arrays
 from .smpl_pickle import pickled_arrays
 from .smpl_stand_ins import Refused
 
@@ -71,14 +72,14 @@ def _content(path: Path) -> bytes:
 
 def _arrays(path: Path, content: bytes) -> dict[str, np.ndarray]:
     """The arrays that a body is made of, as they are in the file."""
-    reader, wanted = (pickled_arrays, "a pickle") if path.suffix.lower() == ".pkl" else (zipped_arrays, "a zip archive")
+    reader, wanted = (pickled_arrays, "a pickle") if path.suffix.lower() == ".pkl" else (npz_arrays, "a zip archive")
     zipped = content[:4] == b"PK\x03\x04"
-    if not content or zipped != (reader is zipped_arrays):
+    if not content or zipped != (reader is npz_arrays):
         got = "a zip archive" if zipped else "no zip archive" if content else "an empty file"
         raise BadBody(f"{path} must be {wanted}, as its ending says", got, CURE)
     try:
         arrays = reader(content, (*_NEEDED, "posedirs"))
-    except Refused as reason:
+    except (Refused, Unreadable) as reason:
         raise BadBody(f"{path} is not read", reason, CURE) from reason
     if missing := [name for name in _NEEDED if name not in arrays]:
         raise BadBody(f"{path} lacks arrays of an SMPL model", ", ".join(missing), CURE)

@@ -36,7 +36,7 @@ def pickled_arrays(content: bytes, names: Iterable[str]) -> dict[str, np.ndarray
     except Refused:
         raise
     except Exception as reason:  # the unpickler raises whatever a damaged pickle provokes
-        raise Refused(f"a damaged pickle ({reason})") from reason
+        raise Refused("a damaged pickle") from reason
     if not isinstance(found, dict):
         raise Refused(f"a pickled {type(found).__name__} in place of a dictionary")
     return {name: _named(name, found[name]) for name in names if name in found}
@@ -54,8 +54,10 @@ class _InertUnpickler(pickle.Unpickler):
 def _named(name: str, value: object) -> np.ndarray:
     try:
         return as_array(value)
-    except Exception as reason:  # whatever numpy raises at a state that no array has
+    except Refused as reason:
         raise Refused(f"'{name}': {reason}") from reason
+    except Exception as reason:  # whatever numpy raises at a state that no array has
+        raise Refused(f"'{name}': a state that no array has") from reason
 
 
 def _check_instructions(content: bytes) -> None:
@@ -75,4 +77,4 @@ def _check_instructions(content: bytes) -> None:
     except Refused:
         raise
     except Exception as reason:
-        raise Refused(f"a damaged pickle ({reason})") from reason
+        raise Refused("a damaged pickle") from reason

@@ -10,8 +10,8 @@ from hemline.motions import JOINT_NAMES, Motion, Pose
 from hemline.motions.quaternions import angle, from_axis_angle, inverse, multiply, to_matrix
 
 from .balls import Balls, fill_with_balls
-from .body import Body
-from .shaped import ShapedBody
+from .model import BodyModel
+from .shape import BodyShape
 from .skinning import skin_points
 from .untangle_kernels import add_overlaps, deepest_overlaps
 
@@ -63,7 +63,7 @@ class MotionUntangling:
     degrees: Float[np.ndarray, "frames joints"]
 
 
-def untangle(shaped: ShapedBody, pose: Pose) -> Untangling:
+def untangle(shaped: BodyShape, pose: Pose) -> Untangling:
     r"""The pose nearest to the given one in which limbs overlap less, and how far it is from it.
 
     Minimises, by a fixed number of damped Gauss-Newton steps over small rotations $\theta$ of shoulders, elbows, hips
@@ -84,7 +84,7 @@ def untangle(shaped: ShapedBody, pose: Pose) -> Untangling:
     return Untangling(replace(pose, rotations=rotations), _degrees(turns[None])[0])
 
 
-def untangle_motion(shaped: ShapedBody, motion: Motion) -> MotionUntangling:
+def untangle_motion(shaped: BodyShape, motion: Motion) -> MotionUntangling:
     """Untangle each pose of a motion, and smooth the corrections in time without making them smaller.
 
     A hand that is inside a leg for a single frame is lifted out of it as far as one that stays there, and begins to
@@ -133,7 +133,7 @@ def _degrees(turns: np.ndarray) -> np.ndarray:
     return degrees
 
 
-def _turns(shaped: ShapedBody, pose: Pose) -> Float[np.ndarray, "turned 3"]:
+def _turns(shaped: BodyShape, pose: Pose) -> Float[np.ndarray, "turned 3"]:
     """Rotation vectors of the joints in `TURNED`, in their parents' frames; all zero where nothing overlaps [rad]."""
     balls, free = fill_with_balls(shaped), np.zeros(3 * len(TURNED))
     transforms, _ = shaped.transforms_of(pose.rotations[None], pose.translation[None])
@@ -148,7 +148,7 @@ def _turns(shaped: ShapedBody, pose: Pose) -> Float[np.ndarray, "turned 3"]:
     return free.reshape(-1, 3) * _scales(free)[:, None]
 
 
-def _step(shaped: ShapedBody, pose: Pose, balls: Balls, gaps: np.ndarray, free: np.ndarray) -> np.ndarray:
+def _step(shaped: BodyShape, pose: Pose, balls: Balls, gaps: np.ndarray, free: np.ndarray) -> np.ndarray:
     """One Gauss-Newton step of the free parameters."""
     scales = _scales(free)
     rotations = _turned(pose.rotations[None], (free.reshape(-1, 3) * scales[:, None])[None]).astype(np.float32)
@@ -183,14 +183,14 @@ def _scales(free: np.ndarray) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=8)
-def _from_rest(body: Body) -> Float[np.ndarray, "turned 3 3"]:
+def _from_rest(body: BodyModel) -> Float[np.ndarray, "turned 3 3"]:
     """Rotations from the T-pose to the template's own pose, of the parents of the joints that may turn."""
     offsets = to_matrix(body.rest_offsets[body.parents[list(TURNED)]].astype(np.float64))
     return np.ascontiguousarray(offsets.transpose(0, 2, 1))
 
 
 @functools.lru_cache(maxsize=8)
-def _shares(shaped: ShapedBody) -> Float[np.ndarray, "balls turned"]:
+def _shares(shaped: BodyShape) -> Float[np.ndarray, "balls turned"]:
     """How much of each ball moves with each joint that may turn."""
     balls, below = fill_with_balls(shaped), np.zeros((len(JOINT_NAMES), len(TURNED)))
     for joint, parent in enumerate(shaped.body.parents):

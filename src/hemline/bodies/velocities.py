@@ -10,7 +10,7 @@ from hemline.motions.quaternions import to_matrix
 from .pose_offsets import pose_offsets_turning
 
 if TYPE_CHECKING:
-    from .posed import PosedBody
+    from .body import PosedBody
 
 
 def turning(posed: "PosedBody", joint: int, axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "verts 3"]:

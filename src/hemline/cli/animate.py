@@ -6,6 +6,7 @@ from typing import Annotated
 
 import tyro
 
+from .clip import cut
 from .progress import bars, note
 
 
@@ -19,12 +20,18 @@ class Arguments:
     """A clip (BVH, AMASS), or the name of a shipped excerpt."""
     output: Annotated[Path | None, tyro.conf.arg(aliases=["-o"])] = None
     """The file; its ending chooses the format. Left out: MOTION.glb beside the motion."""
+    garment: str | None = None
+    """The garment to wear, by name or a file, for a model that was fitted on many."""
     betas: tuple[float, ...] = ()
     """Shape of the body."""
     body: str | None = None
     """Another body of the same topology; left out: the model's."""
     fps: float = 30.0
     """Frames a second."""
+    start: float = 0.0
+    """Where in the clip to begin [s]."""
+    seconds: float | None = None
+    """How much of the clip; left out: to its end [s]."""
     untangle: bool = False
     """Lift limbs out of each other first."""
     explain: bool = False
@@ -33,14 +40,15 @@ class Arguments:
 
 def run(arguments: Arguments) -> int:
     """Play and write."""
-    from hemline import animators, bodies, export, motions
+    from hemline import export, motions
     from hemline.playback import play, record
 
-    motion = motions.open_motion(arguments.motion)
+    from .model import open_model
+
+    motion = cut(motions.open_motion(arguments.motion), arguments.start, arguments.seconds)
     output = arguments.output or _beside(arguments.motion)
     export.check_format(output)
-    animator = animators.load(arguments.model)
-    body = bodies.load(arguments.body or animator.body_name).shaped(arguments.betas)
+    animator, body = open_model(arguments.model, arguments.garment, arguments.body, arguments.betas)
     if arguments.explain:
         for line in motion.notes:
             note(f"{arguments.motion}: {line}")

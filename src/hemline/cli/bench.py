@@ -30,7 +30,7 @@ class Arguments:
 
 def run(arguments: Arguments) -> int:
     """Time and print."""
-    from hemline.bench.bench import BENCHMARKS, run_benchmark
+    from hemline.bench.benchmarks import BENCHMARKS, run_benchmark
 
     if arguments.list:
         for name, benchmark in BENCHMARKS.items():

@@ -9,6 +9,7 @@ import tyro
 
 from hemline.errors import BadInput
 
+from .garment import open_garment
 from .progress import bars
 
 
@@ -20,6 +21,8 @@ class Arguments:
     """A garment by name, or a file."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The dataset, a folder; made when missing, continued when there."""
+    tryon: bool = True
+    """Try a mesh on that does not sit on the body; otherwise refuse it."""
     spread: int = 0
     """Also on bodies where one of so many betas is -2, -1, 1 or 2; 4: the 17 shapes of AgentDress."""
     random: int = 0
@@ -34,7 +37,7 @@ class Arguments:
 
 def run(arguments: Arguments) -> int:
     """Drape; status 1 when there is a shape on which the garment could not be settled."""
-    from hemline import bodies, garments
+    from hemline import bodies
     from hemline.sim import produce_rests, random_shapes, spread_shapes
 
     body = bodies.load(arguments.body)
@@ -44,7 +47,7 @@ def run(arguments: Arguments) -> int:
     if arguments.spread > len(body.shapedirs):
         raise BadInput(f"--spread: {body.name} has {len(body.shapedirs)} betas", arguments.spread, "give fewer")
     shapes = [*spread_shapes(arguments.spread), *random_shapes(body, arguments.random, arguments.seed)]
-    garment = garments.open_garment(arguments.garment, body.shaped(), dressed=False)
+    garment = open_garment(arguments.garment, body.shaped(), arguments.output, tryon=arguments.tryon)
     with bars() as display:
         task = display.add_task(garment.name, total=len(shapes))
         found = produce_rests(

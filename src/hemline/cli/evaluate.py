@@ -7,6 +7,8 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
+from .clip import cut
+
 
 @dataclass(frozen=True)
 class Arguments:
@@ -16,6 +18,8 @@ class Arguments:
     """A model file, or the name of a shipped model."""
     motion: Annotated[str, tyro.conf.arg(aliases=["-m"])]
     """A clip, or the name of a shipped excerpt."""
+    garment: str | None = None
+    """The garment to wear, by name or a file, for a model that was fitted on many."""
     betas: tuple[float, ...] = ()
     """Shape of the body."""
     truth: Path | None = None
@@ -24,6 +28,12 @@ class Arguments:
     """Bones from the animator's own ropes, or from the truth."""
     fps: float = 30.0
     """Frames a second, where there is no truth."""
+    start: float = 0.0
+    """Where in the clip to begin [s]; with ground truth, where in it to begin to measure."""
+    seconds: float | None = None
+    """How much of the clip; left out: to its end [s]."""
+    threads: int | None = None
+    """Threads of compiled code; left out: as many as there are cores."""
     untangle: bool = False
     """Lift limbs out of each other first."""
     picture: Path | None = None
@@ -34,19 +44,34 @@ class Arguments:
 
 def run(arguments: Arguments) -> int:
     """Measure and print; status 1 if a vertex was inside the body after the projection."""
-    from hemline import animators, bodies, datasets, motions
+    from hemline import datasets, motions
+    from hemline.compiled import use_threads
+    from hemline.errors import BadInput
     from hemline.files import check_writable
     from hemline.playback import evaluate
     from hemline.playback.worst import draw_worst
 
+    from .model import open_model
+
     if arguments.picture is not None:
         check_writable(arguments.picture)
+    if arguments.threads is not None and arguments.threads < 1:
+        raise BadInput("--threads must be at least 1", arguments.threads, "leave it out for all cores")
+    use_threads(arguments.threads)
     motion = motions.open_motion(arguments.motion)
+    part = cut(motion, arguments.start, arguments.seconds)
     truth = None if arguments.truth is None else datasets.open_dataset(arguments.truth)
-    animator = animators.load(arguments.model)
-    body = bodies.load(animator.body_name).shaped(arguments.betas)
+    animator, body = open_model(arguments.model, arguments.garment, None, arguments.betas)
     evaluation = evaluate(
-        animator, body, motion, truth=truth, drive=arguments.drive, fps=arguments.fps, untangle=arguments.untangle
+        animator,
+        body,
+        part if truth is None else motion,
+        truth=truth,
+        drive=arguments.drive,
+        fps=arguments.fps,
+        untangle=arguments.untangle,
+        start=0.0 if truth is None else arguments.start,
+        seconds=None if truth is None else arguments.seconds,
     )
     figures: dict[str, Any] = {"model": arguments.model} | evaluation.figures
     if arguments.picture is not None:

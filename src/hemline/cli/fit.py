@@ -1,44 +1,68 @@
-"""`hemline fit DATASET --animator ropes -o MODEL`."""
+"""`hemline fit DATASET... --animator NAME -o MODEL`."""
 
 import json
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, make_dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any
 
 import tyro
 
-from hemline.animators.ropes.config import RopesConfig
-
 from .progress import bars
+
+DEFAULT = "ropes"
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Fit an animator to a dataset."""
+class Fit:
+    """Fit an animator to one dataset, or to several that it learns from together."""
 
-    dataset: Annotated[Path, tyro.conf.Positional]
-    """The folder that `hemline simulate` made."""
+    dataset: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    """Folders that `hemline simulate` or `hemline drape` made."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The model file (.safetensors)."""
-    animator: Literal["ropes"] = "ropes"
-    """The animator."""
+    animator: str = DEFAULT
+    """The animator: ropes, or one that another package brings; `--animator NAME --help` tells its options."""
     seed: int = 0
     """Seed of the training; the same seed gives the same model on one machine."""
-    config: tyro.conf.OmitArgPrefixes[RopesConfig] = field(default_factory=RopesConfig)
-    """Options of the animator."""
     json: bool = False
     """Print the figures of the fit as one JSON object."""
 
 
-def run(arguments: Arguments) -> int:
+def schema(words: Sequence[str]) -> type:
+    """The flags of the animator that the words name: those of every fit, and the options of its own.
+
+    Raises:
+        BadInput: No such animator is installed.
+    """
+    from hemline.animators import animator_kind
+
+    config: Any = animator_kind(_animator_in(words)).Config
+    options = ("config", tyro.conf.OmitArgPrefixes[config], field(default_factory=config))
+    return make_dataclass("Arguments", [options], bases=(Fit,), frozen=True)
+
+
+def _animator_in(words: Sequence[str]) -> str:
+    for index, word in enumerate(words):
+        if word == "--animator":
+            return words[index + 1] if index + 1 < len(words) else DEFAULT
+        if word.startswith("--animator="):
+            return word.partition("=")[2]
+    return DEFAULT
+
+
+def run(arguments: Any) -> int:
     """Fit and save."""
-    from hemline.animators import animator_class
-    from hemline.datasets import open_dataset
+    from hemline import animators
+    from hemline.datasets import open_collection, open_dataset
+    from hemline.errors import BadInput
     from hemline.files import check_writable
 
     check_writable(arguments.output)
-    dataset = open_dataset(arguments.dataset)
-    kind = animator_class(arguments.animator)
+    if not arguments.dataset:
+        raise BadInput("no dataset", "hemline fit without a folder", "name what 'hemline simulate' made")
+    several = len(arguments.dataset) > 1
+    data = open_collection(arguments.dataset) if several else open_dataset(arguments.dataset[0])
     with bars() as display:
         tasks: dict[str, int] = {}
 
@@ -47,13 +71,19 @@ def run(arguments: Arguments) -> int:
                 tasks[stage] = display.add_task(stage, total=total)
             display.update(tasks[stage], completed=done, total=total)
 
-        checkpoints = arguments.output.with_suffix(".fitting")
-        animator = kind.fit(dataset, arguments.config, seed=arguments.seed, progress=progress, checkpoints=checkpoints)
-    animator.save(arguments.output)
+        model = animators.fit(
+            data,
+            arguments.animator,
+            arguments.config,
+            seed=arguments.seed,
+            progress=progress,
+            checkpoints=arguments.output.with_suffix(".fitting"),
+        )
+    model.save(arguments.output)
     if arguments.json:
-        print(json.dumps({"model": str(arguments.output), "figures": animator.figures}))
+        print(json.dumps({"model": str(arguments.output), "figures": model.figures}))
     else:
-        for name, value in animator.figures.items():
+        for name, value in model.figures.items():
             print(f"{name:<28} {value:.4g}")
         print(arguments.output)
     return 0

@@ -64,7 +64,8 @@ def _run(words: list[str]) -> int:
         near = get_close_matches(verb, VERBS, 1)
         raise BadInput("no such verb", verb, f"did you mean '{near[0]}'?" if near else f"use one of {', '.join(VERBS)}")
     module = importlib.import_module(f"hemline.cli.{verb}")
-    return module.run(_parsed(module.Arguments, verb, rest))
+    schema = module.schema(rest) if hasattr(module, "schema") else module.Arguments
+    return module.run(_parsed(schema, verb, rest))
 
 
 def _parsed(schema: type, verb: str, words: list[str]):

@@ -9,6 +9,7 @@ import tyro
 
 from hemline.errors import BadInput
 
+from .garment import open_garment
 from .progress import bars, note
 
 
@@ -19,11 +20,13 @@ class Arguments:
     garment: Annotated[str, tyro.conf.Positional]
     """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...), or a file."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])]
-    """Clips: BVH or AMASS files, or names of shipped excerpts."""
+    """Clips: .bvh or AMASS .npz files, or names of shipped ones: run, walk, dance ..."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The dataset, a folder; made when missing, continued when there."""
     over: tuple[str, ...] = ()
     """Garments worn over it, from the skin outwards."""
+    tryon: bool = True
+    """Try a mesh on that does not sit on the body; otherwise refuse it."""
     betas: tuple[float, ...] = ()
     """Shape of the body; what is left out is 0."""
     jobs: int = 1
@@ -63,17 +66,18 @@ def run(arguments: Arguments) -> int:
         raise BadInput("--seconds must be positive", arguments.seconds, "leave it out for the whole clip")
     if not arguments.motion:
         raise BadInput("no clips", "--motion without a file", "name BVH or npz files after --motion")
+    clips = [Clip(*_clip(path, arguments)) for path in arguments.motion]
+    settings = SimSettings(fps=arguments.fps, wind=arguments.wind, gusts=arguments.gusts, gust_seed=arguments.gust_seed)
     shaped = bodies.load(arguments.body).shaped(arguments.betas)
     mean = bodies.load(arguments.body).shaped()
     # one garment is simulated from the shape that it was made on; several need one shape
     each = [
-        garments.open_garment(name, mean, dressed=bool(arguments.over)) for name in (arguments.garment, *arguments.over)
+        open_garment(name, mean, arguments.output, tryon=arguments.tryon, dressed=bool(arguments.over))
+        for name in (arguments.garment, *arguments.over)
     ]
     garment = garments.worn_together(each) if arguments.over else each[0]
     if arguments.explain:
         note(garments.explain(garment))
-    clips = [Clip(*_clip(path, arguments)) for path in arguments.motion]
-    settings = SimSettings(fps=arguments.fps, wind=arguments.wind, gusts=arguments.gusts, gust_seed=arguments.gust_seed)
     with bars() as display:
         tasks: dict[str, int] = {}
 

@@ -55,6 +55,8 @@ def run(arguments: Arguments) -> int:
     note(garments.explain(tried.garment))
     if tried.fitness.reason or tried.fitness.rest is None:
         raise SimulationFailed(f"{tried.garment.name} cannot be worn: {tried.fitness.reason}")
+    for warning in tried.fitness.warnings:
+        note(f"warning: {warning}" + ("" if arguments.picture else "; --picture shows how it is worn"))
     tried.garment.save(arguments.output)
     if not tried.garment.is_on(shaped):
         note("written on the shape that it was made on, not dressed: give the same --betas to what simulates it")

@@ -2,14 +2,16 @@
 
 from .projection.patches import limb_of_vertices as limb_of_vertices
 from .projection.patches import limbs as limbs
-from .projection.project import ProjectionReport as ProjectionReport
-from .projection.project import ProjectionSettings as ProjectionSettings
+from .projection.prepared import Guarantee as Guarantee
+from .projection.prepared import ProjectionSettings as ProjectionSettings
+from .projection.prepared import ProjectorState as ProjectorState
 from .projection.project import Projector as Projector
-from .projection.project import ProjectorState as ProjectorState
+from .projection.project_frame import ProjectionReport as ProjectionReport
 from .winding.numbers import inside as inside
 from .winding.numbers import winding_numbers as winding_numbers
 
 __all__ = [
+    "Guarantee",
     "ProjectionReport",
     "ProjectionSettings",
     "Projector",
@@ -19,4 +21,3 @@ __all__ = [
     "limbs",
     "winding_numbers",
 ]
-"""Names of the room; rounded cones and the like are in `proxy` and `primitives`."""

@@ -1,5 +1,7 @@
 """Simulated takes on disk: whole files named by the hash of their inputs, and an index that can always be rebuilt."""
 
+from .collection import Collection as Collection
+from .collection import open_collection as open_collection
 from .dataset import Dataset as Dataset
 from .dataset import Row as Row
 from .dataset import create as create
@@ -9,4 +11,15 @@ from .take import read_take as read_take
 from .take import take_name as take_name
 from .take import write_take as write_take
 
-__all__ = ["Dataset", "Row", "Take", "create", "open_dataset", "read_take", "take_name", "write_take"]
+__all__ = [
+    "Collection",
+    "Dataset",
+    "Row",
+    "Take",
+    "create",
+    "open_collection",
+    "open_dataset",
+    "read_take",
+    "take_name",
+    "write_take",
+]

@@ -3,6 +3,7 @@
 ```
 folder/
   garment.safetensors        the garment, mesh and all
+  worn/<hash>.safetensors    where the mesh had to be tried on: what it became, found again by the mesh's hash
   takes/<hash>.safetensors   one take each; describes itself
   manifest.json              an index of the takes with checksums: rebuilt whenever it is missing or stale
   timings.jsonl              how long each take took: a log, no part of the data
@@ -26,7 +27,7 @@ from hemline.errors import BadDataset, BadOutput
 from hemline.files import written_whole
 from hemline.garments.garment import Garment
 
-from .split import split_by_subject
+from .split import FRACTIONS, Fractions, split_by_subject
 from .take import Take, read_take, take_metadata, write_take
 
 MANIFEST_VERSION = 1
@@ -39,7 +40,7 @@ class Row:
     name: str
     """Hash of the inputs; the file is `takes/<name>.safetensors`."""
     kind: str
-    """`clip` or `rest`."""
+    """`clip`, `rest` or `anchor`."""
     clip: str
     """Name of the clip; empty for a rest state."""
     subject: str
@@ -93,6 +94,10 @@ class Dataset:
         """Rows of all takes of clips that did not fail."""
         return [row for row in self.rows() if row.kind == "clip" and row.failed is None]
 
+    def anchors(self) -> list[Row]:
+        """Rows of all anchors that did not fail: the garment settled in given poses on given shapes."""
+        return [row for row in self.rows() if row.kind == "anchor" and row.failed is None]
+
     def take(self, row: Row | str) -> Take:
         """Read one take by its row or name."""
         return read_take(self.path(row if isinstance(row, str) else row.name))
@@ -119,7 +124,7 @@ class Dataset:
             "run 'hemline simulate' with these betas",
         )
 
-    def split(self, which: str, *, fractions: tuple[float, float, float] = (0.8, 0.1, 0.1)) -> list[Row]:
+    def split(self, which: str, *, fractions: Fractions = FRACTIONS) -> list[Row]:
         """Rows of `train`, `val` or `test`: by subject, never by frame, so that no recording is on two sides."""
         return split_by_subject(self.clips(), fractions)[which]
 

@@ -1,15 +1,20 @@
-"""Cut takes into training, validation and test, by the person who was captured."""
+"""Cut takes into training, validation and test, so that a subject is on one side only."""
 
 import hashlib
 from collections.abc import Sequence
 from typing import Any
 
+Fractions = tuple[float, float, float]
+"""Shares of the frames for training, validation and test."""
 
-def split_by_subject(rows: Sequence[Any], fractions: tuple[float, float, float]) -> dict[str, list[Any]]:
-    """Split rows so that a subject is on one side only.
+FRACTIONS: Fractions = (0.8, 0.1, 0.1)
+SIDES = ("train", "val", "test")
 
-    Subjects are taken in the order of a hash of their name, and each goes to the side that is furthest behind its
-    share of the frames. With fewer than three subjects their clips are split in the same way; a single clip trains.
+
+def split_by_subject(rows: Sequence[Any], fractions: Fractions) -> dict[str, list[Any]]:
+    """Split rows so that a person who was captured is on one side only.
+
+    With fewer than three subjects their clips are split in the same way; a single clip trains.
 
     Args:
         rows: Rows with `subject`, `clip` and `clip_frames`.
@@ -19,27 +24,46 @@ def split_by_subject(rows: Sequence[Any], fractions: tuple[float, float, float])
         The rows of `train`, `val`, `test`, in the order given.
     """
     by_subject = len({row.subject for row in rows}) >= 3
-    frames: dict[str, int] = {}
-    for row in rows:
-        group = row.subject if by_subject else row.clip
-        frames[group] = frames.get(group, 0) + row.clip_frames
-    side = _sides(frames, fractions)
-    parts: dict[str, list[Any]] = {"train": [], "val": [], "test": []}
-    for row in rows:
-        parts[side[row.subject if by_subject else row.clip]].append(row)
+    groups = [row.subject if by_subject else row.clip for row in rows]
+    return split_by(rows, groups, [row.clip_frames for row in rows], fractions)
+
+
+def split_by(
+    rows: Sequence[Any], groups: Sequence[str], frames: Sequence[int], fractions: Fractions
+) -> dict[str, list[Any]]:
+    """Split rows so that a group is on one side only.
+
+    Groups are taken by size, equal ones in the order of a hash of their name, and each goes to the side that is
+    furthest behind its share of the frames.
+
+    Args:
+        rows: What is split.
+        groups: The group of each.
+        frames: Its frames.
+        fractions: Shares of the frames for `train`, `val`, `test`.
+
+    Returns:
+        The rows of `train`, `val`, `test`, in the order given.
+    """
+    total: dict[str, int] = {}
+    for group, count in zip(groups, frames, strict=True):
+        total[group] = total.get(group, 0) + count
+    side = _sides(total, fractions)
+    parts: dict[str, list[Any]] = {name: [] for name in SIDES}
+    for row, group in zip(rows, groups, strict=True):
+        parts[side[group]].append(row)
     return parts
 
 
-def _sides(frames: dict[str, int], fractions: tuple[float, float, float]) -> dict[str, str]:
-    names = ("train", "val", "test")
-    have = dict.fromkeys(names, 0)
+def _sides(frames: dict[str, int], fractions: Fractions) -> dict[str, str]:
+    have = dict.fromkeys(SIDES, 0)
     side: dict[str, str] = {}
     # large groups first, so that the small shares are not overrun; equal ones by hash
     order = sorted(frames, key=lambda group: (-frames[group], hashlib.sha256(group.encode()).hexdigest()))
     total = sum(frames.values()) or 1
     for group in order:
-        behind = [fractions[i] - (have[n] + frames[group]) / total for i, n in enumerate(names)]
-        chosen = names[max(range(3), key=lambda i: behind[i])]
+        behind = [fractions[i] - (have[n] + frames[group]) / total for i, n in enumerate(SIDES)]
+        chosen = SIDES[max(range(3), key=lambda i: behind[i])]
         side[group] = chosen
         have[chosen] += frames[group]
     for wanted in ("test", "val"):

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from hemline.arrays import Betas, Bool, Float, FramesOfVertices, Int
+from hemline.arrays import Betas, Bool, Float, FramesOfVertices, Int, Vertices
 from hemline.errors import BadDataset
 from hemline.files import content_hash, read_metadata, read_tensors, write_tensors
 from hemline.motions.motion import Motion
 
 _ARRAYS = ("vertices", "rotations", "translations", "betas", "lead_in", "pinched")
 _QUANTUM = 1e-5
+KINDS = ("clip", "rest", "anchor")
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Take:
     """Vertices of a garment over a clip, with everything that is needed to use or to continue it."""
 
     kind: str
-    """`clip`, or `rest`: one frame, the settled drape in the body's rest pose."""
+    """`clip`; or one frame that has settled: `rest` in the body's rest pose, `anchor` in any pose."""
     vertices: FramesOfVertices
     """Garment vertices in the world [m], float32."""
     motion: Motion
@@ -40,6 +41,9 @@ class Take:
     """Why the simulation stopped early, with the frame; None: it did not."""
     end_state: Mapping[str, np.ndarray] = field(default_factory=dict)
     """What the next part of the same clip goes on from."""
+    derivatives: Mapping[str, Vertices] = field(default_factory=dict)
+    """Of an anchor, by name: change of each vertex while a joint turns about an axis of its frame (`turn.12.0` [m/rad])
+    or a shape coefficient grows (`beta.0` [m])."""
 
     def __post_init__(self):
         frames = len(self.motion)
@@ -49,8 +53,12 @@ class Take:
             raise BadDataset(
                 "a take's arrays must have one row a frame", f"{wrong} for {frames} frames", "make it again"
             )
-        if self.kind not in ("clip", "rest"):
-            raise BadDataset("a take's kind is 'clip' or 'rest'", repr(self.kind), "name one of them")
+        if self.kind not in KINDS:
+            raise BadDataset("a take's kind is 'clip', 'rest' or 'anchor'", repr(self.kind), "name one of them")
+        for name, derivative in self.derivatives.items():
+            if derivative.shape != self.vertices.shape[1:]:
+                got = f"shape {derivative.shape} for {self.vertices.shape[1]} vertices"
+                raise BadDataset(f"derivative '{name}' must have one row a vertex", got, "make the take again")
 
     @property
     def name(self) -> str:
@@ -89,6 +97,7 @@ def write_take(path: str | Path, take: Take, *, quantised: bool = False) -> None
     }
     arrays |= _quantised(take.vertices) if quantised else {"vertices": np.asarray(take.vertices, np.float32)}
     arrays |= {f"end_state.{name}": array for name, array in take.end_state.items()}
+    arrays |= {f"derivatives.{name}": np.asarray(array, np.float32) for name, array in take.derivatives.items()}
     motion = take.motion
     metadata = {
         "kind": "take",
@@ -132,15 +141,22 @@ def read_take(path: str | Path) -> Take:
             figures=metadata["figures"],
             inputs=metadata["inputs"],
             failed=metadata["failed"],
-            end_state={n.removeprefix("end_state."): a for n, a in arrays.items() if n.startswith("end_state.")},
+            end_state=_part(arrays, "end_state"),
+            derivatives=_part(arrays, "derivatives"),
         )
-    except (KeyError, TypeError) as reason:
-        raise BadDataset(f"{path} lacks metadata", reason, cure) from reason
+    except KeyError as reason:
+        raise BadDataset(f"{path} lacks metadata", f"no {reason}", cure) from reason
+    except (TypeError, AttributeError) as reason:
+        raise BadDataset(f"{path} has metadata of the wrong kind", "values that are none of a take's", cure) from reason
 
 
 def take_metadata(path: str | Path) -> dict[str, Any]:
     """A take's metadata without its arrays; raises as `read_take` does."""
     return read_metadata(path, "take", error=BadDataset)
+
+
+def _part(arrays: Mapping[str, np.ndarray], name: str) -> dict[str, np.ndarray]:
+    return {key.removeprefix(f"{name}."): array for key, array in arrays.items() if key.startswith(f"{name}.")}
 
 
 def _quantised(vertices: FramesOfVertices) -> dict[str, np.ndarray]:

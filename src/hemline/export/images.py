@@ -5,10 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.pictures import Surface, frame_clip, render, write_png, write_webp
+from hemline.pictures import AUTO, Surface, clearest_view, frame_clip, render, write_png, write_webp
 from hemline.pictures.render import Picture
 
 from .clip import Clip
+
+LOOKED_AT = 5
+"""Frames that are looked at to choose a view."""
 
 
 def write_still(path: Path, clip: Clip, *, view: str, size: tuple[int, int]) -> tuple[Path, ...]:
@@ -39,11 +42,12 @@ def painted(clip: Clip, *, view: str, size: tuple[int, int], frames: range) -> I
 
     Args:
         clip: What to paint.
-        view: One of `hemline.pictures.VIEWS_DEG`.
+        view: One of `hemline.pictures.VIEWS_DEG`; `"auto"`: that from which most of the garment is seen, over the clip.
         size: Width and height [pixels].
         frames: Which frames.
     """
     everything = np.concatenate([part.vertices for part in clip.parts], axis=1)
+    view = _clearest(clip) if view == AUTO else view
     cameras = frame_clip(everything, view, size=size, fps=clip.fps)
     ground = float(everything[..., 1].min())
     for frame in frames:
@@ -52,3 +56,14 @@ def painted(clip: Clip, *, view: str, size: tuple[int, int], frames: range) -> I
             for part in clip.parts
         ]
         yield render(surfaces, cameras[frame], size, ground=ground)
+
+
+def _clearest(clip: Clip) -> str:
+    frames = np.unique(np.linspace(0, clip.frame_count - 1, LOOKED_AT).round().astype(int))
+    garment, *others = clip.parts
+    return clearest_view(
+        [
+            ([(garment.vertices[frame], garment.faces)], [(part.vertices[frame], part.faces) for part in others])
+            for frame in frames
+        ]
+    )

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from hemline.errors import BadOutput
 from hemline.files import check_writable
+from hemline.pictures import AUTO
 
 from .clip import Clip
 from .glb import write_glb
@@ -31,15 +32,14 @@ FORMATS: dict[str, Callable[..., tuple[Path, ...]]] = {
 _SIZES = {write_still: (640, 640), write_moving: (480, 480)}
 
 
-def write(
-    path: str | Path, clip: Clip, *, view: str = "three_quarter", size: tuple[int, int] | None = None
-) -> tuple[Path, ...]:
+def write(path: str | Path, clip: Clip, *, view: str = AUTO, size: tuple[int, int] | None = None) -> tuple[Path, ...]:
     """Write a clip in the format that the path's ending names, whole or not at all.
 
     Args:
         path: Where to; its folder must exist.
         clip: What.
-        view: From where pictures are taken: one of `hemline.pictures.VIEWS_DEG`.
+        view: From where pictures are taken: one of `hemline.pictures.VIEWS_DEG`, or `"auto"` for the one from which
+            most of the garment is seen.
         size: Width and height of pictures [pixels]; None is 640 x 640 for a still, 480 x 480 for a moving picture.
 
     Returns:

@@ -1,10 +1,23 @@
 """Files written whole or not at all, and the one container that hemline stores arrays in."""
 
+from .atomic import check_folder as check_folder
 from .atomic import check_writable as check_writable
 from .atomic import written_whole as written_whole
+from .npz import Unreadable as Unreadable
+from .npz import npz_arrays as npz_arrays
 from .tensors import content_hash as content_hash
 from .tensors import read_metadata as read_metadata
 from .tensors import read_tensors as read_tensors
 from .tensors import write_tensors as write_tensors
 
-__all__ = ["check_writable", "content_hash", "read_metadata", "read_tensors", "write_tensors", "written_whole"]
+__all__ = [
+    "Unreadable",
+    "check_folder",
+    "check_writable",
+    "content_hash",
+    "npz_arrays",
+    "read_metadata",
+    "read_tensors",
+    "write_tensors",
+    "written_whole",
+]

@@ -55,6 +55,24 @@ def written_whole(path: str | Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+def check_folder(path: str | Path) -> None:
+    """Refuse a folder that could not be made or written to, before hours of work; nothing is made.
+
+    Raises:
+        BadOutput: It is a file, or it, or the folder that it would be made in, cannot be written.
+    """
+    path = Path(path)
+    cure = "name a folder that can be made or written to"
+    try:
+        there = next(each for each in (path.absolute(), *path.absolute().parents) if each.exists())
+        if not there.is_dir():
+            raise BadOutput(f"cannot write to {path}", f"{there}, which is a file", cure)
+        with tempfile.TemporaryFile(dir=there):
+            return
+    except OSError as error:
+        raise BadOutput(f"cannot write to {path}", error.strerror or error, cure) from error
+
+
 def check_writable(path: str | Path) -> None:
     """Refuse a path that could not be written, before hours of work.
 

@@ -83,7 +83,8 @@ def read_tensors(
     try:
         arrays = {name: np.array(array) for name, array in load(content).items()}
     except (SafetensorError, ValueError, KeyError) as reason:
-        raise error(f"{path} is damaged", reason, "copy it again from where it was made") from reason
+        got = "arrays that do not fill it as its header says"
+        raise error(f"{path} is damaged", got, "copy it again from where it was made") from reason
     if finite:
         for name, array in arrays.items():
             if array.dtype.kind == "f" and not np.isfinite(array).all():

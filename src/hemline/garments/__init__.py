@@ -9,7 +9,6 @@ from .garment_toml import GarmentFile as GarmentFile
 from .material import MATERIALS as MATERIALS
 from .material import Material as Material
 from .pieces import Piece as Piece
-from .pieces import worn_together as worn_together
 from .pins import Pins as Pins
 from .read import read as read
 from .shipped import explain as explain
@@ -18,6 +17,7 @@ from .shipped import names as names
 from .shipped import open_garment as open_garment
 from .skirt import SkirtCut as SkirtCut
 from .skirt import make_skirt as make_skirt
+from .worn_together import worn_together as worn_together
 
 
 def write(path: str | Path, garment: Garment) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.arrays import Faces, Float, Vertices
-from hemline.errors import BadGarment
+from hemline.errors import BadGarment, OffBody
 from hemline.meshes import ClosestTree, check_mesh, consistent_winding, vertex_normals
 
 from .cover import covering
@@ -55,7 +55,8 @@ def assembled(cloth: Cloth, said: GarmentFile, body: "ShapedBody") -> Garment:
         body: The body that it is on.
 
     Raises:
-        BadGarment: The cloth is too deep inside the body, or pins contradict it.
+        OffBody: The cloth is too deep inside the body, or the pins are far from it.
+        BadGarment: Pins contradict the mesh.
     """
     tree = body_tree(body)
     cloth = _turned_outward(cloth, tree)
@@ -148,4 +149,5 @@ def _refuse_far_pins(pins: Pins, name: str) -> None:
     heights = pins.heights[pins.joints < 0]
     if len(heights) and np.median(heights) > _FARTHEST_PIN:
         got = f"half of them more than {np.median(heights):.2f} m away from it"
-        raise BadGarment(f"{name}: pins must be near the body", got, "name other 'pins', or place it on the body")
+        cure = "name other 'pins', place it on the body, or have it tried on (hemline tryon)"
+        raise OffBody(f"{name}: pins must be near the body", got, cure)

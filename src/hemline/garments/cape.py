@@ -7,8 +7,9 @@ import numpy as np
 
 from hemline.errors import BadGarment
 
+from .body_lines import joint
 from .cape_drape import folded, hanging_columns
-from .cape_rim import cape_rim, joint
+from .cape_rim import cape_rim
 from .clearance import cleared
 from .dressing import CLEARANCE, body_tree
 from .garment import Garment
@@ -77,8 +78,8 @@ def make_cape(
     Raises:
         BadGarment: Fewer than 6 rows or 10 columns, a cut that cannot be made, or a body without shoulders.
 
-    Source: Jin et al., "A Neural-Network-Based Approach for Loose-Fitting Clothing", 2024, Fig. 2 (12,690
-        vertices). Differs: its cut is not given, this one is ours.
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Fig. 2 (12,690 vertices; its cut is not given, this one is ours).
     """
     cut = cut or CapeCut()
     rows, columns = rows_and_columns("cape", vertex_count, rows, columns, aspect=_ASPECT, least=(6, 10))

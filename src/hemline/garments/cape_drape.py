@@ -5,6 +5,8 @@ import numpy as np
 from hemline.arrays import Float, Points
 from hemline.meshes import ClosestTree
 
+from .body_lines import lengths, spread
+
 _CLINGS = 0.026
 """Way over which the cloth follows the skin exactly [m]."""
 _FIRST_DOWN = 0.17
@@ -99,7 +101,7 @@ def folded(
     low, high = np.zeros(rows), np.full(rows, 0.2)
     for _ in range(14):
         middle = (low + high) / 2
-        short = _lengths(_in_columns(base + middle[:, None, None] * wave, columns)) < widths
+        short = lengths(_in_columns(base + middle[:, None, None] * wave, columns)) < widths
         low, high = np.where(short, middle, low), np.where(short, high, middle)
     return _in_columns(base + (ease * low)[:, None, None] * wave, columns)
 
@@ -107,13 +109,3 @@ def folded(
 def _in_columns(lines: np.ndarray, columns: int) -> np.ndarray:
     share = np.linspace(0, 1, columns)
     return np.stack([spread(line, line, share) for line in lines])
-
-
-def _lengths(lines: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(np.diff(lines, axis=1), axis=2).sum(axis=1)
-
-
-def spread(line: np.ndarray, values: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Values at shares of a polyline's length."""
-    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    return np.stack([np.interp(share * length[-1], length, values[:, axis]) for axis in range(3)], axis=1)

@@ -4,12 +4,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.arrays import Float, Points
+from hemline.arrays import Points
 from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree
-from hemline.motions.motion import JOINT_NAMES
 
-from .cape_drape import spread
+from .body_lines import joint, laid_on_skin, spread
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -18,12 +17,6 @@ _SAMPLES = 301
 _BEND = 1.6
 _REACH, _FORWARD = 0.92, 0.12
 """Ends of the rim: sideways, and forward of the shoulder joints, in halves of the distance between those."""
-_MOST = 2.5
-
-
-def joint(shaped: "ShapedBody", name: str) -> Float[np.ndarray, "3"]:
-    """Position of a joint at rest, float64 [m]."""
-    return np.asarray(shaped.joints[JOINT_NAMES.index(name)], np.float64)
 
 
 def cape_rim(shaped: "ShapedBody", tree: ClosestTree, count: int, height: float) -> Points:
@@ -56,12 +49,7 @@ def cape_rim(shaped: "ShapedBody", tree: ClosestTree, count: int, height: float)
         got = f"no surface above {np.isnan(y).sum()} of {len(y)} points"
         raise BadGarment("a cape needs shoulders to lie on", got, "use an upright body facing +z, at rest")
     line = np.stack([x + neck[0], _smooth(y), z], axis=1)
-    for _ in range(4):
-        line = _smooth(line)
-        closest = tree.closest(line)
-        outward = tree.outward(closest)
-        above = np.clip(((line - closest.positions) * outward).sum(axis=1), height, _MOST * height)
-        line = closest.positions + above[:, None] * outward
+    line = laid_on_skin(line, tree, height, _smooth)
     return spread(line, line, np.linspace(0, 1, count))
 
 

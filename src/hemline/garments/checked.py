@@ -1,38 +1,47 @@
 """Whether the parts of a garment fit each other."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from hemline.arrays import Faces, Float, Vertices
 from hemline.errors import BadGarment
 from hemline.motions.motion import JOINT_NAMES
 
+from .material import Material
+from .pieces import Piece
 from .pins import Pins
 
-if TYPE_CHECKING:
-    from .garment import Garment
 
-
-def checked_arrays(garment: "Garment") -> dict[str, Any]:
-    """The garment's arrays in their own types, contiguous.
+def checked_mesh(
+    name: str, vertices: Vertices, faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"]
+) -> tuple[Vertices, Faces, Float[np.ndarray, "faces 2 2"]]:
+    """Vertices, faces and rest triangles of a garment in their own types, contiguous.
 
     Raises:
-        BadGarment: A wrong shape, NaN, or an index that points nowhere.
+        BadGarment: A wrong shape, NaN, an index that points nowhere, or a rest triangle without area.
     """
-    name = f"garment '{garment.name}'"
-    vertices = _array(garment.vertices, np.float32, (None, 3), f"{name}: vertices")
-    faces = _array(garment.faces, np.int32, (None, 3), f"{name}: faces")
+    vertices = _array(vertices, np.float32, (None, 3), f"{name}: vertices")
+    faces = _array(faces, np.int32, (None, 3), f"{name}: faces")
     if len(faces) == 0:
         raise BadGarment(f"{name} must have faces", "none", "export the mesh again with faces")
-    rest_edges = _array(garment.rest_edges, np.float64, (len(faces), 2, 2), f"{name}: rest_edges")
+    rest_edges = _array(rest_edges, np.float64, (len(faces), 2, 2), f"{name}: rest_edges")
     _within(faces, len(vertices), f"{name}: faces name a vertex", "vertices")
     flat = np.abs(rest_edges[:, 0, 0] * rest_edges[:, 1, 1] - rest_edges[:, 0, 1] * rest_edges[:, 1, 0]) <= 0
     if flat.any():
         raise BadGarment(
             f"{name}: rest triangles must have an area", f"none in face {int(flat.argmax())}", "check the pattern"
         )
-    pins = garment.pins
+    return vertices, faces, rest_edges
+
+
+def checked_pins(name: str, pins: Pins, vertex_count: int) -> Pins:
+    """The pins of a garment in their own types, contiguous.
+
+    Raises:
+        BadGarment: A wrong shape, NaN, an index that points nowhere, or a vertex pinned twice.
+    """
     count = len(pins.vertices)
     pinned = Pins(
         _array(pins.vertices, np.int32, (None,), f"{name}: pin vertices"),
@@ -43,7 +52,7 @@ def checked_arrays(garment: "Garment") -> dict[str, Any]:
         _array(pins.offsets, np.float32, (count, 3), f"{name}: pin offsets"),
         _stiffness(pins.stiffness, count, f"{name}: pin stiffness"),
     )
-    _within(pinned.vertices, len(vertices), f"{name}: pins name a vertex", "vertices")
+    _within(pinned.vertices, vertex_count, f"{name}: pins name a vertex", "vertices")
     if len(np.unique(pinned.vertices)) != count:
         raise BadGarment(f"{name}: each vertex must be pinned once", "a vertex pinned twice", "name it once")
     if count and pinned.body_faces.min() < 0:
@@ -51,29 +60,31 @@ def checked_arrays(garment: "Garment") -> dict[str, Any]:
     if count and not (pinned.joints.min() >= -1 and pinned.joints.max() < len(JOINT_NAMES)):
         worst = int(pinned.joints.min() if pinned.joints.min() < -1 else pinned.joints.max())
         raise BadGarment(f"{name}: pins name a joint that does not exist", worst, "use 0 to 23, or -1 for the surface")
-    checked_chains(garment.chains, len(vertices), name)
-    _checked_pieces(garment, faces, len(vertices), name)
-    return {"vertices": vertices, "faces": faces, "rest_edges": rest_edges, "pins": pinned}
+    return pinned
 
 
-def _checked_pieces(garment: "Garment", faces: np.ndarray, vertex_count: int, name: str) -> None:
-    """Refuse pieces that do not make up the mesh, or that share a triangle."""
-    if not garment.pieces:
+def check_pieces(name: str, pieces: Sequence[Piece], material: Material, faces: Faces, vertex_count: int) -> None:
+    """Refuse pieces that do not make up the mesh, that share a triangle, or whose innermost is of another material.
+
+    Raises:
+        BadGarment: Any of these.
+    """
+    if not pieces:
         return
-    counts = [piece.vertex_count for piece in garment.pieces]
+    counts = [piece.vertex_count for piece in pieces]
     if min(counts) < 1 or sum(counts) != vertex_count:
         raise BadGarment(f"{name}: pieces must make up its {vertex_count} vertices", counts, "wear its parts together")
     owner = np.searchsorted(np.cumsum(counts), faces, side="right")
     if (owner != owner[:, :1]).any() or (np.diff(owner[:, 0]) < 0).any():
         raise BadGarment(f"{name}: faces must follow each other piece by piece", "mixed", "wear its parts together")
-    if garment.material != garment.pieces[0].material:
-        got = f"{garment.material.name}, the innermost is {garment.pieces[0].material.name}"
+    if material != pieces[0].material:
+        got = f"{material.name}, the innermost is {pieces[0].material.name}"
         raise BadGarment(
             f"{name}: material must be that of the innermost piece", got, "change the piece's own material"
         )
 
 
-def checked_chains(chains: Sequence[Sequence[int]], vertex_count: int, name: str) -> None:
+def check_chains(chains: Sequence[Sequence[int]], vertex_count: int, name: str) -> None:
     """Refuse chains of fewer than two vertices, with vertices that do not exist, or that share one."""
     used: set[int] = set()
     for number, chain in enumerate(chains):

@@ -16,9 +16,9 @@ from .dressing import CLEARANCE, body_tree
 from .garment import Garment
 from .garment_toml import GarmentFile
 from .mhclo import BASE_MESH, read_mhclo
-from .pieces import worn_together
 from .pin_rules import PinGroup
 from .rest_metric import rest_edges_of_mesh
+from .worn_together import worn_together
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody

@@ -5,15 +5,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.arrays import Vertices
+from hemline.arrays import Faces, Float, Vertices
 from hemline.meshes import ClosestTree
 
 from .clearance import cleared, smoothed_field
+from .pins import Pins
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
-
-    from .garment import Garment
 
 CLEARANCE = 0.003
 """Least distance between cloth and skin at the start [m]."""
@@ -26,7 +25,14 @@ def body_tree(shaped: "ShapedBody") -> ClosestTree:
     return ClosestTree(np.asarray(shaped.vertices, np.float64), shaped.body.faces)
 
 
-def dressed_vertices(garment: "Garment", shaped: "ShapedBody") -> Vertices:
+def dressed_vertices(
+    vertices: Vertices,
+    faces: Faces,
+    rest_edges: Float[np.ndarray, "faces 2 2"],
+    pins: Pins,
+    made_on: "ShapedBody",
+    shaped: "ShapedBody",
+) -> Vertices:
     """Start positions of a garment on another shape of its body.
 
     Each vertex moves with the point of the body nearest to it. Vertices farther from the skin trust that point less:
@@ -34,24 +40,27 @@ def dressed_vertices(garment: "Garment", shaped: "ShapedBody") -> Vertices:
     moved out of the body.
 
     Args:
-        garment: The garment on its own body.
+        vertices: The garment on its own body [m].
+        faces: Its triangles.
+        rest_edges: Its flat rest triangles [m].
+        pins: Its pins.
+        made_on: Its own body.
         shaped: Another shape of that body.
 
     Returns:
         Positions [m], float64.
     """
-    before = body_tree(shaped.body.shaped(garment.body_betas))
-    after = body_tree(shaped)
-    closest = before.closest(garment.vertices)
+    before, after = body_tree(made_on), body_tree(shaped)
+    closest = before.closest(vertices)
     moved = np.einsum("pc,pcx->px", closest.weights, after.corners[closest.faces])
     trust = np.exp(-((closest.distances / _NEAR) ** 2)) + 1e-3
     way = moved - closest.positions
-    pinned = np.zeros(len(garment.vertices), bool)
-    pinned[garment.pins.vertices] = True
-    at_pins = garment.pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
-    way[garment.pins.vertices] = at_pins - garment.vertices[garment.pins.vertices]
+    pinned = np.zeros(len(vertices), bool)
+    pinned[pins.vertices] = True
+    at_pins = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
+    way[pins.vertices] = at_pins - vertices[pins.vertices]
     trust[pinned] = 1e6
-    spacing = float(np.sqrt(np.linalg.norm(garment.rest_edges, axis=1)).mean()) ** 2
-    smooth = smoothed_field(way, garment.faces, trust, (_NEAR / spacing) ** 2 / 4)
+    spacing = float(np.sqrt(np.linalg.norm(rest_edges, axis=1)).mean()) ** 2
+    smooth = smoothed_field(way, faces, trust, (_NEAR / spacing) ** 2 / 4)
     smooth[pinned] = way[pinned]
-    return cleared(garment.vertices + smooth, after, CLEARANCE, fixed=pinned)
+    return cleared(vertices + smooth, after, CLEARANCE, fixed=pinned)

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hemline.arrays import Betas, Faces, Float, Vertices
+from hemline.arrays import Betas, Faces, Float, Int, Vertices
 from hemline.errors import BadGarment, BadInput
 from hemline.files import content_hash, read_tensors, write_tensors
 from hemline.motions.motion import JOINT_NAMES
 
-from .checked import checked_arrays
+from .checked import check_chains, check_pieces, checked_mesh, checked_pins
+from .dressing import dressed_vertices
 from .material import Material
 from .pieces import Piece, face_pieces, layered
 from .pins import Pins
@@ -67,7 +68,12 @@ class Garment:
         object.__setattr__(self, "body_betas", np.atleast_1d(np.asarray(betas, np.float32)))
         object.__setattr__(self, "chains", tuple(tuple(int(each) for each in chain) for chain in self.chains))
         object.__setattr__(self, "notes", tuple(str(note) for note in self.notes))
-        for name, value in checked_arrays(self).items():
+        what = f"garment '{self.name}'"
+        vertices, faces, rest_edges = checked_mesh(what, self.vertices, self.faces, self.rest_edges)
+        pins = checked_pins(what, self.pins, len(vertices))
+        check_chains(self.chains, len(vertices), what)
+        check_pieces(what, self.pieces, self.material, faces, len(vertices))
+        for name, value in (("vertices", vertices), ("faces", faces), ("rest_edges", rest_edges), ("pins", pins)):
             object.__setattr__(self, name, value)
         if self.key_joint not in JOINT_NAMES:
             raise BadGarment(
@@ -82,9 +88,14 @@ class Garment:
         return self.pieces or (Piece(self.name, len(self.vertices), self.material, self.flat_rest),)
 
     @property
+    def face_pieces(self) -> Int[np.ndarray, " faces"]:
+        """Number of the piece that each face belongs to."""
+        return face_pieces(self.worn, self.faces)
+
+    @property
     def densities(self) -> Float[np.ndarray, " faces"]:
         """Area density of each face [kg/m^2]."""
-        return np.array([piece.material.density for piece in self.worn])[face_pieces(self)]
+        return np.array([piece.material.density for piece in self.worn])[self.face_pieces]
 
     @cached_property
     def hash(self) -> str:
@@ -191,16 +202,20 @@ class Garment:
         Raises:
             BadGarment: Another body than the one it was made on.
         """
-        from .dressing import dressed_vertices
-
         if shaped.body.name != self.body_name:
             what = f"garment '{self.name}' was made on {self.body_name}"
             raise BadGarment(what, f"a body called {shaped.body.name}", "read its mesh again with that body")
         if self.is_on(shaped):
             return self
-        vertices = dressed_vertices(self, shaped)
+        made_on = shaped.body.shaped(self.body_betas)
+        vertices = dressed_vertices(self.vertices, self.faces, self.rest_edges, self.pins, made_on, shaped)
         worn = replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))
-        return layered(worn) if self.pieces else worn
+        return worn.layered() if self.pieces else worn
+
+    def layered(self) -> "Garment":
+        """The same garment with each piece outside of those beneath it, pins included."""
+        vertices, pins = layered(self.vertices, self.faces, self.pins, self.worn)
+        return replace(self, vertices=vertices, pins=pins)
 
 
 def _pins(arrays: Mapping[str, np.ndarray]) -> Pins:

@@ -1,5 +1,6 @@
 """The small TOML file beside a garment's mesh, that a person can write."""
 
+import re
 import tomllib
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
@@ -9,6 +10,8 @@ from typing import Any
 from hemline.errors import BadGarment
 
 from .pin_rules import PinGroup, PinsSaid, is_ids
+
+_CURE = "write it as in the README: key = value"
 
 
 @dataclass(frozen=True)
@@ -64,11 +67,14 @@ def read_garment_toml(path: str | Path) -> GarmentFile:
     """
     path = Path(path)
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        content = tomllib.loads(text)
     except OSError as error:
         raise BadGarment(f"cannot read {path}", error.strerror or error, "name a TOML file that exists") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadGarment(f"{path} is no TOML", error, "write it as in the README: key = value") from error
+    except UnicodeDecodeError as error:
+        raise BadGarment(f"{path} is no TOML", "bytes that are no text", _CURE) from error
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise BadGarment(f"{path} is no TOML", _where(str(error), text), _CURE) from error
     known = [field.name for field in fields(GarmentFile)]
     for key, value in content.items():
         if key not in known:
@@ -84,6 +90,14 @@ def read_garment_toml(path: str | Path) -> GarmentFile:
     if _is_tables(content.get("pins")):
         content["pins"] = [PinGroup.of(table) for table in content["pins"]]
     return GarmentFile(**{key: _tuples(value) for key, value in content.items()})
+
+
+def _where(said: str, text: str) -> str:
+    """The line that is wrong, out of what the parser says."""
+    found = re.search(r"at line (\d+)", said)
+    if found is None:
+        return "a table, list or text that does not end"
+    return f"line {found[1]}: '{text.splitlines()[int(found[1]) - 1].strip()[:60]}'"
 
 
 _KINDS = {

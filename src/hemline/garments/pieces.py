@@ -1,20 +1,16 @@
-"""Several garments worn together, as one: a shirt and a skirt, a dress and a cape."""
+"""Pieces of cloth in one garment, from the skin outwards: which is which, and each outside of those beneath it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hemline.arrays import Faces, Int, Vertices
-from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree, boundary_loops
 
 from .material import Material
 from .pins import Pins
-
-if TYPE_CHECKING:
-    from .garment import Garment
 
 GAP = 0.003
 """Distance between one piece and the next at the start [m]."""
@@ -57,82 +53,39 @@ class Piece:
         )
 
 
-def worn_together(garments: Sequence["Garment"], *, name: str | None = None) -> "Garment":
-    """One garment of several pieces, each with its own material and pins.
+def face_pieces(pieces: Sequence[Piece], faces: Faces) -> Int[np.ndarray, " faces"]:
+    """Number of the piece that each face belongs to."""
+    ends = np.cumsum([piece.vertex_count for piece in pieces])
+    return np.searchsorted(ends, faces[:, 0], side="right")
 
-    Where a piece starts within the one beneath it, it is moved out of it, pins included.
+
+def layered(vertices: Vertices, faces: Faces, pins: Pins, pieces: Sequence[Piece]) -> tuple[Vertices, Pins]:
+    """Vertices of a garment with each piece outside of those beneath it, and its pins moved along.
 
     Args:
-        garments: From the skin outwards, on the same body.
-        name: Its name; None: theirs, joined by `+`.
-
-    Returns:
-        A garment that is simulated, stored and exported like any other; it hangs on the innermost one's key joint.
-
-    Raises:
-        BadGarment: No garment, or garments of several bodies.
+        vertices: Start positions [m].
+        faces: Triangles, piece by piece.
+        pins: On the body; those on its skin are raised, those on joints moved.
+        pieces: From the skin outwards.
     """
-    from .garment import Garment
-
-    if not garments:
-        raise BadGarment("no garments to wear together", "an empty list", "name at least one")
-    first = garments[0]
-    for other in garments[1:]:
-        if other.body_name != first.body_name or not _same(other.body_betas, first.body_betas):
-            got = f"'{first.name}' on {_body(first)}, '{other.name}' on {_body(other)}"
-            raise BadGarment("garments worn together must be on one body", got, "dress them on the same body first")
-    pieces = tuple(piece for garment in garments for piece in garment.worn)
-    offsets = np.cumsum([0, *(len(garment.vertices) for garment in garments)])[:-1]
-    both = list(zip(garments, offsets, strict=True))
-    by_hand = all(garment.chains for garment in garments)
-    whole = Garment(
-        name=name or "+".join(garment.name for garment in garments),
-        vertices=np.concatenate([garment.vertices for garment in garments]),
-        faces=np.concatenate([garment.faces + np.int32(offset) for garment, offset in both]),
-        rest_edges=np.concatenate([garment.rest_edges for garment in garments]),
-        material=pieces[0].material,
-        pins=Pins.merged([replace(g.pins, vertices=g.pins.vertices + np.int32(offset)) for g, offset in both]),
-        key_joint=first.key_joint,
-        chains=tuple(tuple(v + int(o) for v in chain) for g, o in both for chain in g.chains) if by_hand else (),
-        body_name=first.body_name,
-        body_betas=first.body_betas,
-        flat_rest=all(piece.flat_rest for piece in pieces),
-        notes=tuple(f"{garment.name}: {note}" for garment in garments for note in garment.notes),
-        pieces=pieces,
-    )
-    return layered(whole)
-
-
-def layered(garment: "Garment") -> "Garment":
-    """The same garment with each piece outside of those beneath it, pins included."""
-    vertices = np.array(garment.vertices, np.float64)
-    bounds = np.cumsum([0, *(piece.vertex_count for piece in garment.worn)])
-    owner = face_pieces(garment)
-    for outer in range(1, len(garment.worn)):
+    moved = np.array(vertices, np.float64)
+    bounds = np.cumsum([0, *(piece.vertex_count for piece in pieces)])
+    owner = face_pieces(pieces, faces)
+    for outer in range(1, len(pieces)):
         own = slice(bounds[outer], bounds[outer + 1])
         for _ in range(_ROUNDS):
-            before = vertices[own].copy()
+            before = moved[own].copy()
             for inner in range(outer):
                 low, high = bounds[inner], bounds[inner + 1]
-                vertices[own] = _outside(vertices[own], vertices[low:high], garment.faces[owner == inner] - low)
-            if np.array_equal(before, vertices[own]):
+                moved[own] = _outside(moved[own], moved[low:high], faces[owner == inner] - low)
+            if np.array_equal(before, moved[own]):
                 break
-    moved = vertices - garment.vertices
-    pins = garment.pins
+    way = (moved - vertices)[pins.vertices]
     on_skin = pins.joints < 0
-    raised = np.where(on_skin, np.linalg.norm(moved[pins.vertices], axis=1), 0.0)
-    offsets = pins.offsets + np.where(on_skin[:, None], 0.0, moved[pins.vertices])
-    return replace(
-        garment,
-        vertices=vertices.astype(np.float32),
-        pins=replace(pins, heights=(pins.heights + raised).astype(np.float32), offsets=offsets.astype(np.float32)),
-    )
-
-
-def face_pieces(garment: "Garment") -> Int[np.ndarray, " faces"]:
-    """Number of the piece that each face belongs to."""
-    ends = np.cumsum([piece.vertex_count for piece in garment.worn])
-    return np.searchsorted(ends, garment.faces[:, 0], side="right")
+    raised = np.where(on_skin, np.linalg.norm(way, axis=1), 0.0)
+    offsets = pins.offsets + np.where(on_skin[:, None], 0.0, way)
+    raised_pins = replace(pins, heights=(pins.heights + raised).astype(np.float32), offsets=offsets.astype(np.float32))
+    return moved.astype(np.float32), raised_pins
 
 
 def _outside(vertices: np.ndarray, inner: Vertices, faces: Faces) -> np.ndarray:
@@ -148,12 +101,3 @@ def _outside(vertices: np.ndarray, inner: Vertices, faces: Faces) -> np.ndarray:
     near = (closest.distances < _REACH) & ~beyond & (height < GAP - 1e-6)
     result[near] = (closest.positions + 1.0001 * GAP * outward)[near]
     return result
-
-
-def _same(one: np.ndarray, other: np.ndarray) -> bool:
-    return np.array_equal(np.trim_zeros(one, "b"), np.trim_zeros(other, "b"))
-
-
-def _body(garment: "Garment") -> str:
-    betas = np.trim_zeros(garment.body_betas, "b")
-    return f"{garment.body_name} with betas {betas.round(3).tolist()}" if len(betas) else garment.body_name

@@ -13,6 +13,7 @@ from hemline.errors import BadGarment
 from hemline.meshes import boundary_loops
 from hemline.motions.motion import JOINT_NAMES
 
+from .dressing import body_tree
 from .pins import Pins
 
 if TYPE_CHECKING:
@@ -119,8 +120,6 @@ def _groups(said: PinsSaid) -> Sequence[PinGroup]:
 
 
 def _bound(ids: np.ndarray, positions: np.ndarray, group: PinGroup, shaped: "ShapedBody") -> Pins:
-    from .dressing import body_tree
-
     if group.to == SURFACE:
         pins = Pins.bound(ids, positions, body_tree(shaped), shaped.normals)
     else:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hemline.arrays import Vertices
-from hemline.errors import BadGarment
+from hemline.errors import OffBody
 from hemline.meshes import ClosestTree
 
 from .clearance import cleared
@@ -16,7 +16,10 @@ _FARTHEST = 0.2
 _DEEPEST = 0.05
 _INSIDE_SHARE = 0.3
 _SAMPLE = 1000
-_CURE = "place it on the body at rest (y up, facing +z, the origin at the pelvis or on the floor)"
+_CURE = (
+    "place it on the body at rest (y up, facing +z, the origin at the pelvis or on the floor), "
+    "or have it tried on (hemline tryon)"
+)
 
 
 def on_body(
@@ -34,7 +37,7 @@ def on_body(
             skin by a third.
 
     Raises:
-        BadGarment: No vertex is within 20 cm of the body.
+        OffBody: No vertex is within 20 cm of the body.
     """
     result, turned = _laid(stood_up(vertices, up or "y"), tree, origin), False
     if up is None:
@@ -43,7 +46,7 @@ def on_body(
         result = other if turned else result
     if result.nearest > _FARTHEST:
         where = np.round(result.vertices.mean(axis=0), 2).tolist()
-        raise BadGarment(
+        raise OffBody(
             f"{name} must be on the body", f"{result.nearest:.2f} m from it at the nearest, centre at {where}", _CURE
         )
     notes = (TURNED,) * turned
@@ -85,13 +88,13 @@ def outside_body(vertices: Vertices, tree: ClosestTree, name: str) -> tuple[Vert
         name: How errors call the garment.
 
     Raises:
-        BadGarment: More than 30 % of the vertices are inside, or one is deeper than 5 cm.
+        OffBody: More than 30 % of the vertices are inside, or one is deeper than 5 cm.
     """
     distance = tree.signed_distances(vertices)
     inside, deepest = distance < 0, max(0.0, -1000 * float(distance.min()))
     if _too_deep(distance):
         got = f"{inside.sum()} of {len(inside)} vertices inside it, the deepest {deepest:.0f} mm"
-        raise BadGarment(f"{name} must fit the body at rest", got, f"{_CURE}, or name the body it was made on")
+        raise OffBody(f"{name} must fit the body at rest", got, f"{_CURE}, or name the body it was made on")
     close = distance < CLEARANCE
     if not close.any():
         return vertices.copy(), ()

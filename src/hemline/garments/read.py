@@ -38,7 +38,8 @@ def read(
         The garment on `body`, or on another shape of it.
 
     Raises:
-        BadGarment: Unit, pins, chains, material or position on the body contradict each other.
+        BadGarment: Unit, pins, chains or material contradict each other.
+        OffBody: It does not sit on the body (a BadGarment as well).
         BadMesh: The mesh cannot be read, or no cloth can be made of it.
     """
     path = Path(path)

@@ -40,18 +40,3 @@ def rest_edges_of_pattern(
     mirrored = np.linalg.det(matrix) < 0
     matrix[mirrored, 1] *= -1
     return matrix
-
-
-def edge_lengths(rest_edges: Float[np.ndarray, "faces 2 2"]) -> Float[np.ndarray, "faces 3"]:
-    """Lengths of the three edges of each flat triangle: 0-1, 1-2, 2-0 [m]."""
-    first, second = rest_edges[:, :, 0], rest_edges[:, :, 1]
-    return np.stack([np.linalg.norm(each, axis=1) for each in (first, second - first, second)], axis=1)
-
-
-def edge_strain(
-    vertices: Vertices, faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"]
-) -> Float[np.ndarray, "faces 3"]:
-    """Stretch of the three edges of each triangle against the pattern: l / l_rest - 1."""
-    corner = np.asarray(vertices, np.float64)[faces]
-    lengths = np.linalg.norm(corner[:, [1, 2, 0]] - corner, axis=2)
-    return lengths / edge_lengths(rest_edges) - 1

@@ -4,9 +4,9 @@ import numpy as np
 
 from hemline.arrays import Faces, Float, Vertices
 from hemline.errors import BadGarment
-from hemline.meshes import ReadMesh
+from hemline.meshes import ReadMesh, edge_strains
 
-from .rest_metric import edge_strain, rest_edges_of_mesh, rest_edges_of_pattern
+from .rest_metric import rest_edges_of_mesh, rest_edges_of_pattern
 
 _PATTERN_OFF = 0.15
 
@@ -40,7 +40,7 @@ def rest_shape(
         return of_mesh, False, ()
     flat = rest_edges_of_pattern(mesh.pattern * scale, mesh.pattern_faces)
     degenerate = bool((np.linalg.det(flat) <= 0).any())
-    off = np.inf if degenerate else float(np.median(np.abs(edge_strain(vertices, mesh.faces, flat))))
+    off = np.inf if degenerate else float(np.median(np.abs(edge_strains(vertices, mesh.faces, flat))))
     if off < _PATTERN_OFF:
         return flat, True, ("rest shape: the pattern (vt), as its edges are as long as the mesh's",) * guessed
     if wanted:

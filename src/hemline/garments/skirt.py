@@ -8,7 +8,7 @@ import numpy as np
 from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree
 
-from .cape_rim import joint
+from .body_lines import joint
 from .clearance import cleared
 from .cone import cone_chains, cone_faces, cone_pattern, row_ways
 from .dressing import CLEARANCE, body_tree
@@ -83,8 +83,8 @@ def make_skirt(
         BadGarment: Fewer than 10 rows or 52 columns, a cut that cannot be made or does not pass the hips, or a body
             without a waist.
 
-    Source: Jin et al., "A Neural-Network-Based Approach for Loose-Fitting Clothing", 2024, Fig. 2 (18,546
-        vertices, 26 chains of 9 bones). Differs: its cut is not given, this one is ours.
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Fig. 2 (18,546 vertices, 26 chains of 9 bones; its cut is not given, this one is ours).
     """
     cut = cut or SkirtCut()
     aspect, least = PAPER_SIZE[1] / PAPER_SIZE[0], (NODES + 1, 2 * CHAINS)

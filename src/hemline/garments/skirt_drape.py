@@ -6,6 +6,8 @@ from hemline.arrays import Float, Points
 from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree
 
+from .body_lines import lengths
+
 Lines = Float[np.ndarray, "columns 3"]
 """One vector for each line."""
 
@@ -50,12 +52,8 @@ def line_tilts(
     blocked = np.arange(len(rim))
     while len(blocked):
         points = rim[blocked, None] + way[:, None] * _down(outward[blocked], tilts[blocked])[:, None]
-        shape = points.shape[:2]
-        flat = points.reshape(-1, 3)
-        closest = tree.closest(flat)
-        height = ((flat - closest.positions) * tree.outward(closest)).sum(axis=1)
-        near = np.where(height < 0, -closest.distances, closest.distances) < clearance
-        blocked = blocked[near.reshape(shape).any(axis=1)]
+        near = tree.signed_distances(points.reshape(-1, 3)) < clearance
+        blocked = blocked[near.reshape(points.shape[:2]).any(axis=1)]
         tilts[blocked] += _STEP
         if (tilts > _STEEPEST).any():
             raise BadGarment("a skirt must hang past the body", "hips that no line from the waist passes", "shorten it")
@@ -103,7 +101,7 @@ def pleated(
     low, high = np.zeros(len(sheet)), np.full(len(sheet), 0.3)
     for _ in range(16):
         middle = (low + high) / 2
-        short = _lengths(base + middle[:, None, None] * wave) < widths
+        short = lengths(base + middle[:, None, None] * wave) < widths
         low, high = np.where(short, middle, low), np.where(short, high, middle)
     laid = base + (ease * low)[:, None, None] * wave
     return np.stack([_evenly(line, columns) for line in laid])
@@ -117,10 +115,6 @@ def _at(rows: np.ndarray, place: np.ndarray, fine: np.ndarray) -> np.ndarray:
     from scipy.interpolate import interp1d
 
     return interp1d(place, rows, axis=1)(fine)
-
-
-def _lengths(lines: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(np.diff(lines, axis=1), axis=2).sum(axis=1)
 
 
 def _evenly(line: np.ndarray, columns: int) -> np.ndarray:

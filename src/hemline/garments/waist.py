@@ -9,8 +9,7 @@ from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree
 from hemline.motions.motion import JOINT_NAMES
 
-from .cape_drape import spread
-from .cape_rim import joint
+from .body_lines import joint, laid_on_skin, spread
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -19,7 +18,6 @@ _TRUNK = ("pelvis", "left_hip", "right_hip", "spine1", "spine2", "spine3")
 _LEVELS = np.linspace(0.75, 1.3, 12)
 """Where the waist is looked for, as shares of the way from the pelvis to the second joint of the spine."""
 _SAMPLES = 360
-_MOST = 2.5
 
 
 def waist_line(shaped: "ShapedBody", tree: ClosestTree, count: int, height: float) -> Points:
@@ -44,12 +42,7 @@ def waist_line(shaped: "ShapedBody", tree: ClosestTree, count: int, height: floa
     corners = _trunk(shaped)
     tapes = [_tape(corners, low + share * (high - low)) for share in _LEVELS]
     line = min(tapes, key=lambda tape: _length(tape))
-    for _ in range(4):
-        line = _smooth(line)
-        closest = tree.closest(line)
-        outward = tree.outward(closest)
-        above = np.clip(((line - closest.positions) * outward).sum(axis=1), height, _MOST * height)
-        line = closest.positions + above[:, None] * outward
+    line = laid_on_skin(line, tree, height, _smooth)
     closed = np.concatenate([line, line[:1]])
     return spread(closed, closed, np.linspace(0, 1, count + 1))[:-1]
 

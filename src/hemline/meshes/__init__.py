@@ -7,6 +7,9 @@ from .closest_points import ClosestPoints as ClosestPoints
 from .closest_points import ClosestTree as ClosestTree
 from .closest_points import closest_points_on_mesh as closest_points_on_mesh
 from .components import components as components
+from .edge_strains import edge_lengths as edge_lengths
+from .edge_strains import edge_strains as edge_strains
+from .edge_strains import strains as strains
 from .edges import edges as edges
 from .geodesic_distances import geodesic_distances as geodesic_distances
 from .mesh import ReadMesh as ReadMesh
@@ -30,6 +33,8 @@ __all__ = [
     "components",
     "consistent_winding",
     "crossing_edges",
+    "edge_lengths",
+    "edge_strains",
     "edges",
     "face_areas",
     "face_normals",
@@ -37,6 +42,7 @@ __all__ = [
     "read_mesh",
     "read_obj",
     "self_crossings",
+    "strains",
     "subdivided",
     "vertex_normals",
     "welded",

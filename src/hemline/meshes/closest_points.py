@@ -99,7 +99,11 @@ class ClosestTree:
         return result / np.maximum(np.linalg.norm(result, axis=1, keepdims=True), 1e-30)
 
     def signed_distances(self, points: Points) -> Float[np.ndarray, " points"]:
-        """Distances to a closed mesh, negative inside [m]."""
+        """Distances to a closed mesh, negative behind its nearest place [m].
+
+        For a mesh that does not go through itself, such as a body at rest, that is inside, where the winding number
+        exceeds 0.5; a posed body needs `collide.inside`.
+        """
         closest = self.closest(points)
         side = ((points - closest.positions) * self.outward(closest)).sum(axis=1)
         return np.where(side < 0, -closest.distances, closest.distances)

@@ -14,7 +14,11 @@ def volume(a, b, c, d):
 
 @kernel
 def segment_crosses(p, q, a, b, c):
-    """Whether the segment has an end strictly on each side of the triangle's plane and meets the closed triangle."""
+    """Whether the segment has an end strictly on each side of the triangle's plane and meets the closed triangle.
+
+    The one test of segments against triangles, but for `sim.contact.pair_search_kernels.pierces`: what finds the
+    simulator's crossings is written apart, so that this one can judge the result.
+    """
     if volume(a, b, c, p) * volume(a, b, c, q) >= 0.0:
         return False
     first, second, third = volume(p, q, a, b), volume(p, q, b, c), volume(p, q, c, a)

@@ -1,5 +1,9 @@
 """Any common mesh file as one triangle mesh."""
 
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -34,8 +38,22 @@ def read_mesh(path: str | Path) -> ReadMesh:
     if ending == ".obj":
         return read_obj(path)
     if not path.is_file():
-        raise BadMesh(f"cannot read {path}", "no such file", "name a mesh file that exists")
+        got = "a folder" if path.is_dir() else "no such file"
+        raise BadMesh(f"cannot read {path}", got, "name a mesh file that exists")
     return _through_trimesh(path, ending)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """What trimesh and NumPy say about a damaged file while they read it stays unsaid."""
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.disable(before)
 
 
 def _through_trimesh(path: Path, ending: str) -> ReadMesh:
@@ -43,11 +61,13 @@ def _through_trimesh(path: Path, ending: str) -> ReadMesh:
 
     # its readers raise whatever the parser meets: ValueError, KeyError, struct.error, IndexError ...
     try:
-        loaded = trimesh.load(path, file_type=ending[1:], process=False, maintain_order=True)
-        meshes = loaded.dump() if isinstance(loaded, trimesh.Scene) else [loaded]
-        meshes = [mesh for mesh in meshes if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
+        with _quiet():
+            loaded = trimesh.load(path, file_type=ending[1:], process=False, maintain_order=True)
+            meshes = loaded.dump() if isinstance(loaded, trimesh.Scene) else [loaded]
+            meshes = [mesh for mesh in meshes if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
     except Exception as error:
-        raise BadMesh(f"{path} cannot be read as {ending}", error or type(error).__name__, "export it again") from error
+        got = "an empty file" if not path.stat().st_size else "a damaged file, or one of another format"
+        raise BadMesh(f"{path} cannot be read as {ending}", got, "export it again, or as .obj") from error
     if not meshes:
         raise BadMesh(f"{path} must have triangles", "none", "export the mesh again with faces")
     first = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
@@ -56,9 +76,8 @@ def _through_trimesh(path: Path, ending: str) -> ReadMesh:
         [np.asarray(mesh.faces, np.int64) + start for mesh, start in zip(meshes, first, strict=False)]
     )
     if faces.min() < 0 or faces.max() >= len(vertices):
-        raise BadMesh(
-            f"{path}: a face names vertex {faces.max()}", f"{len(vertices)} vertices", "export the mesh again"
-        )
+        wrong = faces.min() if faces.min() < 0 else faces.max()
+        raise BadMesh(f"{path}: a face names vertex {wrong}", f"{len(vertices)} vertices", "export the mesh again")
     notes = (f"{len(meshes)} meshes of the scene were joined into one",) if len(meshes) > 1 else ()
     if ending == ".stl":
         vertices, inverse = np.unique(vertices, axis=0, return_inverse=True)

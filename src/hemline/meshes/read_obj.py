@@ -11,6 +11,10 @@ from .mesh import ReadMesh
 _CURE = "export the mesh again as OBJ with triangles"
 
 
+class _Odd(ValueError):
+    """What is wrong with a line, in words."""
+
+
 def read_obj(path: str | Path) -> ReadMesh:
     """Read the first-to-last vertices and all faces of an OBJ file as one mesh.
 
@@ -64,11 +68,12 @@ def _parsed(lines: list[str], path: Path) -> tuple[list, list, list[tuple[int, i
                 texture.append((float(words[1]), float(words[2]) if len(words) > 2 else 0.0))
             elif words[0] == "f":
                 if len(words) < 4:
-                    raise ValueError("a face with fewer than three corners")
+                    raise _Odd("a face with fewer than three corners")
                 corners += [_corner(word, len(points), len(texture)) for word in words[1:]]
                 sizes.append(len(words) - 1)
         except (ValueError, IndexError) as error:
-            raise BadMesh(f"{path}, line {number} cannot be read", f"'{line.strip()[:60]}' ({error})", _CURE) from error
+            got = f"'{line.strip()[:60]}'" + (f" ({error})" if isinstance(error, _Odd) else "")
+            raise BadMesh(f"{path}, line {number} cannot be read", got, _CURE) from error
     return points, texture, corners, sizes
 
 
@@ -78,8 +83,8 @@ def _corner(word: str, points: int, texture: int) -> tuple[int, int]:
 
 
 def _absolute(index: int, count: int) -> int:
-    if index == 0 or index < -count:
-        raise ValueError("OBJ counts from 1, or back from -1")
+    if index == 0 or not -count <= index < 2**31:
+        raise _Odd("OBJ counts from 1, or back from -1")
     return index - 1 if index > 0 else count + index
 
 

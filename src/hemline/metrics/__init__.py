@@ -1,32 +1,50 @@
-"""Figures: plain arrays in, numbers out, one file each, the unit in the name."""
+"""Figures: plain arrays in, numbers out, one file each, the unit in the name.
 
+A metric of one frame takes that frame's arrays; what sums up a clip takes the rows that the frames gave. So nothing
+holds all frames.
+"""
+
+from hemline.meshes import edge_strains as edge_strains
 from hemline.meshes import self_crossings as self_crossings
 
 from .area_change_percent import area_change_percent as area_change_percent
+from .behind_nearest_percent import behind_nearest_percent as behind_nearest_percent
 from .deepest_mm import deepest_mm as deepest_mm
 from .edge_strain import edge_strain as edge_strain
-from .edge_strain import edge_strains as edge_strains
 from .frame_ms import frame_ms as frame_ms
+from .inside_percent import inside_figures as inside_figures
 from .inside_percent import inside_percent as inside_percent
+from .inside_percent import pinched_percent as pinched_percent
+from .jerk_m_s3 import JERK_FRAMES as JERK_FRAMES
+from .jerk_m_s3 import jerk_figures as jerk_figures
 from .jerk_m_s3 import jerk_m_s3 as jerk_m_s3
+from .mean_and_worst import mean_and_worst as mean_and_worst
 from .memory_mb import memory_mb as memory_mb
 from .model_mb import model_mb as model_mb
-from .nearest_inside_percent import nearest_inside_percent as nearest_inside_percent
 from .normal_error_deg import normal_error_deg as normal_error_deg
+from .normal_error_deg import normal_errors_deg as normal_errors_deg
 from .vertex_error_mm import vertex_error_mm as vertex_error_mm
+from .vertex_error_mm import vertex_errors_mm as vertex_errors_mm
 
 __all__ = [
+    "JERK_FRAMES",
     "area_change_percent",
+    "behind_nearest_percent",
     "deepest_mm",
     "edge_strain",
     "edge_strains",
     "frame_ms",
+    "inside_figures",
     "inside_percent",
+    "jerk_figures",
     "jerk_m_s3",
+    "mean_and_worst",
     "memory_mb",
     "model_mb",
-    "nearest_inside_percent",
     "normal_error_deg",
+    "normal_errors_deg",
+    "pinched_percent",
     "self_crossings",
     "vertex_error_mm",
+    "vertex_errors_mm",
 ]

@@ -7,6 +7,8 @@ from hemline.meshes import closest_points_on_mesh
 def deepest_mm(body_vertices: BodyVertices, body_faces: BodyFaces, vertices: Vertices, inside: Mask) -> float:
     """Largest distance to the body's surface among the vertices inside, in one frame; 0 if none is.
 
+    Inside is what has a winding number of the posed mesh above 0.5 (`collide.inside`).
+
     Args:
         body_vertices: The posed body [m].
         body_faces: Its triangles.
@@ -14,7 +16,7 @@ def deepest_mm(body_vertices: BodyVertices, body_faces: BodyFaces, vertices: Ver
         inside: Which of its vertices are inside the body.
 
     Returns:
-        The distance [mm].
+        The distance [mm]; the largest of a clip is that of its frames.
     """
     if not inside.any():
         return 0.0

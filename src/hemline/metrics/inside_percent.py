@@ -1,24 +1,50 @@
 """The share of garment vertices inside the posed body."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from hemline.arrays import Bool
+from hemline.arrays import Int, Mask
 
 
-def inside_percent(
-    inside: Bool[np.ndarray, "frames verts"], pinched: Bool[np.ndarray, "frames verts"] | None = None
-) -> dict[str, float]:
-    """Vertices with a winding number of the posed body above one half, over all frames, pinched ones apart.
+def inside_percent(inside: Mask, pinched: Int[np.ndarray, " pinched"] | None = None) -> float:
+    """Vertices of one frame that are inside, pinched ones left out.
+
+    Inside is what has a winding number of the posed mesh above 0.5 (`collide.inside`).
 
     Args:
-        inside: Whether each vertex is inside, frame by frame.
-        pinched: Whether it is where the body overlaps itself, so that there is no place outside for it nearby; such
-            vertices count in `pinched` only.
+        inside: Whether each vertex is inside.
+        pinched: Vertices where the body overlaps itself, so that there is no place outside for them nearby; counted
+            by `pinched_percent` alone.
 
     Returns:
-        `mean` over the frames and `worst_frame` of the vertices inside and not pinched; `pinched`, mean over the
-        frames [all in percent of the vertices].
+        The share [percent of the vertices].
     """
-    pinched = np.zeros_like(inside) if pinched is None else pinched
-    share = 100 * (inside & ~pinched).mean(axis=1)
-    return {"mean": float(share.mean()), "worst_frame": float(share.max()), "pinched": float(100 * pinched.mean())}
+    counted = np.count_nonzero(inside)
+    if pinched is not None:
+        counted -= np.count_nonzero(inside[pinched])
+    return 100.0 * counted / len(inside)
+
+
+def pinched_percent(pinched: Int[np.ndarray, " pinched"], vertex_count: int) -> float:
+    """Vertices of one frame that are pinched: without a place outside nearby [percent of the vertices]."""
+    return 100.0 * len(pinched) / vertex_count
+
+
+def inside_figures(before: Sequence[float], after: Sequence[float], pinched: Sequence[float]) -> dict[str, float]:
+    """What frames have inside, over a clip.
+
+    Args:
+        before: `inside_percent` of each frame before the projection.
+        after: The same after it.
+        pinched: `pinched_percent` of each frame.
+
+    Returns:
+        `before`, `after` and `pinched`, means over the frames, and `worst_frame_after` [all in percent].
+    """
+    return {
+        "before": float(np.mean(before)),
+        "after": float(np.mean(after)),
+        "worst_frame_after": float(np.max(after)),
+        "pinched": float(np.mean(pinched)),
+    }

@@ -2,24 +2,34 @@
 
 import numpy as np
 
-from hemline.arrays import Float
+from hemline.arrays import Float, Vertices
 
 
-def vertex_error_mm(
-    vertices: Float[np.ndarray, "*frames verts 3"], truth: Float[np.ndarray, "*frames verts 3"]
-) -> dict[str, float]:
-    """Distance of each vertex to the same vertex of the truth: mean, 95th percentile and largest, over all frames.
+def vertex_errors_mm(vertices: Vertices, truth: Vertices) -> Float[np.ndarray, " verts"]:
+    """Distance of each vertex of one frame to the same vertex of the truth.
 
     Args:
         vertices: Of the animator [m].
         truth: Of the simulation [m].
 
     Returns:
+        Distances, float32 [mm].
+    """
+    return (np.linalg.norm(vertices - truth, axis=1) * 1e3).astype(np.float32)
+
+
+def vertex_error_mm(errors_mm: Float[np.ndarray, "*frames verts"]) -> dict[str, float]:
+    """Mean, 95th percentile and largest of distances, over all frames and vertices.
+
+    Args:
+        errors_mm: Of `vertex_errors_mm`, of one frame or of many.
+
+    Returns:
         `mean`, `p95`, `max` [mm].
 
     Example:
-        >>> vertex_error_mm(np.zeros((2, 3)), np.array([[0, 0, 0.004], [0, 0, 0]]))["mean"]
+        >>> vertex_error_mm(vertex_errors_mm(np.zeros((2, 3)), np.array([[0, 0, 0.004], [0, 0, 0]])))["mean"]
         2.0
     """
-    error = 1e3 * np.linalg.norm(np.subtract(vertices, truth, dtype=np.float64), axis=-1)
-    return {"mean": float(error.mean()), "p95": float(np.percentile(error, 95)), "max": float(error.max())}
+    p95 = np.percentile(errors_mm, 95)
+    return {"mean": float(errors_mm.mean(dtype=np.float64)), "p95": float(p95), "max": float(errors_mm.max())}

@@ -1,11 +1,11 @@
 """Read AMASS clips: SMPL-H and SMPL-X poses in npz files."""
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
 from hemline.errors import BadMotion
+from hemline.files import Unreadable, npz_arrays
 
 from .motion import JOINT_COUNT, Motion
 from .quaternions import continuous, from_axis_angle, multiply, rotate
@@ -14,6 +14,8 @@ _JOINTS = 22
 _Z_UP_TO_Y_UP = np.array([np.sqrt(0.5), -np.sqrt(0.5), 0, 0])
 _PELVIS = np.array([0.0, -0.22, 0.03])
 _MEAN_LEG = 0.81
+_SPLIT = ("root_orient", "pose_body")
+"""What newer files have in place of `poses`."""
 _RATES = ("mocap_framerate", "mocap_frame_rate")
 _LICENCE = "AMASS: see amass.is.tue.mpg.de; non-commercial unless licensed"
 
@@ -31,22 +33,9 @@ def read_amass(path: str | Path) -> Motion:
         Differs: shape and soft-tissue coefficients are not used.
     """
     path = Path(path)
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            rotvecs, translations = _rotation_vectors(archive, path), archive["trans"].astype(np.float64)
-            rate = next((name for name in _RATES if name in archive), None)
-            if rate is None:
-                raise KeyError(_RATES[0])
-            fps = float(archive[rate])
-    except OSError as reason:
-        raise BadMotion(f"cannot read {path}", reason.strerror or reason, "name an AMASS npz file") from reason
-    except KeyError as reason:
-        raise BadMotion(
-            f"{path} is no AMASS clip", f"no array {reason}", "name a file with poses and trans"
-        ) from reason
-    except (ValueError, TypeError, EOFError, zipfile.BadZipFile) as reason:
-        cure = "copy it again; files that hold pickled objects are not read"
-        raise BadMotion(f"{path} is damaged or no AMASS clip", reason, cure) from reason
+    arrays = _arrays(path)
+    rotvecs, translations = _rotation_vectors(arrays, path), arrays["trans"].astype(np.float64)
+    fps = float(next(arrays[name] for name in _RATES if name in arrays).item())
     if translations.shape != (len(rotvecs), 3):
         what = f"trans of {path} must be {(len(rotvecs), 3)}"
         raise BadMotion(what, translations.shape, "make poses and trans agree")
@@ -72,11 +61,35 @@ def read_amass(path: str | Path) -> Motion:
     )
 
 
-def _rotation_vectors(archive: np.lib.npyio.NpzFile, path: Path) -> np.ndarray:
-    if "poses" in archive:
-        poses = archive["poses"]
+def _arrays(path: Path) -> dict[str, np.ndarray]:
+    """The arrays that are used, all that are needed."""
+    try:
+        arrays = npz_arrays(path.read_bytes(), ("poses", *_SPLIT, "trans", *_RATES))
+    except OSError as reason:
+        raise BadMotion(f"cannot read {path}", reason.strerror or reason, "name an AMASS npz file") from reason
+    except Unreadable as reason:
+        cure = "copy it again; files that hold pickled objects are not read"
+        raise BadMotion(f"{path} is damaged or no AMASS clip", reason, cure) from reason
+    needed = (*(() if "poses" in arrays else _SPLIT), "trans")
+    missing = [name for name in needed if name not in arrays]
+    missing += [] if any(name in arrays for name in _RATES) else [_RATES[0]]
+    if missing:
+        raise BadMotion(f"{path} is no AMASS clip", f"no array '{missing[0]}'", "name a file with poses and trans")
+    for name in _RATES:
+        if name in arrays and arrays[name].size != 1:
+            raise BadMotion(f"{name} of {path} must be one number", arrays[name].shape, "give frames a second")
+    return arrays
+
+
+def _rotation_vectors(arrays: dict[str, np.ndarray], path: Path) -> np.ndarray:
+    if "poses" in arrays:
+        poses = arrays["poses"]
     else:
-        poses = np.concatenate([archive["root_orient"], archive["pose_body"]], axis=1)
+        first, others = (arrays[name] for name in _SPLIT)
+        if not (first.ndim == others.ndim == 2 and len(first) == len(others)):
+            got = f"{first.shape} and {others.shape}"
+            raise BadMotion(f"{' and '.join(_SPLIT)} of {path} must have as many frames", got, "copy it again")
+        poses = np.concatenate([first, others], axis=1)
     if poses.ndim != 2 or poses.shape[1] < 3 * _JOINTS or poses.shape[1] % 3 or len(poses) < 1:
         cure = f"give at least {_JOINTS} rotation vectors in each of one or more frames"
         raise BadMotion(f"poses of {path} must be (frames, 156), (frames, 165) or the like", poses.shape, cure)

@@ -81,6 +81,10 @@ def read_bvh(path: str | Path) -> Bvh:
     return Bvh(skeleton, _rotations(skeleton, values), _positions(skeleton, values), fps)
 
 
+class _Odd(ValueError):
+    """What is wrong with a file, in words."""
+
+
 def _hierarchy(words: list[str], path: Path) -> Skeleton:
     names: list[str] = []
     parents: list[int] = []
@@ -105,7 +109,8 @@ def _hierarchy(words: list[str], path: Path) -> Skeleton:
                 place = words.index("{", place) + 1
             elif word == "OFFSET":
                 offset = [float(number) for number in words[place + 1 : place + 4]]
-                _, _, _ = offset
+                if len(offset) != 3 or not open_joints:
+                    raise _Odd("an OFFSET of other than three numbers, or of no joint")
                 if open_joints[-1] == -1:
                     ends[open_joints[-2]] = np.array(offset)
                 else:
@@ -115,22 +120,23 @@ def _hierarchy(words: list[str], path: Path) -> Skeleton:
                 count = int(words[place + 1])
                 listed = tuple(words[place + 2 : place + 2 + count])
                 if any(name not in _ROTATIONS and name not in _POSITIONS for name in listed) or len(listed) != count:
-                    raise ValueError(f"CHANNELS {count} {' '.join(listed)}")
+                    raise _Odd(f"CHANNELS {count} {' '.join(listed)}")
                 channels[open_joints[-1]] = listed
                 place += 2 + count
             elif word == "}":
                 open_joints.pop()
                 place += 1
             else:
-                raise ValueError(f"'{word}'")
+                raise _Odd(f"'{word}'")
         if open_joints or not names:
-            raise ValueError("an end inside a joint")
+            raise _Odd("an end inside a joint")
         if parents.count(-1) > 1:
-            raise ValueError("two roots")
+            raise _Odd("two roots")
         if not np.isfinite(offsets).all():
-            raise ValueError("an OFFSET that is NaN or infinite")
+            raise _Odd("an OFFSET that is NaN or infinite")
     except (ValueError, IndexError) as reason:
-        raise BadMotion(f"the hierarchy of {path} cannot be read", reason, "export the file again") from reason
+        got = reason if isinstance(reason, _Odd) else f"'{' '.join(words[place : place + 4])[:60]}'"
+        raise BadMotion(f"the hierarchy of {path} cannot be read", got, "export the file again") from reason
     if len(set(names)) != len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise BadMotion(f"joints of {path} must have different names", f"'{twice}' twice", "rename one of them")
@@ -142,14 +148,19 @@ def _frames(text: str, channel_count: int, path: Path) -> tuple[np.ndarray, floa
     lines = text.lstrip().split("\n", 2)
     try:
         if not (lines[0].startswith("Frames:") and lines[1].strip().startswith("Frame Time:")):
-            raise ValueError("no 'Frames:' or no 'Frame Time:'")
-        frame_count, frame_time = int(lines[0].split(":")[1]), float(lines[1].split(":")[1])
+            raise IndexError
+    except IndexError as reason:
+        raise BadMotion(f"the motion of {path} cannot be read", "no 'Frames:' or no 'Frame Time:'", again) from reason
+    body = lines[2] if len(lines) > 2 else ""
+    word = ""
+    try:
+        frame_count, frame_time = int(word := lines[0].split(":")[1]), float(word := lines[1].split(":")[1])
         if frame_count < 1 or not (np.isfinite(frame_time) and frame_time > 0):
-            raise ValueError(f"{frame_count} frames of {frame_time} s")
-        body = lines[2] if len(lines) > 2 else ""
-        values = np.array(list(map(float, body.split())))
-    except (ValueError, IndexError) as reason:
-        raise BadMotion(f"the motion of {path} cannot be read", reason, again) from reason
+            raise _Odd(f"{frame_count} frames of {frame_time} s")
+        values = np.array([float(word := each) for each in body.split()])
+    except ValueError as reason:
+        got = reason if isinstance(reason, _Odd) else f"'{word.strip()[:60]}' in place of a number"
+        raise BadMotion(f"the motion of {path} cannot be read", got, again) from reason
     in_first = len(body.lstrip().partition("\n")[0].split())
     if in_first != channel_count and len(values) != frame_count * channel_count:
         what = f"each frame of {path} must have {channel_count} numbers, one a channel"

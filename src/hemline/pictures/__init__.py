@@ -18,8 +18,11 @@ from .render import TRUTH as TRUTH
 from .render import Surface as Surface
 from .render import linear as linear
 from .render import render as render
+from .view import AUTO as AUTO
+from .view import clearest_view as clearest_view
 
 __all__ = [
+    "AUTO",
     "BODY",
     "CLOTH",
     "TRUTH",
@@ -27,6 +30,7 @@ __all__ = [
     "Camera",
     "Surface",
     "captioned",
+    "clearest_view",
     "compare",
     "compared",
     "draw",

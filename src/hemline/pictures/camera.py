@@ -63,6 +63,19 @@ class Camera:
         return np.stack([0.5 * width + local[:, 0] * scale, 0.5 * height - local[:, 1] * scale, depth], axis=1)
 
 
+def view_axes(view: str) -> Float[np.ndarray, "3 3"]:
+    """Rows: right, up and backward of a camera in a named direction.
+
+    Raises:
+        BadInput: The view has no such name.
+    """
+    if view not in VIEWS_DEG:
+        raise BadInput("no such view", repr(view), f"choose one of {', '.join(VIEWS_DEG)}")
+    azimuth, elevation = np.radians(VIEWS_DEG[view]), np.radians(ELEVATION_DEG)
+    back = np.array([np.sin(azimuth) * np.cos(elevation), np.sin(elevation), np.cos(azimuth) * np.cos(elevation)])
+    return Camera(tuple(back.tolist()), (0.0, 0.0, 0.0)).axes
+
+
 def frame_points(
     points: Points,
     view: str = "three_quarter",
@@ -87,15 +100,11 @@ def frame_points(
     Raises:
         BadInput: The view has no such name, or no point is finite.
     """
-    if view not in VIEWS_DEG:
-        raise BadInput("no such view", repr(view), f"choose one of {', '.join(VIEWS_DEG)}")
+    axes = view_axes(view)
     points = np.asarray(points, np.float64).reshape(-1, 3)
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         raise BadInput("nothing to look at", "no finite point", "give vertices that are numbers")
-    azimuth, elevation = np.radians(VIEWS_DEG[view]), np.radians(ELEVATION_DEG)
-    back = np.array([np.sin(azimuth) * np.cos(elevation), np.sin(elevation), np.cos(azimuth) * np.cos(elevation)])
-    axes = Camera(tuple(back.tolist()), (0.0, 0.0, 0.0)).axes
     x, y, z = axes @ points.T
     half = (1 - 2 * margin) * np.tan(0.5 * field_of_view)
     centre_x, distance_x = _nearest(x, z, half * size[0] / size[1])

@@ -9,14 +9,15 @@ from hemline.arrays import Faces, Vertices
 
 from .camera import frame_points
 from .images import side_by_side, write_png
-from .render import BODY, CLOTH, TRUTH, Picture, Surface, render
+from .render import BODY, CLOTH, TRUTH, Picture, Surface, check_surface, render
+from .view import AUTO, clearest_view
 
 _NAMED = {"cloth": CLOTH, "body": BODY, "truth": TRUTH}
 
 
 def picture_of(
     meshes: Sequence[tuple[Vertices, Faces, str | tuple[float, float, float]]],
-    view: str | Sequence[str] = "three_quarter",
+    view: str | Sequence[str] = AUTO,
     *,
     size: tuple[int, int] = (640, 640),
     ground: float | str | None = "lowest",
@@ -25,7 +26,7 @@ def picture_of(
 
     Args:
         meshes: (vertices [m], faces, colour) each; colour `"cloth"`, `"body"`, `"truth"` or sRGB from 0 to 1.
-        view: One name of `VIEWS_DEG`, or several.
+        view: One name of `VIEWS_DEG`, or several; `"auto"`: that from which most is seen of what is not `"body"`.
         size: Width and height of one view [pixels].
         ground: Height of the ground plane [m], None for none, or `"lowest"`: at the lowest vertex.
 
@@ -35,7 +36,7 @@ def picture_of(
     surfaces = [surface_of(*mesh) for mesh in meshes]
     points = np.concatenate([surface.vertices for surface in surfaces])
     height = float(np.nanmin(points[:, 1])) if isinstance(ground, str) else ground
-    views = [view] if isinstance(view, str) else list(view)
+    views = [_named(each, meshes, surfaces) for each in ([view] if isinstance(view, str) else view)]
     pictures = [render(surfaces, frame_points(points, each, size=size), size, ground=height) for each in views]
     return side_by_side(pictures)
 
@@ -43,7 +44,7 @@ def picture_of(
 def draw(
     path: str | Path,
     meshes: Sequence[tuple[Vertices, Faces, str | tuple[float, float, float]]],
-    view: str | Sequence[str] = "three_quarter",
+    view: str | Sequence[str] = AUTO,
     *,
     size: tuple[int, int] = (640, 640),
     ground: float | str | None = "lowest",
@@ -60,6 +61,23 @@ def draw(
         >>> draw(tempfile.mkdtemp() + "/triangle.png", [(*triangle, "cloth")], view=["front", "back"])
     """
     write_png(path, picture_of(meshes, view, size=size, ground=ground))
+
+
+def _named(view: str, meshes: Sequence[tuple[Vertices, Faces, object]], surfaces: Sequence[Surface]) -> str:
+    """The view's own name, or that from which most of the garment is seen."""
+    if view != AUTO:
+        return view
+    for surface in surfaces:
+        check_surface(surface)
+    cloth, bodies = (
+        [
+            (part.vertices, part.faces)
+            for part, mesh in zip(surfaces, meshes, strict=True)
+            if is_body == (mesh[2] == "body")
+        ]
+        for is_body in (False, True)
+    )
+    return clearest_view([(cloth, bodies) if cloth else (bodies, [])])
 
 
 def surface_of(vertices: Vertices, faces: Faces, colour: str | tuple[float, float, float]) -> Surface:

@@ -80,7 +80,7 @@ def render(
         BadInput: A face points past the last vertex, or a vertex is not finite.
     """
     for surface in surfaces:
-        _check(surface)
+        check_surface(surface)
     width, height = size
     vertices = _joined([surface.vertices for surface in surfaces], np.float32)
     starts = np.cumsum([0] + [len(surface.vertices) for surface in surfaces])[:-1]
@@ -193,7 +193,12 @@ def _vertex_colours(surface: Surface) -> np.ndarray:
     return np.tile(np.array(surface.colour, np.float32), (len(surface.vertices), 1))
 
 
-def _check(surface: Surface) -> None:
+def check_surface(surface: Surface) -> None:
+    """Refuse a surface that cannot be painted.
+
+    Raises:
+        BadInput: A face points past the last vertex, or a vertex is not finite.
+    """
     if len(surface.faces) and (surface.faces.min() < 0 or surface.faces.max() >= len(surface.vertices)):
         got = f"face indices {surface.faces.min()} to {surface.faces.max()} for {len(surface.vertices)} vertices"
         raise BadInput("a face points past the last vertex", got, "pass the vertices that belong to these faces")

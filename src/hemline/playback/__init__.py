@@ -1,9 +1,12 @@
-"""From a fitted animator to frames: play, record, evaluate."""
+"""From a fitted animator to frames: play, record, evaluate; one body or a crowd."""
 
+from .crowd import crowd as crowd
 from .evaluate import Evaluation as Evaluation
 from .evaluate import evaluate as evaluate
-from .play import Frame as Frame
+from .frame import Frame as Frame
 from .play import play as play
+from .player import Player as Player
+from .player import PlayerState as PlayerState
 from .record import record as record
 
-__all__ = ["Evaluation", "Frame", "evaluate", "play", "record"]
+__all__ = ["Evaluation", "Frame", "Player", "PlayerState", "crowd", "evaluate", "play", "record"]

@@ -12,7 +12,7 @@ from hemline.errors import MissingExtra
 from hemline.files import written_whole
 
 from .evaluate import Evaluation, evaluate
-from .play import Frame
+from .frame import Frame
 from .record import record
 
 Say = Callable[[str], None]
@@ -67,9 +67,8 @@ def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any
     rows = sim.produce(folder / "cape-light", garment, clips, jobs=jobs, report=report)
     say(f"2/4 fit: {sum(row.clip_frames for row in rows)} frames")
     dataset = datasets.open_dataset(folder / "cape-light")
-    kind = animators.animator_class("ropes")
-    config = replace(kind.Config(), epochs=SMALL_EPOCHS)
-    animator = kind.fit(dataset, config, seed=0)
+    config = replace(animators.animator_kind("ropes").Config(), epochs=SMALL_EPOCHS)
+    animator = animators.fit(dataset, "ropes", config, seed=0)
     animator.save(folder / "cape-light.safetensors")
     held_out = motions.load(dataset.split("test")[0].clip)
     say(f"3/4 animate, 4/4 evaluate on {held_out.name}, which the fit did not see")

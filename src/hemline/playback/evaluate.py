@@ -1,22 +1,24 @@
 """The figures of a model on a motion: milliseconds, millimetres, vertices inside."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from hemline.animators import name_of
 from hemline.animators.base import Animator
-from hemline.bodies.shaped import ShapedBody
-from hemline.collide.projection.project import Guarantee
-from hemline.collide.winding.numbers import inside
+from hemline.arrays import Vertices
+from hemline.bodies.body import ShapedBody
+from hemline.collide import Guarantee
 from hemline.datasets import Dataset, Take
 from hemline.errors import BadInput
-from hemline.metrics import deepest_mm, edge_strain, edge_strains, frame_ms, jerk_m_s3
 from hemline.motions.motion import Motion
 
-from .play import Frame, play
+from .frame import Frame
+from .play import play
+from .player import Player
+from .tally import Tally
 
 
 @dataclass(frozen=True)
@@ -62,20 +64,26 @@ def evaluate(
     truth: Dataset | None = None,
     drive: str = "own",
     fps: float = 30.0,
+    start: float = 0.0,
+    seconds: float | None = None,
     guarantee: Guarantee = "exact",
     untangle: bool = False,
     keep: Callable[[Frame], None] | None = None,
 ) -> Evaluation:
     """Play a motion and measure.
 
+    Everything is compiled before the first frame is timed; how long that took is a figure of its own, `warm_up_s`.
+
     Args:
         animator: A fitted animator.
         body: The body.
-        motion: The motion. With a truth, the takes' own poses are played instead: the same clip, untangled and placed
-            as it was simulated.
+        motion: The motion. With ground truth, the takes' own poses are played instead: the same clip, untangled and
+            placed as it was simulated.
         truth: A dataset with takes of this clip and shape.
-        drive: `own`: the animator's bones; `truth`: bones embedded in the truth.
-        fps: Frames a second, where there is no truth.
+        drive: `own`: the animator's own dynamics; `truth`: it is driven by the simulated vertices.
+        fps: Frames a second, where there is no ground truth.
+        start: Where in the motion to begin to measure; what comes before is played, too [s].
+        seconds: How much to measure; None: to the end [s].
         guarantee: As for `play`.
         untangle: As for `play`.
         keep: Called with each frame, to record it.
@@ -84,119 +92,46 @@ def evaluate(
         Figures and the worst frame.
 
     Raises:
-        BadInput: `drive` is neither, or is `truth` without one, or the truth lacks the clip.
+        BadInput: `drive` is neither, or is `truth` without one, or the ground truth lacks the clip; or no frame is left
+            to measure.
     """
     if drive not in ("own", "truth"):
         raise BadInput("drive must be 'own' or 'truth'", repr(drive), "name one of them")
     if drive == "truth" and truth is None:
         raise BadInput("drive 'truth' needs simulated takes", "none", "name a dataset with --truth")
-    tally = _Tally(animator, keep)
-    if truth is None:
+    takes = None if truth is None else takes_of(truth, motion, body.betas)
+    fps = fps if takes is None else takes[0].motion.fps
+    warm_up_s = Player.prepare(animator, body, clip=motion, guarantee=guarantee).warm_up(motion[0])
+    tally = Tally(animator, keep)
+    last = math.inf if seconds is None else start + seconds
+    for index, (frame, reference) in enumerate(_frames(animator, body, motion, takes, drive, fps, guarantee, untangle)):
+        if index / fps > last + 1e-9:
+            break
+        if index / fps >= start - 1e-9:
+            tally.add(frame, reference, fps)
+    worst_index, worst, worst_truth = tally.worst_frame()
+    figures = {"animator": animator.name, "drive": drive, "fps": fps, "warm_up_s": warm_up_s} | tally.figures()
+    return Evaluation(figures, worst, worst_index, worst_truth)
+
+
+def _frames(
+    animator: Animator,
+    body: ShapedBody,
+    motion: Motion,
+    takes: list[Take] | None,
+    drive: str,
+    fps: float,
+    guarantee: Guarantee,
+    untangle: bool,
+) -> Iterator[tuple[Frame, Vertices | None]]:
+    """Frames of the clip proper, each with its ground truth where there is one."""
+    if takes is None:
         for frame in play(animator, body, motion, fps=fps, guarantee=guarantee, untangle=untangle):
-            tally.add(frame, None, fps)
-    else:
-        takes = takes_of(truth, motion, body.betas)
-        fps = takes[0].motion.fps
-        for take in takes:
-            driven = take.vertices if drive == "truth" else None
-            frames = play(animator, body, take.motion, fps=None, guarantee=guarantee, placed=True, truth=driven)
-            for index, frame in enumerate(frames):
-                if not take.lead_in[index]:
-                    tally.add(frame, take.vertices[index], fps)
-    return tally.evaluation(fps, drive)
-
-
-class _Tally:
-    """Figures gathered frame by frame: what is kept of a frame is a few numbers and one error a vertex."""
-
-    def __init__(self, animator: Animator, keep: Callable[[Frame], None] | None):
-        self.animator, self.keep = animator, keep
-        self.milliseconds: list[dict[str, float]] = []
-        self.before: list[int] = []
-        self.after: list[int] = []
-        self.pinched: list[int] = []
-        self.depth_mm: list[tuple[float, float]] = []
-        self.strains: list[np.ndarray] = []
-        self.errors_mm: list[np.ndarray] = []
-        self.jerks: list[tuple[float, float]] = []
-        self.recent: list[tuple[np.ndarray, np.ndarray]] = []
-        self.badness = -1.0
-        self.worst: tuple[int, Frame, np.ndarray | None] | None = None
-
-    def add(self, frame: Frame, truth: np.ndarray | None, fps: float) -> None:
-        posed, garment = frame.body, self.animator.garment
-        faces = posed.shaped.body.faces
-        before = inside(posed.vertices, faces, frame.animated)
-        after = inside(posed.vertices, faces, frame.vertices)
-        after[frame.report.pinched] = False
-        self.milliseconds.append(dict(frame.milliseconds))
-        self.before.append(int(before.sum()))
-        self.after.append(int(after.sum()))
-        self.pinched.append(len(frame.report.pinched))
-        self.depth_mm.append(
-            (
-                deepest_mm(posed.vertices, faces, frame.animated, before),
-                deepest_mm(posed.vertices, faces, frame.vertices, after),
-            )
-        )
-        self.strains.append(edge_strains(frame.vertices, garment.faces, garment.rest_edges).astype(np.float32))
-        if truth is not None:
-            self.errors_mm.append((np.linalg.norm(frame.vertices - truth, axis=1) * 1e3).astype(np.float32))
-            self._add_jerk(frame.vertices, truth, fps)
-        badness = float(self.errors_mm[-1].mean() if truth is not None else before.sum())
-        if badness > self.badness:
-            self.badness, self.worst = badness, (len(self.before) - 1, frame, truth)
-        if self.keep is not None:
-            self.keep(frame)
-
-    def _add_jerk(self, vertices: np.ndarray, truth: np.ndarray, fps: float) -> None:
-        self.recent = [*self.recent[-3:], (vertices, truth)]
-        if len(self.recent) == 4:
-            ours, theirs = (np.stack(each) for each in zip(*self.recent, strict=True))
-            figures = jerk_m_s3(ours, fps, theirs)
-            self.jerks.append((figures["mean"] or 0.0, (figures["mean"] or 0.0) / (figures["ratio"] or 1.0)))
-
-    def evaluation(self, fps: float, drive: str) -> Evaluation:
-        from hemline.compiled import threads
-
-        if self.worst is None:
-            raise BadInput("a motion must have a frame", "none after the lead-in", "take a longer stretch")
-        index, frame, truth = self.worst
-        counts = np.array([self.before, self.after, self.pinched], np.float64)
-        percent = 100.0 * counts / len(frame.vertices)
-        own, theirs = np.mean(self.jerks, axis=0) if self.jerks else (0.0, 0.0)
-        figures: dict[str, Any] = {
-            "animator": name_of(self.animator),
-            "drive": drive,
-            "vertices": len(frame.vertices),
-            "frames": len(self.before),
-            "fps": fps,
-            "threads": threads(),
-            "frame_ms": frame_ms(self.milliseconds),
-            "inside_percent": {
-                "before": percent[0].mean(),
-                "after": percent[1].mean(),
-                "worst_frame_after": percent[1].max(),
-                "pinched": percent[2].mean(),
-            },
-            "deepest_mm": {"before": max(d[0] for d in self.depth_mm), "after": max(d[1] for d in self.depth_mm)},
-            "edge_strain": edge_strain(np.stack(self.strains)),
-            "vertex_error_mm": _error(self.errors_mm),
-            "jerk_m_s3": {"mean": own, "ratio": own / theirs} if self.jerks and theirs else None,
-            "worst_frame": index,
-        }
-        return Evaluation(_plain(figures), frame, index, truth)
-
-
-def _error(errors_mm: list[np.ndarray]) -> dict[str, float] | None:
-    if not errors_mm:
-        return None
-    every = np.stack(errors_mm)
-    return {"mean": every.mean(dtype=np.float64), "p95": np.percentile(every, 95), "max": every.max()}
-
-
-def _plain(value: Any) -> Any:
-    """NumPy's numbers as Python's, for JSON."""
-    if isinstance(value, dict):
-        return {key: _plain(inner) for key, inner in value.items()}
-    return value.item() if isinstance(value, np.generic) else value
+            yield frame, None
+        return
+    for take in takes:
+        driven = take.vertices if drive == "truth" else None
+        frames = play(animator, body, take.motion, fps=None, guarantee=guarantee, placed=True, truth=driven)
+        for index, frame in enumerate(frames):
+            if not take.lead_in[index]:
+                yield frame, take.vertices[index]

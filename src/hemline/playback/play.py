@@ -1,33 +1,16 @@
-"""Play a fitted garment on a body that moves: pose, animator, projection, frame."""
+"""Play a fitted garment on a body that moves, from the first frame of a motion to the last."""
 
-import time
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator
 
 from hemline.animators.base import Animator
-from hemline.arrays import FramesOfVertices, Vertices
-from hemline.bodies.posed import PosedBody
-from hemline.bodies.shaped import ShapedBody
-from hemline.collide.projection.project import Guarantee, ProjectionReport, Projector
-from hemline.errors import BadInput, BadModel
+from hemline.arrays import FramesOfVertices
+from hemline.bodies.body import ShapedBody
+from hemline.collide import Guarantee
+from hemline.errors import BadInput
 from hemline.motions.motion import Motion
 
-
-@dataclass(frozen=True)
-class Frame:
-    """One frame of a garment on a body."""
-
-    vertices: Vertices
-    """Garment vertices after the projection [m]."""
-    animated: Vertices
-    """The same before the projection: what the animator made [m]."""
-    body: PosedBody
-    """The body of this frame."""
-    report: ProjectionReport
-    """What the projection did."""
-    milliseconds: Mapping[str, float]
-    """Time by stage [ms]: `body`, `animator`, `projection`."""
+from .frame import Frame
+from .player import Player
 
 
 def play(
@@ -53,56 +36,37 @@ def play(
         motion: The motion, of any frame rate and for any leg length.
         fps: Frames a second to play at; None: the motion's own.
         pre_roll: Time in the first pose before the first frame [s].
-        guarantee: `exact`: no vertex inside the body, tested in every frame; `fast`: not tested.
-        measure: Let reports say how many vertices were inside before, and how deep.
+        guarantee: As for `Player.prepare`.
+        measure: As for `Player.prepare`.
         untangle: Lift limbs out of each other first.
         placed: The motion is already scaled and grounded for this body.
-        truth: Simulated vertices, one row a frame of the motion as it is played: the animator is driven by their
-            bones instead of its own.
+        truth: Simulated vertices, one row a frame of the motion as it is played: they drive the animator in the place
+            of its own dynamics.
 
     Yields:
         One `Frame` a frame.
 
     Raises:
         BadModel: The animator was fitted on another kind of body.
-        BadInput: A frame rate that is not positive, or a truth of another length.
+        BadInput: A frame rate that is not positive, or ground truth of another length.
     """
-    if body.body.name != animator.body_name:
-        raise BadModel(
-            f"the model was fitted on body '{animator.body_name}'",
-            f"body '{body.body.name}'",
-            "load that body, or fit again",
-        )
     if fps is not None and not 0 < fps <= 1000:
         raise BadInput("fps must lie between 0 and 1000", fps, "leave it out for 30")
+    player = Player.prepare(animator, body, guarantee=guarantee, measure=measure)
     motion = motion if placed else body.placed(motion)
     motion = motion if fps is None or fps == motion.fps else motion.resampled(fps)
     motion = body.untangled_motion(motion) if untangle else motion
     if truth is not None and len(truth) != len(motion):
         raise BadInput(
-            "the truth must have one row a frame", f"{len(truth)} for {len(motion)} frames", "use the take's motion"
+            "the ground truth must have one row a frame",
+            f"{len(truth)} for {len(motion)} frames",
+            "use the take's motion",
         )
     dt = 1.0 / motion.fps
-    projector = Projector.prepare(
-        body, animator.garment.vertices, animator.garment.faces, guarantee=guarantee, measure=measure
-    )
-    first = body.posed(motion[0])
-    state, projected = animator.start(first), projector.start()
-    for _ in range(round(pre_roll / dt) if truth is None else 0):
-        state, _ = animator.step(state, first, dt)
+    state = player.start(motion[0], pre_roll=pre_roll if truth is None else 0.0, dt=dt)
     for index in range(len(motion)):
-        clock = [time.perf_counter()]
-        posed = body.posed(motion[index])
-        _ = posed.vertices
-        clock.append(time.perf_counter())
         if truth is None:
-            state, animated = animator.step(state, posed, dt)
+            state, frame = player.step(state, motion[index], dt)
         else:
-            state, animated = animator.follow(state, posed, dt, truth[index])
-        clock.append(time.perf_counter())
-        projected, vertices, report = projector.project(projected, posed, animated, dt=dt)
-        clock.append(time.perf_counter())
-        spans = [(after - before) * 1e3 for before, after in pairwise(clock)]
-        yield Frame(
-            vertices, animated, posed, report, dict(zip(("body", "animator", "projection"), spans, strict=True))
-        )
+            state, frame = player.follow(state, motion[index], dt, truth[index])
+        yield frame

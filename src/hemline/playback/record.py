@@ -5,14 +5,13 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from hemline.arrays import Faces, FramesOfVertices
-from hemline.bodies.posed import PosedBody
-from hemline.bodies.shaped import ShapedBody
+from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.datasets import Take
 from hemline.export import Clip, Skeleton
 from hemline.garments.garment import Garment
 from hemline.motions.motion import JOINT_NAMES, Motion
 
-from .play import Frame
+from .frame import Frame
 
 
 def record(

@@ -16,6 +16,8 @@ from .settings import SimSettings as SimSettings
 from .step.state import ClothState as ClothState
 from .step.state import Scene as Scene
 from .step.stepper import Stepper as Stepper
+from .takes.anchors import Anchor as Anchor
+from .takes.anchors import produce_anchors as produce_anchors
 from .takes.produce import Clip as Clip
 from .takes.produce import produce as produce
 from .takes.rest_states import produce_rests as produce_rests
@@ -24,6 +26,7 @@ from .takes.rest_states import spread_shapes as spread_shapes
 from .takes.simulate import simulate as simulate
 
 __all__ = [
+    "Anchor",
     "Clip",
     "ClothState",
     "Elastic",
@@ -39,6 +42,7 @@ __all__ = [
     "joined",
     "make_sheet",
     "produce",
+    "produce_anchors",
     "produce_rests",
     "random_shapes",
     "rest_drape",

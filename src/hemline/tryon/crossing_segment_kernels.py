@@ -1,11 +1,12 @@
 """Segments that go through triangles."""
 
 from hemline.compiled import kernel
+from hemline.meshes.crossing_kernels import segment_crosses
 
 
 @kernel
 def crossings_of_segments(points, segments, x, faces, count_out):
-    """How many triangles each segment goes through.
+    """How many triangles each segment goes through, as `segment_crosses` says.
 
     # in:  points (points, 3), segments (segments, 2): their ends; x (verts, 3), faces (faces, 3)
     # out: count_out (segments,)
@@ -26,23 +27,7 @@ def crossings_of_segments(points, segments, x, faces, count_out):
                 continue
             if max(pz, pz + dz) < lz or min(pz, pz + dz) > hz:
                 continue
-            # Moeller and Trumbore 1997
-            ux, uy, uz = bx - ax, by - ay, bz - az
-            vx, vy, vz = cx - ax, cy - ay, cz - az
-            nx, ny, nz = dy * vz - dz * vy, dz * vx - dx * vz, dx * vy - dy * vx
-            det = ux * nx + uy * ny + uz * nz
-            if abs(det) < 1e-14:
-                continue
-            tx, ty, tz = px - ax, py - ay, pz - az
-            first = (tx * nx + ty * ny + tz * nz) / det
-            if first < 0.0 or first > 1.0:
-                continue
-            mx, my, mz = ty * uz - tz * uy, tz * ux - tx * uz, tx * uy - ty * ux
-            second = (dx * mx + dy * my + dz * mz) / det
-            if second < 0.0 or first + second > 1.0:
-                continue
-            along = (vx * mx + vy * my + vz * mz) / det
-            if 0.0 <= along <= 1.0:
+            if segment_crosses(points[p], points[q], x[i], x[j], x[k]):
                 count_out[s] += 1
 
 

@@ -7,24 +7,18 @@ import numpy as np
 
 from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
-from hemline.garments.rest_metric import edge_strain
-from hemline.motions.motion import JOINT_NAMES
 from hemline.sim import SimSettings, rest_drape
 
-from .crossing_segment_kernels import crossings_of_segments
-from .rims import rims_of
-from .skeleton import Skeleton
+from .openings import harmless, pierced, unused
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
     from hemline.datasets.take import Take
+from hemline.meshes import edge_strains
 
 TIGHTEST_MEDIAN, TIGHTEST, TORN = 0.10, 0.40, 1.0
 """Strain of the median edge beyond which a garment is too small; of the hundredth, and of any, beyond which it is
 torn."""
-
-ENDS = ("ankle", "foot", "wrist", "hand")
-"""Where too long a leg or sleeve lies in folds."""
 
 HOPELESS = 1.5
 """A median strain so many times too large before it settles is not settled at all."""
@@ -45,11 +39,13 @@ class Fitness:
         figures: `edge_strain_p50`, `edge_strain_p99`, `edge_strain_max`, `residual_share`, `inside`, `pinched`,
             `self_crossing_percent`, `fall_mm`.
         rest: The settled garment; None where it could not be settled.
+        warnings: What is odd about it, though it can be worn.
     """
 
     reason: str | None
     figures: dict[str, float]
     rest: "Take | None"
+    warnings: tuple[str, ...] = ()
 
 
 def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Fitness:
@@ -80,13 +76,15 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
         "self_crossing_percent",
     )
     figures = {key: float(rest.figures[key]) for key in kept} | {"fall_mm": 1000 * fall}
-    return Fitness(judged(garment, shaped, vertices, figures), figures, rest)
+    empty = unused(vertices, garment.faces, shaped)
+    warnings = (f"no limb goes through {_openings(empty)}",) if empty else ()
+    return Fitness(judged(garment, shaped, vertices, figures), figures, rest, warnings)
 
 
 def _far_too_small(garment: Garment) -> str | None:
     """Before it settles: whether it is stretched beyond what settling could mend."""
     # cloth that is too wide starts shortened, and unfolds
-    strain = np.clip(edge_strain(garment.vertices, garment.faces, garment.rest_edges), 0, None)
+    strain = np.clip(edge_strains(garment.vertices, garment.faces, garment.rest_edges), 0, None)
     middle, most = np.percentile(strain, [50, 99])
     return _too_small(float(middle), float(most)) if middle > HOPELESS * TIGHTEST_MEDIAN else None
 
@@ -118,9 +116,13 @@ def _misplaced(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray) -> 
     if through:
         return f"the body goes through its cloth at the {', the '.join(through)}: no opening leads there"
     empty = unused(vertices, garment.faces, shaped)
-    if empty:
-        return f"nothing goes through {len(empty)} of its openings, near the {' and the '.join(empty)}"
+    if empty and not harmless(vertices, garment.faces, shaped):
+        return f"nothing goes through {_openings(empty)}"
     return None
+
+
+def _openings(empty: tuple[str, ...]) -> str:
+    return f"{len(empty)} of its openings, near the {' and the '.join(empty)}"
 
 
 def judged(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figures: dict[str, float]) -> str | None:
@@ -140,23 +142,3 @@ def judged(garment: Garment, shaped: "ShapedBody", vertices: np.ndarray, figures
     if figures["self_crossing_percent"] > MOST_CROSSED:
         return f"it is tangled: {figures['self_crossing_percent']:.2f} % of its edges go through its own cloth"
     return None
-
-
-def pierced(vertices: np.ndarray, faces: np.ndarray, shaped: "ShapedBody") -> tuple[str, ...]:
-    """Names of the joints from which a line inside the body, at rest, goes through cloth; feet and hands apart, on
-    which too long a leg or sleeve lies in folds.
-    """
-    skeleton = Skeleton.of(shaped.joints)
-    count = np.empty(len(skeleton.inner), np.int64)
-    crossings_of_segments(skeleton.points, skeleton.inner, vertices.astype(np.float64), faces, count)
-    names = dict.fromkeys(skeleton.name(int(segment)) for segment in np.flatnonzero(count))
-    return tuple(name for name in names if not name.endswith(ENDS))
-
-
-def unused(vertices: np.ndarray, faces: np.ndarray, shaped: "ShapedBody") -> tuple[str, ...]:
-    """Of each opening that no limb goes through, the joint that is nearest to it; beyond hands and feet it may lie."""
-    placed, skeleton = vertices.astype(np.float64), Skeleton.of(shaped.joints)
-    rims = [rim.at(placed) for rim in rims_of(placed, faces)]
-    empty = [rim.points[-1] for rim in rims if not rim.passed(skeleton)]
-    names = [JOINT_NAMES[int(np.linalg.norm(shaped.joints - centre, axis=1).argmin())] for centre in empty]
-    return tuple(name for name in names if not name.endswith(ENDS))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hemline.arrays import Faces, Vertices
+from hemline.arrays import Faces, Int, Vertices
 from hemline.meshes import boundary_loops, components
 
 from .crossing_segment_kernels import crossings_of_segments
@@ -54,7 +54,11 @@ class Rim:
 
     def passed(self, skeleton: Skeleton) -> bool:
         """Whether a limb goes through it."""
+        return bool(self.crossings(skeleton).any())
+
+    def crossings(self, skeleton: Skeleton) -> Int[np.ndarray, " limbs"]:
+        """How often each limb goes through the fan of triangles around its centre."""
         count, order = np.empty(len(skeleton.limbs), np.int64), np.arange(len(self.loop))
         fan = np.stack([order, np.roll(order, -1), np.full(len(order), len(order))], axis=1)
         crossings_of_segments(skeleton.points, skeleton.limbs, self.points, fan, count)
-        return bool(count.any())
+        return count

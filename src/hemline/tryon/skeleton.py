@@ -60,6 +60,16 @@ class Skeleton:
         """What an inner segment is called: the joint where it begins."""
         return JOINT_NAMES[int(self.inner[segment, 0])]
 
+    def way(self, end: str) -> Int[np.ndarray, " limbs"]:
+        """1 for each limb between the pelvis and an end: `crown`, `left_hand` (its finger tips), or a joint."""
+        tips = {"crown": 0, "left_hand": 1, "right_hand": 2}
+        point = len(JOINT_NAMES) + tips[end] if end in tips else _number(end)
+        on_way = np.zeros(len(self.limbs), np.int64)
+        while point != _number("pelvis"):
+            limb = int(np.flatnonzero(self.limbs[:, 1] == point)[0])
+            on_way[limb], point = 1, int(self.limbs[limb, 0])
+        return on_way
+
     def nearest(self, points: Float[np.ndarray, "queries 3"]) -> Float[np.ndarray, "queries 3"]:
         """The point of the limbs that is nearest to each point [m]."""
         start, way = self.points[self.limbs[:, 0]], self.points[self.limbs[:, 1]] - self.points[self.limbs[:, 0]]

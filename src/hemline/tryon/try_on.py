@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.errors import BadGarment, SimulationFailed
+from hemline.errors import BadGarment, OffBody, SimulationFailed
 from hemline.garments.assembly import Cloth, assembled, body_made_on
 from hemline.garments.garment import Garment
 from hemline.garments.garment_toml import GarmentFile, read_garment_toml
@@ -33,6 +33,9 @@ MANY, COST = 30_000, 0.008
 
 ON_SHOULDERS = 0.06
 """Cloth that is so near to the line from neck to shoulder lies on it [m]."""
+
+
+_CURE = "place it on the body at rest (y up, facing +z), or check its unit"
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +108,7 @@ def try_on(
         result = grown(loose, made_on, alignment, progress)
     except SimulationFailed as failure:
         what = f"{cloth.name} must fit around the body"
-        raise BadGarment(
-            what, failure, "place it on the body at rest (y up, facing +z), or check its unit"
-        ) from failure
+        raise BadGarment(what, failure, _CURE) from failure
     on_body = Cloth(
         cloth.name,
         result.vertices,
@@ -119,7 +120,10 @@ def try_on(
     if said.pins is None and on_shoulders(result.vertices, made_on):
         said = replace(said, pins="none")
         on_body = replace(on_body, notes=(*on_body.notes, "pins: none, as the shoulders carry it"))
-    garment = assembled(on_body, said, made_on)
+    try:
+        garment = assembled(on_body, said, made_on)
+    except OffBody as still:
+        raise BadGarment(f"once tried on, {still.what}", still.got, _CURE) from still
     return TryOn(garment, fitness(garment, shaped), alignment, result)
 
 

@@ -2,7 +2,8 @@
 
 from .chains import Ropes as Ropes
 from .config import RopesConfig as RopesConfig
+from .kind import KIND as KIND
 from .model import AnimatorRopes as AnimatorRopes
 from .model import AnimatorRopesState as AnimatorRopesState
 
-__all__ = ["AnimatorRopes", "AnimatorRopesState", "Ropes", "RopesConfig"]
+__all__ = ["KIND", "AnimatorRopes", "AnimatorRopesState", "Ropes", "RopesConfig"]

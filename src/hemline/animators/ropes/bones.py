@@ -3,8 +3,7 @@
 import numpy as np
 
 from hemline.arrays import Nodes, Vertices
-from hemline.bodies.posed import PosedBody
-from hemline.bodies.shaped import ShapedBody
+from hemline.bodies.body import PosedBody, ShapedBody
 
 from .chains import Ropes
 
@@ -15,7 +14,8 @@ def seen_bones(ropes: Ropes, vertices: Vertices, posed: PosedBody) -> Nodes:
     Bones that the body carries are taken from the body, as when the garment is played: the networks learn and play
     with the same inputs there.
 
-    Source: Jin et al., "Rope chains", 2024, Section 7 (bones "barycentrically enslaved" to the simulation).
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Section 7 (bones "barycentrically enslaved" to the simulation).
     """
     bones = np.array(ropes.embedded(vertices), np.float64)
     bones[ropes.kinematic] = ropes.carried(posed)

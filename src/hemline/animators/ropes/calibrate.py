@@ -1,4 +1,4 @@
-"""Fit the constants of rope chains to simulated truth, so that they swing as the cloth does."""
+"""Fit the constants of rope chains to simulated bones, so that they swing as the cloth does."""
 
 import itertools
 import math
@@ -48,8 +48,8 @@ def calibrated(
     Each bone may come as close to the body's primitives as the simulated one did (they are rougher than the skin). The
     length of each rope stays, or is a percentile of its simulated span, the same for all. Then a compass search over
     drag, springs, damping and friction: each is multiplied and divided by a step, what helps is kept, the step shrinks.
-    The error is the mean distance to the truth over windows that start from the truth, and as much again of how far the
-    trembling is off: without that, ropes that shake around the right place would be the best.
+    The error is the mean distance to the ground truth over windows that start from it, and as much again of how far
+    the trembling is off: without that, ropes that shake around the right place would be the best.
 
     Args:
         ropes: Bones laid on the garment that was simulated, and the constants to begin with.
@@ -65,9 +65,10 @@ def calibrated(
     Raises:
         BadDataset: Bones that do not fit the ropes or the poses, or no clip as long as a window.
 
-    Source: Jin et al., "Rope chains", 2024, Section 10 (constants from ground truth, future work there). Differs: a
-        search without derivatives; lengths from the bones' own spans, since ropes of the cloth's 99th percentile would
-        hang lower than the cloth does.
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Section 10 (constants from ground truth, future work there). Differs: a search without
+        derivatives; lengths from the bones' own spans, since ropes of the cloth's 99th percentile would hang lower than
+        the cloth does.
     """
     windows = _windows(ropes, shaped, clips, window_seconds, window_count)
     ropes = _with_clearances(ropes, shaped, clips)
@@ -110,7 +111,7 @@ def _with_lengths(ropes: Ropes, clips: Sequence[Clip], percentile: float) -> Rop
 def bone_error_mm(
     ropes: Ropes, shaped: "ShapedBody", clips: Sequence[Clip], *, window_seconds: float = 1.0, window_count: int = 12
 ) -> float:
-    """Mean distance of swinging bones to the truth, over windows that start from the truth [mm].
+    """Mean distance of swinging bones to the ground truth, over windows that start from it [mm].
 
     Args:
         ropes: Bones and constants.
@@ -151,7 +152,7 @@ def _windows(ropes: Ropes, shaped: "ShapedBody", clips: Sequence[Clip], seconds:
 
 
 def _cost(ropes: Ropes, windows: list[Window]) -> float:
-    """Mean distance to the truth, plus the mean distance of third differences over `_TREMBLE` seconds [m]."""
+    """Mean distance to the ground truth, plus the mean distance of third differences over `_TREMBLE` seconds [m]."""
     costs = []
     for miss, dt in _misses(ropes, windows):
         trembling = np.diff(miss, 3, axis=0) * (_TREMBLE / dt) ** 3
@@ -160,7 +161,7 @@ def _cost(ropes: Ropes, windows: list[Window]) -> float:
 
 
 def _misses(ropes: Ropes, windows: list[Window]) -> Iterator[tuple[Float[np.ndarray, "frames free 3"], float]]:
-    """How far the free bones are from the truth in each window, frame by frame [m], and the time between frames [s]."""
+    """How far the free bones are off in each window, frame by frame [m], and the time between frames [s]."""
     free = ropes.parents >= 0
     for bodies, bones, dt in windows:
         state, miss = _begun(ropes, bodies, bones, dt), []
@@ -171,7 +172,7 @@ def _misses(ropes: Ropes, windows: list[Window]) -> Iterator[tuple[Float[np.ndar
 
 
 def _begun(ropes: Ropes, bodies: "list[PosedBody]", bones: np.ndarray, dt: float) -> RopesState:
-    """The truth at the second frame, with velocities from its neighbours."""
+    """The ground truth at the second frame, with velocities from its neighbours."""
     kinematic, state = ropes.kinematic, ropes.start(bodies[1])
     before, now, after = (ropes.carried(body) for body in bodies[:3])
     positions, velocities = np.array(bones[1], np.float64), (bones[2] - bones[0]) / (2 * dt)

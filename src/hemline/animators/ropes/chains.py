@@ -1,7 +1,7 @@
 """All bones of a garment: rope chains that swing, and bones that the body carries."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -114,46 +114,12 @@ class Ropes:
         """The kinematic bones of a whole clip, from its skin transforms [m], float64."""
         return self.carriage.carried(transforms, self.carriage.rest_on(shaped))
 
-    def excess(self, state: RopesState) -> Float[np.ndarray, "*agents nodes"]:
+    def excess(self, state: RopesState) -> Float[np.ndarray, " nodes"]:
         """How far each rope is over its length, as a share of it; 0 unless collisions held it there."""
         return self.chains.excess(state.positions)
 
-    def start(self, posed: "PosedBody | Sequence[PosedBody]", *, agents: int | None = None) -> RopesState:
-        """Hang the ropes on a posed body as at rest; they will move along with it from the first step on.
-
-        Args:
-            posed: The body; with `agents`, one for each.
-            agents: How many; adds a leading axis to every array of the state.
-
-        Raises:
-            BadInput: Not one body for each agent.
-        """
-        if agents is not None:
-            return RopesState.stacked([self._start(each) for each in _bodies(posed, agents)])
-        return self._start(posed)  # type: ignore[arg-type]  # one body
-
-    def step(self, state: RopesState, posed: "PosedBody | Sequence[PosedBody]", dt: float) -> RopesState:
-        """Advance to a posed body.
-
-        Args:
-            state: Where the ropes are; not changed.
-            posed: The body at the end of the step; with agents, one for each.
-            dt: Length of the step [s]; any, taken in substeps.
-
-        Returns:
-            The next state.
-
-        Raises:
-            BadInput: `dt` is not a positive number, not one body for each agent, or a body's transforms are not finite.
-        """
-        if not (math.isfinite(dt) and dt > 0):
-            raise BadInput("a step needs a positive dt", dt, "give seconds, such as 1 / 60")
-        if state.agents is None:
-            return self._step(state, posed, float(dt))  # type: ignore[arg-type]  # one body
-        bodies = _bodies(posed, state.agents)
-        return RopesState.stacked([self._step(state.agent(i), each, float(dt)) for i, each in enumerate(bodies)])
-
-    def _start(self, posed: "PosedBody") -> RopesState:
+    def start(self, posed: "PosedBody") -> RopesState:
+        """Hang the ropes on a posed body as at rest; they will move along with it from the first step on."""
         proxy = self._proxy_of(posed.shaped)
         frames = proxy.posed(posed)
         rest = self.carriage.rest_on(posed.shaped)
@@ -177,7 +143,23 @@ class Ropes:
             proxy.pivots,
         )
 
-    def _step(self, state: RopesState, posed: "PosedBody", dt: float) -> RopesState:
+    def step(self, state: RopesState, posed: "PosedBody", dt: float) -> RopesState:
+        """Advance to a posed body.
+
+        Args:
+            state: Where the ropes are; not changed.
+            posed: The body at the end of the step.
+            dt: Length of the step [s]; any, taken in substeps.
+
+        Returns:
+            The next state.
+
+        Raises:
+            BadInput: `dt` is not a positive number, or the body's transforms are not finite.
+        """
+        if not (math.isfinite(dt) and dt > 0):
+            raise BadInput("a step needs a positive dt", dt, "give seconds, such as 1 / 60")
+        dt = float(dt)
         frames, kinematic = self.proxy.posed(posed), self.kinematic
         motion = np.empty((4, len(kinematic), 3))
         carry_nodes(self.carriage.weights, state.kinematic_rest, frames, motion[1])
@@ -249,23 +231,3 @@ class Ropes:
             "key_joint": self.key_joint,
             "proxy_names": list(self.proxy.names),
         }
-
-    @classmethod
-    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> "Ropes":
-        """The ropes that `arrays` and `metadata` describe; other keys are ignored.
-
-        Raises:
-            BadModel: Something is missing, of the wrong shape, or points to what is not there.
-        """
-        from .checked import checked_ropes
-
-        return checked_ropes(cls, arrays, metadata)
-
-
-def _bodies(posed: "PosedBody | Sequence[PosedBody]", agents: int) -> "list[PosedBody]":
-    bodies = list(posed) if isinstance(posed, Sequence) else [posed]
-    if len(bodies) != agents:
-        raise BadInput(
-            "every agent needs a posed body", f"{len(bodies)} for {agents} agents", "give a sequence of one each"
-        )
-    return bodies

@@ -4,7 +4,8 @@ One step of length h, for all chains: (1) half a kick of velocities by external 
 (2) positions, root to tip, turned exactly on the sphere of the taut rope; (3) collisions, root to tip; impulses;
 (4) the other half kick, then impulses.
 
-Source: Jin et al., "Rope chains", 2024, Sections 3 to 6.
+Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting Clothing",
+2024, Sections 3 to 6.
 
 Differs from the paper:
 
@@ -193,7 +194,7 @@ class RopeChains:
         )
         return positions_out, velocities_out, tensions_out, touched_out
 
-    def excess(self, positions: Float[np.ndarray, "*agents nodes 3"]) -> Float[np.ndarray, "*agents nodes"]:
+    def excess(self, positions: Float[np.ndarray, "*frames nodes 3"]) -> Float[np.ndarray, "*frames nodes"]:
         """How far each rope is over its length, as a share of it: max(0, l / l_max - 1); 0 for kinematic nodes."""
         free = np.flatnonzero(self.parents >= 0)
         spans = np.linalg.norm(positions[..., free, :] - positions[..., free - 1, :], axis=-1)

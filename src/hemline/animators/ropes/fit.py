@@ -1,4 +1,4 @@
-"""From simulated takes to a model: lay the ropes, calibrate them, learn both networks."""
+"""From simulated takes to a model: lay the ropes, calibrate them, learn the networks."""
 
 import importlib.util
 import shutil
@@ -11,7 +11,7 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.base import Progress
-from hemline.bodies.shaped import ShapedBody
+from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
 from hemline.datasets.take import take_metadata
 from hemline.errors import MissingExtra
@@ -33,7 +33,7 @@ def fit(
     checkpoints: Path | None = None,
     ropes: Ropes | None = None,
 ) -> AnimatorRopes:
-    """Fit rope chains and their two networks to the takes of a dataset.
+    """Fit rope chains and their networks to the takes of a dataset.
 
     Args:
         dataset: Takes of one garment, with the rest drape of each body shape.
@@ -52,7 +52,8 @@ def fit(
         BadModel: The training diverged.
         MissingExtra: torch is not installed.
 
-    Source: Jin et al., "Rope chains", 2024, Sections 7 to 9. Differs: see `learn.learn` and `nets.train_network`.
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Sections 7 to 9. Differs: see `learn.learn` and `networks.train_network`.
     """
     if importlib.util.find_spec("torch") is None:
         raise MissingExtra("torch", "learn", "fitting rope chains")
@@ -75,7 +76,7 @@ def fit(
         learned.shape_basis,
         learned.skinning,
         learned.shape,
-        learned.bridge,
+        learned.correction,
         body_name=garment.body_name,
         body_hash=shaped.body.hash,
         config=config,

@@ -9,17 +9,17 @@ import numpy as np
 
 from hemline import bodies
 from hemline.arrays import FramesOfVertices, Transforms, Vertices
-from hemline.bodies.shaped import ShapedBody
+from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset, Row, Take
 from hemline.errors import BadDataset
 from hemline.files import content_hash
+from hemline.learning.collision import Clearances, clearances
+from hemline.learning.key_frame import to_key
+from hemline.learning.mirror import mirror_of, mirrored_transforms, mirrored_vertices
 
 from .bones import rest_bones
 from .chains import Ropes
-from .collision import Clearances, clearances
 from .frames import Frames
-from .keyframe import to_key
-from .mirror import mirror_of, mirrored_transforms, mirrored_vertices
 
 SIDES = ("train", "val", "test")
 
@@ -173,7 +173,7 @@ def _in_key(points: np.ndarray, keys: np.ndarray) -> np.ndarray:
 
 
 def _simulated(ropes: Ropes, shaped: ShapedBody, take: Take) -> np.ndarray:
-    """The ropes' own bones along a clip; those of the truth while they settle, in the first second."""
+    """The ropes' own bones along a clip; those of the ground truth while they settle, in the first second."""
     state = ropes.start(shaped.posed(take.motion[0]))
     positions = []
     for index in range(len(take.motion)):

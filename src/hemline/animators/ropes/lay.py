@@ -4,7 +4,7 @@ import numpy as np
 
 from hemline.animators.base import Progress
 from hemline.arrays import Vertices
-from hemline.bodies.shaped import ShapedBody
+from hemline.bodies.body import ShapedBody
 
 from .calibrate import Clip, bone_error_mm, calibrated
 from .chains import Ropes
@@ -30,8 +30,8 @@ def ropes_for(
         progress: Called with stage, steps done and steps in all.
 
     Returns:
-        The ropes, and the mean distance of their bones to the truth after a second on their own, on the clips to train
-        on and on the others [mm]; clips shorter than that say nothing.
+        The ropes, and the mean distance of their bones to the ground truth after a second on their own, on the clips
+        to train on and on the others [mm]; clips shorter than that say nothing.
     """
     strain = float(np.median([row.figures.get("edge_strain_p99", 0.02) for row in source.rows]))
     ropes = lay_out(source.dataset.garment, shaped, rest=rest, chain_count=config.chains, strain_p99=strain)
@@ -46,7 +46,7 @@ def ropes_for(
 
 
 def _clips(source: Source, ropes: Ropes, shaped: ShapedBody, *, train: bool) -> list[Clip]:
-    """Poses and true bones of takes on this shape, spread evenly over the dataset."""
+    """Poses and simulated bones of takes on this shape, spread evenly over the dataset."""
     rows = [
         row
         for row, side in zip(source.rows, source.sides, strict=True)

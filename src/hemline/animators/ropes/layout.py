@@ -61,8 +61,9 @@ def lay_out(
         BadGarment: The pinned rim has no length, a chain names a vertex that does not exist or fewer than two, or the
             counts cannot be used.
 
-    Source: Jin et al., "Rope chains", 2024, Section 3 and Fig. 2. Differs: geodesic lines where the paper says manually
-        or by skinning decomposition (not built yet).
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Section 3 and Fig. 2. Differs: geodesic lines where the paper says manually or by skinning
+        decomposition (not built yet).
     """
     if chain_count < 1 or not 2 <= bone_counts[0] <= bone_counts[1] or not 0 <= strain_p99 < 1:
         raise BadGarment(

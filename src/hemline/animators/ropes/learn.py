@@ -1,4 +1,4 @@
-"""Both bases and both networks from frames: the order of Sections 7 and 8."""
+"""Bases, networks and bone correction from frames: the order of Sections 7 and 8."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -11,14 +11,14 @@ from hemline.animators.base import Progress
 from hemline.arrays import Float
 from hemline.errors import MissingExtra
 from hemline.files import content_hash
+from hemline.learning.collision import Clearances
+from hemline.learning.mlp import Mlp
+from hemline.learning.packed_basis import PackedBasis, pack_basis
+from hemline.learning.pca import Pca, principal
 
-from .collision import Clearances
 from .config import RopesConfig
 from .frames import Frames
-from .lesson import Contact, Lesson, Skinned
-from .mlp import Mlp
-from .pca import Pca, principal
-from .reconstruct import PackedBasis, pack_basis
+from .training_set import Contact, Skinned, TrainingSet
 
 BASIS_FRAMES = 5000
 """Frames that a basis is found from; of more, this many are drawn: its time grows with their square."""
@@ -34,7 +34,7 @@ class Learned:
     shape_basis: PackedBasis
     skinning: Mlp
     shape: Mlp
-    bridge: Mlp
+    correction: Mlp
     figures: dict[str, float]
 
 
@@ -46,7 +46,7 @@ class Stage:
     basis: PackedBasis
     network: Mlp
     coefficients: Float[np.ndarray, "frames modes"]
-    """What the network makes of the true bones of each frame [m]."""
+    """What the network makes of the simulated bones of each frame [m]."""
 
     def rows(self, frames: np.ndarray | slice, rows: np.ndarray | slice) -> Float[np.ndarray, "frames rows"]:
         """Displacements that this stage adds, of some frames at some rows [m]."""
@@ -67,7 +67,7 @@ def learn(
     progress: Progress | None = None,
     folder: Path | None = None,
 ) -> Learned:
-    """Fit both bases and both networks.
+    """Fit both bases, both networks and the bone correction.
 
     Args:
         frames: Displacements, bones and the split.
@@ -85,8 +85,9 @@ def learn(
         BadModel: The training diverged.
         MissingExtra: torch is not installed.
 
-    Source: Jin et al., "Rope chains", 2024, Sections 7 and 8. The second basis is that of the residual of the first
-        network as it is played, so it mends what packing the first basis to 8 bits left over, too.
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Sections 7 and 8. The second basis is that of the residual of the first network as it is
+        played, so it mends what packing the first basis to 8 bits left over, too.
     """
     tell = progress or (lambda stage, done, total: None)
     mark = content_hash(asdict(config), {"seed": seed}, frames.mark)
@@ -105,14 +106,21 @@ def learn(
 
     shape_settings = (config.shape_components, 0, config.shape_rate, seed + 1)
     second = _stage("shape", residual, first, frames, clearances, config, shape_settings, mark, tell, folder)
-    from .bridge import train_bridge
+    from .correction import train_correction
 
     skinned = Skinned((first.network, second.network), np.concatenate([first.unpacked, second.unpacked]))
-    bridge = train_bridge(
-        frames, skinned, clearances, config, seed=seed, progress=lambda done, total: tell("bridge", done, total)
+    correction = train_correction(
+        frames,
+        skinned,
+        clearances,
+        config,
+        seed=seed,
+        mark=mark,
+        folder=folder,
+        progress=lambda done, total: tell("bone correction", done, total),
     )
-    figures = _figures(frames, first, second) | _rope_figures(frames, skinned, bridge)
-    return Learned(first.basis, second.basis, first.network, second.network, bridge, figures)
+    figures = _figures(frames, first, second) | _rope_figures(frames, skinned, correction)
+    return Learned(first.basis, second.basis, first.network, second.network, correction, figures)
 
 
 def _stage(
@@ -128,7 +136,7 @@ def _stage(
     folder: Path | None,
 ) -> Stage:
     try:
-        from .nets import train_network
+        from .networks import train_network
     except ModuleNotFoundError as reason:
         raise MissingExtra("torch", "learn", "fitting rope chains") from reason
     components, extra, rate, seed = settings
@@ -136,7 +144,7 @@ def _stage(
     pca = principal(strips, frames.displacements.shape[1], components)
     basis = pack_basis(pca.basis, pca.deviations, extra=extra)
     tell(f"{name} basis", 1, 1)
-    lesson = Lesson(
+    training = TrainingSet(
         stage=name,
         bones=frames.bones,
         free=frames.free,
@@ -147,11 +155,10 @@ def _stage(
         vertex_count=frames.vertex_count,
     )
     unpacked = basis.unpacked()
-
     earlier = (before.coefficients, before.unpacked) if before else None
     contact = Contact(unpacked, frames.displacements, earlier, clearances) if clearances else None
     network = train_network(
-        lesson,
+        training,
         contact,
         config,
         rate=rate,
@@ -164,13 +171,13 @@ def _stage(
 
 
 def _projected(frames: Frames, before: Stage | None, pca: Pca) -> Float[np.ndarray, "frames modes"]:
-    """Coefficients of the truth (less what is there before) of all frames, held-out ones too."""
+    """Coefficients of the ground truth (less what is there before) of all frames, held-out ones too."""
     whole = pca.coefficients(lambda at: frames.displacements[:, at])
     return whole - pca.coefficients(lambda at: before.rows(slice(None), at)) if before else whole
 
 
 def _figures(frames: Frames, first: Stage, second: Stage) -> dict[str, float]:
-    """Mean distances to the truth [mm], driven by the bones of the truth, by side of the split and stage."""
+    """Mean distances to the ground truth [mm], driven by its bones, by side of the split and stage."""
     figures = {
         "skinning_explained_share": first.pca.explained,
         "shape_explained_share": second.pca.explained,
@@ -187,15 +194,15 @@ def _figures(frames: Frames, first: Stage, second: Stage) -> dict[str, float]:
     return figures
 
 
-def _rope_figures(frames: Frames, skinned: Skinned, bridge: Mlp) -> dict[str, float]:
-    """Mean distances to the truth, driven by the bones of the ropes without and with the bridge [mm]."""
+def _rope_figures(frames: Frames, skinned: Skinned, correction: Mlp) -> dict[str, float]:
+    """Mean distances to the ground truth, driven by the bones of the ropes, uncorrected and corrected [mm]."""
     figures = {}
     for side, chosen in (("train", frames.train), ("val", frames.val), ("test", frames.test)):
         some = chosen[:: max(1, len(chosen) // CHUNK)]
         if not len(some):
             continue
         bones, truth = frames.rope_bones[some], np.array(frames.displacements[some])
-        for name, given in (("unbridged", bones), ("own", bones + bridge.many(bones))):
+        for name, given in (("uncorrected", bones), ("own", bones + correction.many(bones))):
             coefficients = np.concatenate([network.many(given) for network in skinned.networks], axis=1)
             left = (coefficients @ skinned.basis - truth).reshape(len(some), -1, 3)
             figures[f"{side}_{name}_error_mm"] = 1e3 * float(np.linalg.norm(left, axis=2).mean())

@@ -1,49 +1,43 @@
 """Rope chains that carry a full garment: the animator for capes, skirts, anything that swings."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from hemline.animators.base import Progress
-from hemline.animators.model_file import (
-    AGAIN,
-    array_of,
-    config_of,
-    entry,
-    garment_of,
-    part,
-    refused,
-    save_model,
-)
-from hemline.arrays import Float, FramesOfVertices, Nodes, Vertices
-from hemline.bodies.posed import PosedBody
+from hemline.animators.model_file import garment_of, save_model
+from hemline.arrays import Nodes, Vertices
+from hemline.bodies.body import PosedBody
 from hemline.errors import BadInput, BadModel
+from hemline.files.contents import AGAIN, array_of, entry, part, refused
 from hemline.garments.garment import Garment
+from hemline.learning.key_frame import to_key
+from hemline.learning.mlp import Mlp
+from hemline.learning.packed_basis import PackedBasis
 from hemline.motions.motion import JOINT_NAMES
+from hemline.options import options_of
 
 from .bones import rest_bones, seen_bones
-from .chains import Ropes, RopesState
+from .chains import Ropes
+from .checked import checked_ropes
 from .config import RopesConfig
-from .keyframe import to_key
-from .mlp import Mlp
-from .reconstruct import PackedBasis
+from .state import RopesState
 
-if TYPE_CHECKING:
-    from hemline.datasets import Dataset
+VERSION = 2
+"""Version of what model files hold of rope chains, `ropes.version`; 1 had no such key."""
 
 
 @dataclass(frozen=True, eq=False)
 class AnimatorRopesState:
-    """All that moves; a leading axis of agents where it was started with some."""
+    """All that moves."""
 
     ropes: RopesState
-    rest: Float[np.ndarray, "*agents verts 3"]
+    rest: Vertices
     """The rest drape on this body's shape [m]."""
-    rest_bones: Float[np.ndarray, "*agents nodes 3"]
+    rest_bones: Nodes
     """The bones in it [m], float64."""
 
 
@@ -54,11 +48,12 @@ class AnimatorRopes:
     $$x = A_\mathrm{key}\,(x_\mathrm{rest} + B_1 c_1(d) + B_2 c_2(d))$$
 
     with $d$ the displacements of all bones from rest in the frame of the key joint, and $c_1$, $c_2$ two networks.
-    Bones of the ropes first become $d + g(d)$, with a third network (`bridge`).
+    Bones of the ropes first become $d + g(d)$, with a third network (`correction`).
 
-    Source: Jin et al., "Rope chains", 2024, Sections 7 and 8. Differs: on other body shapes than the fitted one the
-        rest drape is moved as the undraped garment would be (`Garment.dressed`), and displacements are kept as they
-        are; the paper has one shape.
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Sections 7 and 8. Differs: on other body shapes than the fitted one the rest drape is moved as
+        the undraped garment would be (`Garment.dressed`), and displacements are kept as they are; the paper has one
+        shape.
     """
 
     garment: Garment
@@ -69,15 +64,15 @@ class AnimatorRopes:
     shape_basis: PackedBasis
     skinning: Mlp
     shape: Mlp
-    bridge: Mlp
-    """From the ropes' bones to a change of them, see `bridge.train_bridge`; simulated bones need none."""
+    correction: Mlp
+    """From the ropes' bones to a change of them, see `correction.train_correction`; simulated bones need none."""
     body_name: str
     body_hash: str
     config: RopesConfig
     figures: Mapping[str, float] = field(default_factory=dict)
     licences: tuple[str, ...] = ()
 
-    Config: ClassVar[type] = RopesConfig
+    name: ClassVar[str] = "ropes"
 
     @cached_property
     def basis(self) -> PackedBasis:
@@ -89,65 +84,36 @@ class AnimatorRopes:
         """Index of the key joint."""
         return JOINT_NAMES.index(self.garment.key_joint)
 
-    @classmethod
-    def fit(
-        cls,
-        dataset: "Dataset",
-        config: RopesConfig | None = None,
-        *,
-        seed: int = 0,
-        progress: Progress | None = None,
-        checkpoints: Path | None = None,
-    ) -> Self:
-        """Learn from simulated takes; see `fit.fit`."""
-        from .fit import fit
-
-        return fit(dataset, config or RopesConfig(), seed=seed, progress=progress, checkpoints=checkpoints)  # type: ignore[return-value]
-
-    def start(self, posed: PosedBody | Sequence[PosedBody], *, agents: int | None = None) -> AnimatorRopesState:
-        """At rest on a body in its first pose.
-
-        Args:
-            posed: The posed body, of any shape; with `agents`, a sequence of them.
-            agents: How many.
+    def start(self, posed: PosedBody) -> AnimatorRopesState:
+        """At rest on a body, of any shape, in its first pose.
 
         Raises:
-            BadInput: The body is another one than that of the fit, or there are not as many as agents.
+            BadInput: The body is another one than that of the fit.
         """
-        bodies = _sequence(posed, agents)
-        rests = [self._rest_on(each) for each in bodies]
-        ropes = self.ropes.start(posed, agents=agents)
-        if agents is None:
-            return AnimatorRopesState(ropes, *rests[0])
-        return AnimatorRopesState(ropes, np.stack([r for r, _ in rests]), np.stack([b for _, b in rests]))
+        rest, bones = self._rest_on(posed)
+        return AnimatorRopesState(self.ropes.start(posed), rest, bones)
 
     def step(
-        self,
-        state: AnimatorRopesState,
-        posed: PosedBody | Sequence[PosedBody],
-        dt: float,
-        *,
-        bones: Nodes | None = None,
-    ) -> tuple[AnimatorRopesState, Vertices | FramesOfVertices]:
+        self, state: AnimatorRopesState, posed: PosedBody, dt: float, *, bones: Nodes | None = None
+    ) -> tuple[AnimatorRopesState, Vertices]:
         """Advance to a pose.
 
         Args:
             state: The State before; it is not changed.
-            posed: The body now; a sequence where the State was started with agents.
+            posed: The body now.
             dt: Time since the State [s]; any.
             bones: World positions of all bones [m]; given, the networks are driven by them and the ropes rest.
 
         Returns:
-            The State after, and the vertices in the world [m]: (verts, 3), or (agents, verts, 3).
+            The State after, and the vertices in the world (verts, 3) [m].
         """
         ropes = self.ropes.step(state.ropes, posed, dt) if bones is None else state.ropes
-        positions = ropes.positions if bones is None else bones
         after = AnimatorRopesState(ropes, state.rest, state.rest_bones)
-        own = bones is None
-        if state.rest.ndim == 2:
-            return after, self._vertices(positions, posed.transforms[self.key], state.rest, state.rest_bones, own)  # type: ignore[union-attr]
-        each = zip(positions, posed, state.rest, state.rest_bones, strict=True)  # type: ignore[arg-type]
-        return after, np.stack([self._vertices(p, b.transforms[self.key], r, n, own) for p, b, r, n in each])
+        seen = ropes.positions if bones is None else bones
+        moved = (to_key(posed.transforms[self.key], seen) - state.rest_bones).astype(np.float32).reshape(-1)
+        moved = moved + self.correction(moved) if bones is None else moved
+        coefficients = np.concatenate([self.skinning(moved), self.shape(moved)])
+        return after, self.basis.vertices(coefficients, state.rest, posed.transforms[self.key])
 
     def follow(
         self, state: AnimatorRopesState, posed: PosedBody, dt: float, truth: Vertices
@@ -167,19 +133,19 @@ class AnimatorRopes:
             "shape_basis": self.shape_basis.arrays(),
             "skinning": self.skinning.arrays(),
             "shape": self.shape.arrays(),
-            "bridge": self.bridge.arrays(),
+            "correction": self.correction.arrays(),
         }
         arrays = {f"{name}.{key}": array for name, held in parts.items() for key, array in held.items()}
         save_model(
             path,
-            "ropes",
+            self.name,
             {"rest": self.rest} | arrays,
             garment=self.garment,
             body={"name": self.body_name, "hash": self.body_hash},
             config=asdict(self.config),
             figures=self.figures,
             licences=self.licences,
-            extra={"ropes": self.ropes.metadata()},
+            extra={"ropes": self.ropes.metadata() | {"version": VERSION}},
         )
 
     @classmethod
@@ -187,11 +153,13 @@ class AnimatorRopes:
         """Make one from what a model file holds.
 
         Raises:
-            BadModel: A key is missing or of another type, or an array of another dtype or shape than the rest asks for.
+            BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype
+                or shape than the rest asks for.
         """
+        _check_version(entry(metadata, "ropes", dict).get("version", 1))
         garment = garment_of(arrays, metadata)
         with refused("the model's ropes"):
-            ropes = Ropes.of(part(arrays, "ropes"), entry(metadata, "ropes", dict))
+            ropes = checked_ropes(part(arrays, "ropes"), entry(metadata, "ropes", dict))
         if not np.array_equal(_trimmed(ropes.betas), _trimmed(garment.body_betas)):
             raise BadModel("ropes and garment of the model are on different shapes", ropes.betas.tolist(), AGAIN)
         count = len(garment.vertices)
@@ -202,7 +170,7 @@ class AnimatorRopes:
         second = PackedBasis.of(part(arrays, "shape_basis"), vertex_count=count)
         skinning = Mlp.of(part(arrays, "skinning"), inputs=inputs, outputs=first.mode_count)
         shape = Mlp.of(part(arrays, "shape"), inputs=inputs, outputs=second.mode_count)
-        bridge = Mlp.of(part(arrays, "bridge"), inputs=inputs, outputs=inputs)
+        correction = Mlp.of(part(arrays, "correction"), inputs=inputs, outputs=inputs)
         body = entry(metadata, "body", dict)
         figures = entry(metadata, "figures", dict)
         if not all(isinstance(value, int | float) for value in figures.values()):
@@ -215,10 +183,10 @@ class AnimatorRopes:
             second,
             skinning,
             shape,
-            bridge,
+            correction,
             body_name=entry(body, "name", str),
             body_hash=entry(body, "hash", str),
-            config=config_of(RopesConfig, entry(metadata, "config", dict)),
+            config=options_of(RopesConfig, entry(metadata, "config", dict), error=BadModel),
             figures=figures,
             licences=tuple(str(text) for text in entry(metadata, "licences", list)),
         )
@@ -242,22 +210,13 @@ class AnimatorRopes:
             rest = rest + (self.garment.dressed(shaped).vertices - self.garment.vertices)
         return rest, rest_bones(self.ropes, rest, shaped)
 
-    def _vertices(
-        self, bones: Nodes, transform: Float[np.ndarray, "3 4"], rest: Vertices, rest_bones: Nodes, own: bool
-    ) -> Vertices:
-        moved = (to_key(transform, bones) - rest_bones).astype(np.float32).reshape(-1)
-        moved = moved + self.bridge(moved) if own else moved
-        coefficients = np.concatenate([self.skinning(moved), self.shape(moved)])
-        return self.basis.vertices(coefficients, rest, transform)
+
+def _check_version(found: Any) -> None:
+    if found != VERSION:
+        newer = isinstance(found, int) and found > VERSION
+        cure = "upgrade hemline" if newer else "fit again with 'hemline fit'"
+        raise BadModel(f"this hemline reads version {VERSION} of rope chains", f"version {found}", cure)
 
 
 def _trimmed(betas: np.ndarray) -> np.ndarray:
     return np.trim_zeros(np.asarray(betas, np.float32).reshape(-1), "b")
-
-
-def _sequence(posed: PosedBody | Sequence[PosedBody], agents: int | None) -> Sequence[PosedBody]:
-    if agents is None:
-        return [posed]  # type: ignore[list-item]
-    if isinstance(posed, PosedBody) or len(posed) != agents:
-        raise BadInput(f"{agents} agents need as many posed bodies", type(posed).__name__, "give a sequence of them")
-    return posed

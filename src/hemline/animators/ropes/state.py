@@ -9,7 +9,7 @@ from hemline.arrays import Bool, Float, Nodes
 
 @dataclass(frozen=True, eq=False)
 class RopesState:
-    """Ropes at one moment; with agents, every array has a leading agent axis. All float64 but the flags."""
+    """Ropes at one moment. All float64 but the flags."""
 
     positions: Nodes
     """Nodes in the world [m]."""
@@ -36,20 +36,6 @@ class RopesState:
     pivots: Float[np.ndarray, "joints 3"]
     """Joints of this body's shape at rest [m]."""
 
-    @property
-    def agents(self) -> int | None:
-        """How many agents the arrays hold; None without an agent axis."""
-        return len(self.positions) if self.positions.ndim == 3 else None
-
     def copy(self) -> "RopesState":
         """The same state in arrays of its own."""
         return replace(self, **{field.name: getattr(self, field.name).copy() for field in fields(self)})
-
-    def agent(self, index: int) -> "RopesState":
-        """The state of one agent."""
-        return replace(self, **{field.name: getattr(self, field.name)[index] for field in fields(self)})
-
-    @classmethod
-    def stacked(cls, states: "list[RopesState]") -> "RopesState":
-        """Several states as one with a leading agent axis."""
-        return cls(**{field.name: np.stack([getattr(state, field.name) for state in states]) for field in fields(cls)})

@@ -11,6 +11,7 @@ from hemline.arrays import Float, Int, Points, Transforms
 from hemline.errors import BadModel
 
 from .primitive_kernels import BOX, ELLIPSOID, ROUND_CONE, union_distances
+from .proxy_fit import fitted_cones
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
@@ -150,9 +151,9 @@ class _Shape:
 
 @lru_cache(maxsize=16)
 def _fitted(shape: _Shape) -> BodyProxy:
-    from .proxy_fit import fitted_cones
-
-    return fitted_cones(shape.shaped)
+    cones = fitted_cones(shape.shaped)
+    kinds = np.full(len(cones.joints), ROUND_CONE, np.int32)
+    return BodyProxy(kinds, cones.joints, cones.shapes, np.asarray(shape.shaped.joints, np.float64), cones.names)
 
 
 def _bounding_balls(kinds: np.ndarray, shapes: np.ndarray) -> np.ndarray:

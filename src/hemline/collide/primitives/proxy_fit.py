@@ -1,15 +1,14 @@
 """Fit rounded cones to the parts of a body at rest."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hemline.arrays import Float, Points
+from hemline.arrays import Float, Int, Points
 from hemline.motions import JOINT_NAMES
 
 from .distances import round_cone_shape
 from .primitive_kernels import ROUND_CONE, primitive_distances
-from .proxy import BodyProxy
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -28,7 +27,18 @@ _SCALE = 0.006
 """Residual [m] from which one counts less than squared."""
 
 
-def fitted_cones(shaped: "ShapedBody") -> BodyProxy:
+class FittedCones(NamedTuple):
+    """Rounded cones in a body's rest pose."""
+
+    joints: Int[np.ndarray, " cones"]
+    """Joint that carries each; int32."""
+    shapes: Float[np.ndarray, "cones 16"]
+    """Their numbers, as `primitive_kernels` lists them; float64 [m]."""
+    names: tuple[str, ...]
+    """The part that each stands for."""
+
+
+def fitted_cones(shaped: "ShapedBody") -> FittedCones:
     """One rounded cone a part: limbs along their bones, the trunk in two columns; both sides are fitted as one."""
     vertices, air = np.asarray(shaped.vertices, np.float64), _air(shaped)
     weights, used = shaped.body.weights, shaped.body.weight_indices
@@ -48,8 +58,7 @@ def fitted_cones(shaped: "ShapedBody") -> BodyProxy:
         cones += [cone, cone * [*_MIRROR, *_MIRROR, 1, 1]]
         names += [f"left {name}", f"right {name}"]
     shapes = np.array([round_cone_shape(cone[:3], cone[3:6], cone[6], cone[7])[1] for cone in cones])
-    kinds = np.full(len(cones), ROUND_CONE, np.int32)
-    return BodyProxy(kinds, np.array(joints, np.int32), shapes, np.asarray(shaped.joints, np.float64), tuple(names))
+    return FittedCones(np.array(joints, np.int32), shapes, tuple(names))
 
 
 def _middle_parts() -> list[tuple[str, list[int]]]:

@@ -1,13 +1,13 @@
 """One frame of the projection: its arrays on their way through the stages."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hemline.arrays import Bool, Float, Int, Points, Vertices
 
-from .project import ProjectionReport, Projector, ProjectorState
+from .prepared import PreparedProjection, ProjectorState
 from .push_kernels import deepest, judge, list_doubtful, push, seek_ways_out, settle, take_ways_out
 from .ray_kernels import BLOCK, certify, into_frame, surface_boxes, windings
 
@@ -23,12 +23,30 @@ TURNS = 16
 """Rounding of a point that goes into the bone's frame and back, in units of its last place there."""
 
 
+@dataclass(frozen=True)
+class ProjectionReport:
+    """What the projection did in one frame."""
+
+    moved: int
+    """Vertices moved."""
+    deepest_mm: float
+    """Distance to the skin of the deepest vertex before the projection; 0 if none was inside, NaN if not measured."""
+    pinched: Int[np.ndarray, " pinched"]
+    """Vertices that have no free place near, ascending."""
+    pinched_anchors: Points
+    """Their nearest places on their own limbs, moved 2 mm outward: the winding number is not 0 there [m]."""
+    inside_before: int | None
+    """Vertices inside the body, with a winding number above 0.5, before the projection; None if not measured."""
+    exact: bool
+    """Whether every vertex was tested."""
+
+
 class ProjectedFrame:
     """Body and garment in the frame of the key bone, and what the stages find out about them."""
 
     def __init__(
         self,
-        projector: Projector,
+        projector: PreparedProjection,
         state: ProjectorState,
         posed: "PosedBody",
         vertices: Vertices,
@@ -151,7 +169,7 @@ class ProjectedFrame:
     def measured(self, ids: Int[np.ndarray, " near"], signed: Float[np.ndarray, " near"]) -> tuple[int | None, float]:
         """Vertices inside before the projection (None: not tested), and distance to the skin of the deepest [m]."""
         exact, patches = self.projector.guarantee == "exact", self.patches
-        inside = self.windings(self.points[ids], ids)[0] != 0 if exact else signed < 0
+        inside = self.windings(self.points[ids], ids)[0] > 0.5 if exact else signed < 0
         depth = deepest(
             self.points,
             ids,

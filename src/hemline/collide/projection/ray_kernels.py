@@ -2,7 +2,8 @@
 
 Everything happens in the frame of one bone. Garment vertices come in blocks of 8 within groups of 64, body faces in
 leaves of 8 within patches; a group's rays run along one of six axes. A block whose shaft along its axis meets no box
-has winding number 0. In what is left each ray meets only faces of the leaves that overlap its block.
+has winding number 0. In what is left each ray meets only faces of the leaves that overlap its block. The predicate is
+that of `winding.winding_kernels`, which asks any points of any mesh, offline and in float64.
 """
 
 import numpy as np

@@ -16,6 +16,9 @@ MOST_STEPS = 100
 def nearest_weights(a, b, c):
     """Barycentric weights (of b and of c) of the point of the triangle a, b, c nearest to the origin.
 
+    In the precision of its arguments, float32 in real time, and about the origin, so that nothing is lost far from it;
+    `meshes.closest_kernels.corner_weights` and `sim.contact.touch_kernels.closest_on_triangle` do it in float64.
+
     Source: Ericson, "Real-Time Collision Detection", 2005, section 5.1.5.
     """
     zero, one = np.float32(0), np.float32(1)

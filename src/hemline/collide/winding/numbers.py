@@ -9,7 +9,8 @@ from .winding_kernels import add_crossings, bin_points
 
 
 def winding_numbers(body_vertices: Vertices, faces: Faces, points: Points) -> Int[np.ndarray, " points"]:
-    r"""How often a closed mesh winds around each point: 0 outside, 1 inside, 2 where two parts of it overlap.
+    r"""How often a closed mesh winds around each point: 0 outside, 1 inside, 2 where two parts of it
+    overlap, -1 where it is turned inside out.
 
     Counts the faces that a ray along +z leaves through minus those it enters through. Both faces at an edge evaluate
     the same side test, so the count is right for every point that is not within rounding of the surface.
@@ -52,7 +53,10 @@ def winding_numbers(body_vertices: Vertices, faces: Faces, points: Points) -> In
 
 
 def inside(body_vertices: Vertices, faces: Faces, points: Points) -> Bool[np.ndarray, " points"]:
-    """Which points a closed mesh winds around: its inside, for outward faces.
+    """Which points are inside a posed body: its mesh's winding number there exceeds 0.5.
+
+    This is what "inside" means everywhere in this library. The projection promises more, a winding number of 0: in the
+    fold of a limb a mesh may be turned inside out, and the winding number there is negative.
 
     Args:
         body_vertices: Positions of the mesh [m].
@@ -60,9 +64,9 @@ def inside(body_vertices: Vertices, faces: Faces, points: Points) -> Bool[np.nda
         points: Where to test [m].
 
     Returns:
-        True where the winding number is not 0.
+        True where the winding number, a whole number, exceeds 0.5.
 
     Raises:
         BadMesh: As for `winding_numbers`.
     """
-    return winding_numbers(body_vertices, faces, points) != 0
+    return winding_numbers(body_vertices, faces, points) > 0.5

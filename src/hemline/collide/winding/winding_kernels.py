@@ -2,7 +2,8 @@
 
 The predicate is watertight: both faces at an edge evaluate the same expression with the two products exchanged, which
 IEEE arithmetic rounds alike, so a ray never slips between two faces nor hits both. It must therefore be compiled
-without fused multiply-add and without fast-math.
+without fused multiply-add and without fast-math. `projection.ray_kernels` uses the same predicate in float32, by leaves
+of the body's surface; `bodies.overlap_kernels` has one of its own that breaks ties, for points that are vertices.
 """
 
 import numpy as np

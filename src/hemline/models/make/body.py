@@ -18,8 +18,9 @@ import numpy as np
 from jaxtyping import Float
 
 from hemline.arrays import Joints, Quaternions
-from hemline.bodies.body import INFLUENCES, Body
+from hemline.bodies.body import Body
 from hemline.bodies.body_file import read_body, write_body
+from hemline.bodies.model import INFLUENCES
 from hemline.files import write_tensors
 from hemline.motions import JOINT_NAMES, PARENTS
 from hemline.motions.quaternions import between, from_axis_angle, inverse, multiply, rotate, to_matrix

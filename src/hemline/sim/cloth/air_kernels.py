@@ -1,6 +1,37 @@
 """Drag and lift of triangles in the wind."""
 
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
 from hemline.compiled import kernel, prange
+
+from .rows import Rows
+
+
+class Air(NamedTuple):
+    """Force of the air on each vertex as a function of its displacement s in the step: force - matrix s.
+
+    Attributes:
+        start: Where displacements count from [m].
+        force: [N]
+        matrix: Symmetric, as xx, xy, xz, yy, yz, zz [N/m].
+    """
+
+    start: Float[np.ndarray, "verts 3"]
+    force: Float[np.ndarray, "verts 3"]
+    matrix: Float[np.ndarray, "verts 6"]
+
+
+@kernel(inline="always")
+def air_terms(m, f, s0, s1, s2):
+    """Energy s . m s / 2 - f . s of a vertex that has gone s, and its gradient."""
+    a0 = m[0] * s0 + m[1] * s1 + m[2] * s2
+    a1 = m[1] * s0 + m[3] * s1 + m[4] * s2
+    a2 = m[2] * s0 + m[4] * s1 + m[5] * s2
+    value = 0.5 * (a0 * s0 + a1 * s1 + a2 * s2) - f[0] * s0 - f[1] * s1 - f[2] * s2
+    return value, a0 - f[0], a1 - f[1], a2 - f[2]
 
 
 @kernel(parallel=True)
@@ -41,11 +72,13 @@ def air_by_triangle(x, velocity, wind, faces, drag, lift, half_density, force_ou
 
 
 @kernel(parallel=True)
-def air_at_vertices(corner_starts, corners, force, matrix, velocity, over_h, force_out, matrix_out):
+def air_at_vertices(at: Rows, force, matrix, velocity, over_h, force_out, matrix_out):
     """Air over a step as a function of the displacement s of each vertex: force - matrix s.
 
     # model: F(v) = F(v0) - D (v - v0), v = s / h, so force = F(v0) + D v0 and matrix = D / h
+    # in:  at: corners of each vertex, 3 face + corner; force, matrix: by triangle
     """
+    corner_starts, corners = at
     for i in prange(force_out.shape[0]):
         for c in range(3):
             force_out[i, c] = 0.0
@@ -65,4 +98,4 @@ def air_at_vertices(corner_starts, corners, force, matrix, velocity, over_h, for
             matrix_out[i, c] *= over_h
 
 
-__all__ = ["air_at_vertices", "air_by_triangle"]
+__all__ = ["Air", "air_at_vertices", "air_by_triangle", "air_terms"]

@@ -5,21 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from hemline.arrays import FramesOfVertices, Mask
-from hemline.meshes import crossing_edges
+from hemline.meshes import crossing_edges, strains
 
 from .sheet import Sheet
-
-
-def edge_strain(sheet: Sheet, vertices: FramesOfVertices) -> np.ndarray:
-    """length / rest length - 1 of each edge in each frame: positive where it is stretched.
-
-    Args:
-        sheet: Edges and their rest lengths.
-        vertices: Frames [m].
-    """
-    ends = vertices[:, sheet.edges]
-    length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=-1)
-    return length / sheet.edge_length.astype(np.float32) - 1
 
 
 def strain_figures(sheet: Sheet, vertices: FramesOfVertices, pinned: Mask) -> dict[str, float]:
@@ -28,7 +16,8 @@ def strain_figures(sheet: Sheet, vertices: FramesOfVertices, pinned: Mask) -> di
     `edge_strain_p50`, `_p99`, `_max` count stretched and shortened edges alike; `edge_tension_p99` counts shortened
     ones as 0, `edge_compression_p99` stretched ones. Cloth shortens where it buckles within a triangle.
     """
-    strain = edge_strain(sheet, vertices)[:, ~pinned[sheet.edges].all(axis=1)].ravel()
+    strain = strains(vertices, sheet.edges, sheet.edge_length.astype(np.float32))
+    strain = strain[:, ~pinned[sheet.edges].all(axis=1)].ravel()
     middle, high, highest = np.percentile(np.abs(strain), [50, 99, 100])
     low, tension = np.percentile(strain, [1, 99])
     return {

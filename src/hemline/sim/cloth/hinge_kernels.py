@@ -6,6 +6,8 @@ flat rest shape has the energy of `sheet`'s matrix; the Hessian is that matrix w
 
 from hemline.compiled import kernel, prange
 
+from .rows import Rows
+
 
 @kernel(parallel=True)
 def hinge_forces(x, hinges, weight, rest, gradient_out, energy_out):
@@ -53,8 +55,9 @@ def hinge_forces(x, hinges, weight, rest, gradient_out, energy_out):
 
 
 @kernel(parallel=True)
-def hinges_at_vertices(starts, corners, gradient, bent_out):
-    """Sum of the hinge gradients at each vertex."""
+def hinges_at_vertices(at: Rows, gradient, bent_out):
+    """Sum of the hinge gradients at each vertex; at: hinges of each vertex, 4 hinge + corner."""
+    starts, corners = at
     for i in prange(bent_out.shape[0]):
         for c in range(3):
             bent_out[i, c] = 0.0

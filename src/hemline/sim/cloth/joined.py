@@ -6,7 +6,8 @@ import numpy as np
 
 from hemline.errors import BadMesh
 
-from .sheet import Rows, Sheet
+from .rows import Rows
+from .sheet import Sheet
 
 
 def joined(sheets: Sequence[Sheet]) -> Sheet:

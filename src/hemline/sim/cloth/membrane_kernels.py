@@ -5,9 +5,43 @@ simulation", 2009.
 Differs: isotropic and linear in the strain; in the Hessian, compression beyond what inertia makes harmless is left out.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
 from hemline.compiled import kernel, prange
 
+from .rows import Rows
+
 FAST = {"contract", "nsz", "arcp"}
+
+
+class Fabric(NamedTuple):
+    """The triangles of a sheet: rest metric and constants of the membrane, as `Sheet` has them."""
+
+    faces: Int[np.ndarray, "faces 3"]
+    shape: Float[np.ndarray, "faces 3 2"]
+    area: Float[np.ndarray, " faces"]
+    lame: Float[np.ndarray, " faces"]
+    shear: Float[np.ndarray, " faces"]
+    damping: Float[np.ndarray, " faces"]
+
+
+class Stretch(NamedTuple):
+    """What the membrane does to each triangle, worked out by `membrane`.
+
+    Attributes:
+        corner: Gradient of the energy at the three corners [N].
+        frame: Columns u and v of the deformation gradient.
+        tension: area S+, the stress without compression beyond the cap, as uu, vv, uv [N m].
+        energy: [J]
+    """
+
+    corner: Float[np.ndarray, "faces 9"]
+    frame: Float[np.ndarray, "faces 6"]
+    tension: Float[np.ndarray, "faces 3"]
+    energy: Float[np.ndarray, " faces"]
 
 
 @kernel(parallel=True, fastmath=FAST)
@@ -30,28 +64,14 @@ def green_strain(vertices, faces, shape, strain_out):
 
 
 @kernel(parallel=True, fastmath=FAST)
-def membrane(
-    vertices,
-    faces,
-    shape,
-    area,
-    strain_start,
-    lame,
-    shear,
-    damping,
-    over_h,
-    cap,
-    corner_out,
-    frame_out,
-    tension_out,
-    energy_out,
-):
+def membrane(vertices, fabric: Fabric, strain_start, over_h, cap, out: Stretch):
     """Forces at corners (as gradient), columns of F, the tensile part of the stress, and the energy.
 
     # model: S = C : (E + v (E - E_start)), energy = area / 2 (E : C : E + v dE : C : dE), v = damping / h
-    # in:  by face: lame, shear: plane-stress constants [N/m]; damping [s]; cap [N m]
-    # out: corner (faces, 9), frame (faces, 6), tension = area S+ as (uu, vv, uv) (faces, 3), energy (faces)
+    # in:  vertices (verts, 3) float64; strain_start (faces, 3); over_h = 1 / h [1/s]; cap (faces,) [N m]
     """
+    faces, shape, area, lame, shear, damping = fabric
+    corner_out, frame_out, tension_out, energy_out = out
     for f in prange(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         g1u, g1v, g2u, g2v = shape[f, 1, 0], shape[f, 1, 1], shape[f, 2, 0], shape[f, 2, 1]
@@ -98,27 +118,17 @@ def membrane(
 
 
 @kernel(parallel=True, fastmath=FAST)
-def membrane_blocks(
-    edge_starts,
-    edge_corners,
-    edge_slots,
-    shape,
-    area,
-    frame,
-    tension,
-    lame,
-    shear,
-    damping,
-    over_h,
-    ring_bending,
-    blocks_out,
-):
+def membrane_blocks(corner_pairs: Rows, edge_slots, fabric: Fabric, stretch: Stretch, over_h, ring_bending, blocks_out):
     """Off-diagonal blocks of the Hessian, both (i, j) and its transpose (j, i); bending entries included.
 
     # model: K_ij = sum over shared triangles of sum_pq k_pq f_p f_q^T + (g_i . S+ g_j) I
-    # in:  by face: lame, shear [N/m], damping [s]; frame, tension: from `membrane`
+    # in:  corner_pairs: of each edge, 9 face + 3 corner + corner; edge_slots (edges, 2): its two entries of the ring;
+    #      stretch: from `membrane`; ring_bending (ring,): what the blocks start from [N/m]
     # out: blocks, one an entry of the ring, by columns, flat float32
     """
+    edge_starts, edge_corners = corner_pairs
+    shape, area, lame, shear, damping = fabric.shape, fabric.area, fabric.lame, fabric.shear, fabric.damping
+    frame, tension = stretch.frame, stretch.tension
     for e in prange(edge_slots.shape[0]):
         ij, ji = edge_slots[e, 0], edge_slots[e, 1]
         xx = yy = zz = ring_bending[ij]
@@ -156,4 +166,4 @@ def membrane_blocks(
         b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7], b[8] = xx, xy, xz, yx, yy, yz, zx, zy, zz
 
 
-__all__ = ["FAST", "green_strain", "membrane", "membrane_blocks"]
+__all__ = ["FAST", "Fabric", "Stretch", "green_strain", "membrane", "membrane_blocks"]

@@ -8,6 +8,11 @@ from jaxtyping import Float, Int, UInt
 from hemline.arrays import Faces
 from hemline.errors import BadMesh
 
+from .rows import Rows, incidence
+
+Positions = Float[np.ndarray, "verts 3"]
+"""Positions, velocities or forces of the vertices in float64."""
+
 
 @dataclass(frozen=True)
 class Elastic:
@@ -32,17 +37,6 @@ class Elastic:
     drag: float = 0.0
     lift: float = 0.0
     friction: float = 0.3
-
-
-@dataclass(frozen=True)
-class Rows:
-    """A sparse pattern by rows: row i holds `columns[starts[i]:starts[i + 1]]`.
-
-    Unsigned, so that compiled code need not ask whether an index counts from the end: a third of the time.
-    """
-
-    starts: UInt[np.ndarray, " rows_and_one"]
-    columns: UInt[np.ndarray, " entries"]
 
 
 @dataclass(frozen=True)
@@ -186,13 +180,6 @@ def hinge_angles(
     return np.arctan2((np.cross(first, second) * axis).sum(1), (first * second).sum(1))
 
 
-def incidence(rows: np.ndarray, values: np.ndarray, count: int) -> Rows:
-    """Pattern that lists the values of each row, in their order."""
-    order = np.argsort(rows, kind="stable")
-    starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=count))])
-    return Rows(starts.astype(np.uint32), values[order].astype(np.uint32))
-
-
 def _edges(faces: np.ndarray, rest_edges: np.ndarray) -> tuple[np.ndarray, Rows, np.ndarray]:
     flat = np.zeros((len(faces), 3, 2))
     flat[:, 1:] = rest_edges.transpose(0, 2, 1)
@@ -228,7 +215,7 @@ def _hinges(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Interior edges: their four vertices, the weight w, and the row K of the energy w / 2 |K x|^2.
 
-    Source: Bergou et al., "A quadratic bending model for inextensible surfaces", 2006, section 3.
+    Source: Bergou et al., "A quadratic bending model for inextensible surfaces", SGP 2006, section 3.
     Differs: w = bending / (area + area), without their factor 3: on meshes of equilateral triangles a cylinder then
     costs 1/2 D area / R^2, as plate theory has it (Seung and Nelson 1988), and not three times that.
     """

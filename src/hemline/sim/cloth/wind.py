@@ -1,5 +1,6 @@
 """Wind over time and place: constant, in gusts, or a user's function."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,9 +9,12 @@ import numpy as np
 from hemline.errors import BadInput
 from hemline.motions.quaternions import to_matrix
 from hemline.sim.settings import SimSettings
-from hemline.sim.step.state import Positions, Wind
 
+from .sheet import Positions
 from .wind_kernels import plane_waves
+
+Wind = Callable[[float, Positions], Positions]
+"""Wind velocity at every vertex [m/s] from time [s] and positions [m]."""
 
 FRAMES = 6
 """Turned frames of axes: each axis carries two plane waves, so that gusts are as strong in every direction."""

@@ -1,12 +1,12 @@
 """Contact during one step: which point of the moving body each vertex is held off from."""
 
 from copy import copy
-from dataclasses import fields
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .surface import Anchors, Planes, Skin, Surface
+from .planes import Anchors, Planes
+from .surface import Skin, Surface
 from .touch_kernels import strayed, turned_inside
 
 NEAR = 0.001
@@ -93,7 +93,7 @@ class Contact:
 
 def _rows(of, which: Bool[np.ndarray, " verts"]):
     """Rows of anchors or planes."""
-    return type(of)(*(getattr(of, field.name)[which] for field in fields(of)))
+    return type(of)(*(each[which] for each in of))
 
 
 def _chosen(which: Bool[np.ndarray, " verts"], first, second):
@@ -101,5 +101,5 @@ def _chosen(which: Bool[np.ndarray, " verts"], first, second):
     if not which.any():
         return second
     columns = which[:, None]
-    pairs = ((getattr(first, field.name), getattr(second, field.name)) for field in fields(second))
+    pairs = zip(first, second, strict=True)
     return type(second)(*(np.where(which if a.ndim == 1 else columns, a, b) for a, b in pairs))

@@ -1,13 +1,53 @@
 """Which vertices of the body are about to go through a triangle of the cloth."""
 
+from typing import NamedTuple
+
 import numpy as np
+from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
 
-from .touch_kernels import STRIDE, cells_between, closest_on_triangle
+from .planes import Anchors, Planes
+from .touch_kernels import STRIDE, Grid, SkinMesh, cells_between, closest_on_triangle
 
 INNER = 0.58
 """Radius of the circle around a triangle over its longest edge, rounded up, where that circle is the smallest one."""
+
+
+class Found(NamedTuple):
+    """What a search found, chunk by chunk, each chunk with the same room.
+
+    Attributes:
+        count: How many each chunk has, perhaps more than there is room for.
+        entries: Vertex of the body, triangle of the cloth.
+        share: Weights of the triangle's corners 1 and 2, squared distance.
+    """
+
+    count: Int[np.ndarray, " chunks"]
+    entries: Int[np.ndarray, "room 2"]
+    share: Float[np.ndarray, "room 3"]
+
+
+class PointRows(NamedTuple):
+    """Points of the cloth above vertices of the body.
+
+    Attributes:
+        body_vertex: The vertex under each.
+        corners: Triangle of each; its last corner stands twice.
+        weights: Of its corners, the last of them 0.
+        start: The point at the step's start [m].
+        ahead: Where it is taken to go [m].
+        stiffness: In contact [N/m].
+        friction: Coulomb's coefficient.
+    """
+
+    body_vertex: Int[np.ndarray, " points"]
+    corners: Int[np.ndarray, "points 4"]
+    weights: Float[np.ndarray, "points 4"]
+    start: Float[np.ndarray, "points 3"]
+    ahead: Float[np.ndarray, "points 3"]
+    stiffness: Float[np.ndarray, " points"]
+    friction: Float[np.ndarray, " points"]
 
 
 @kernel(parallel=True)
@@ -15,19 +55,11 @@ def points_above(
     x,
     faces,
     fixed,
-    ahead_face,
-    ahead_weights,
-    carried,
-    out_of_body,
+    ahead: Anchors,
+    planes: Planes,
     held,
-    vertices,
-    normals,
-    body_faces,
-    low,
-    cell,
-    size,
-    starts,
-    order,
+    skin: SkinMesh,
+    grid: Grid,
     slack,
     deepest,
     reach,
@@ -35,23 +67,23 @@ def points_above(
     room,
     slid_out,
     far_out,
-    count_out,
-    out,
-    share_out,
+    out: Found,
 ):
     """Vertices of the body that nearly are, or are, on the wrong side of a triangle of the cloth.
 
-    # in:  x: the cloth as it is guessed; ahead_face, ahead_weights: closest point of the body for each of its vertices,
-    #      -1 for none; carried, held: where the body would carry each vertex, and whether it does; out_of_body: normals
-    #      there; slack: a vertex of the body counts if the triangle is not higher above it, along its normal, and not
+    # in:  x (verts, 3) float64: the cloth as it is guessed; fixed, held (verts,) bool: without contact, over the body;
+    #      ahead: the body's closest point; planes: where the body would carry each vertex, and its normals there;
+    #      slack: a vertex of the body counts if the triangle is not higher above it, along its normal, and not
     #      farther off than `deepest`, both and the way towards the body; reach: nor than this; room: of each chunk of
     #      triangles in out; there are not STRIDE chunks nor a multiple of it, as they are dealt out so that each thread
     #      gets triangles near the body
     # out: slid_out (verts, 3): the cloth as it slides along the body, as high above it as at the start: what is guessed
-    #      of that way changes with every touch; far_out (verts, 2): distance from the body, way towards it; count_out:
-    #      how many each chunk has, perhaps more than there is room for; out: vertex of the body, triangle; share_out:
-    #      weights of its corners 1 and 2, squared distance
+    #      of that way changes with every touch; far_out (verts, 2): distance from the body, way towards it
     """
+    ahead_face, ahead_weights, carried, out_of_body = ahead.face, ahead.weights, planes.carried, planes.normal
+    vertices, normals, body_faces = skin.vertices, skin.normals, skin.faces
+    low, cell, size, starts, order = grid
+    count_out, entries_out, share_out = out
     for i in prange(x.shape[0]):
         g, v, w = ahead_face[i], ahead_weights[i, 0], ahead_weights[i, 1]
         away, along = reach * reach if g < 0 else 0.0, 0.0
@@ -105,7 +137,7 @@ def points_above(
                 number * room,
                 room,
                 found,
-                out,
+                entries_out,
                 share_out,
             )
         count_out[number] = found
@@ -158,51 +190,44 @@ def _above(
 
 @kernel
 def nearest_points(
-    count,
+    found: Found,
     room,
-    entries,
-    share,
     faces,
     piece,
     pieces,
-    vertices_then,
-    normals_then,
+    then: SkinMesh,
     vertices_now,
-    body_faces,
-    star_starts,
-    star,
     start,
     guess,
-    push,
+    vertex_stiffness,
     friction,
     area,
     deepest,
     stiffness,
     stiffest,
-    body_vertex_out,
-    corners_out,
-    weights_out,
-    start_out,
-    ahead_out,
-    push_out,
-    friction_out,
+    out: PointRows,
 ):
     """Of each vertex of the body the nearest triangle of each piece of cloth, and the values of the cloth there.
 
     One worn over another meets the same finger. A vertex more than `deepest` above the cloth at the step's start is
     behind the cloth that lies on this side of a finger: one of the far side.
 
-    # in:  count, room, entries, share: from `points_above`; start, guess, push, friction, area: by vertex of the cloth;
-    #      stiffness: of a point over that of a vertex of the cloth, both with the areas around them; at most stiffest
+    # in:  found, room: from `points_above`; piece (verts,): of so many pieces; start, guess, vertex_stiffness,
+    #      friction, area: by vertex of the cloth; stiffness: of a point over that of a vertex of the cloth, both with
+    #      the areas around them; at most stiffest
     # out: as many as are returned
     """
+    count, entries, share = found
+    vertices_then, normals_then, body_faces = then.vertices, then.normals, then.faces
+    star_starts, star = then.star
+    body_vertex_out, corners_out, weights_out, start_out, ahead_out, stiffness_out, friction_out = out
     best = np.full(vertices_then.shape[0] * pieces, -1, np.int32)
     for chunk in range(count.shape[0]):
         for entry in range(chunk * room, chunk * room + count[chunk]):
             kind = entries[entry, 0] * pieces + piece[faces[entries[entry, 1], 0]]
             if best[kind] < 0 or share[entry, 2] < share[best[kind], 2]:
                 best[kind] = entry
-    found = 0
+    kept = 0
     for chunk in range(count.shape[0]):
         for entry in range(chunk * room, chunk * room + count[chunk]):
             j, f = entries[entry, 0], entries[entry, 1]
@@ -212,20 +237,20 @@ def nearest_points(
             v, w = share[entry, 0], share[entry, 1]
             u, height = 1.0 - v - w, 0.0
             for k in range(3):
-                start_out[found, k] = u * start[a, k] + v * start[b, k] + w * start[c, k]
-                ahead_out[found, k] = u * guess[a, k] + v * guess[b, k] + w * guess[c, k]
-                height += normals_then[j, k] * (start_out[found, k] - vertices_then[j, k])
+                start_out[kept, k] = u * start[a, k] + v * start[b, k] + w * start[c, k]
+                ahead_out[kept, k] = u * guess[a, k] + v * guess[b, k] + w * guess[c, k]
+                height += normals_then[j, k] * (start_out[kept, k] - vertices_then[j, k])
             if height <= -deepest:
                 continue
-            body_vertex_out[found] = j
-            corners_out[found, 0], corners_out[found, 1], corners_out[found, 2], corners_out[found, 3] = a, b, c, c
-            weights_out[found, 0], weights_out[found, 1], weights_out[found, 2], weights_out[found, 3] = u, v, w, 0.0
+            body_vertex_out[kept] = j
+            corners_out[kept, 0], corners_out[kept, 1], corners_out[kept, 2], corners_out[kept, 3] = a, b, c, c
+            weights_out[kept, 0], weights_out[kept, 1], weights_out[kept, 2], weights_out[kept, 3] = u, v, w, 0.0
             around = _area_around(j, vertices_now, body_faces, star_starts, star)
             factor = min(stiffness * around / (u * area[a] + v * area[b] + w * area[c]), stiffest)
-            push_out[found] = factor * (u * push[a] + v * push[b] + w * push[c])
-            friction_out[found] = u * friction[a] + v * friction[b] + w * friction[c]
-            found += 1
-    return found
+            stiffness_out[kept] = factor * (u * vertex_stiffness[a] + v * vertex_stiffness[b] + w * vertex_stiffness[c])
+            friction_out[kept] = u * friction[a] + v * friction[b] + w * friction[c]
+            kept += 1
+    return kept
 
 
 @kernel
@@ -252,4 +277,4 @@ def points_on(x, corners, weights, out):
                 out[p, k] += weights[p, c] * x[corners[p, c], k]
 
 
-__all__ = ["nearest_points", "points_above", "points_on"]
+__all__ = ["Found", "PointRows", "nearest_points", "points_above", "points_on"]

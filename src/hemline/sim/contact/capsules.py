@@ -15,7 +15,7 @@ from hemline.collide import limbs
 from hemline.motions.motion import JOINT_NAMES
 
 from .capsule_kernels import near_capsules
-from .pairs import PairRows
+from .pair_kernels import PairRows
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody

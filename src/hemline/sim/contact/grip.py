@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from hemline.arrays import Faces
-from hemline.sim.step.state import Positions
+from hemline.sim.cloth.sheet import Positions
 
 from .surface import Skin
 

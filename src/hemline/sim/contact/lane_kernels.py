@@ -1,7 +1,10 @@
 """One element of a mesh against eight others at once: which of them may be near, by sphere, motion and normal."""
 
+from typing import NamedTuple
+
 import llvmlite.ir as ir
 import numpy as np
+from jaxtyping import Float, UInt
 
 from hemline.compiled import intrinsic, kernel, prange, types
 
@@ -24,23 +27,38 @@ _FLOAT, _INT32, _INT8 = ir.FloatType(), ir.IntType(32), ir.IntType(8)
 _VECTOR = ir.VectorType(_FLOAT, LANES)
 
 
+class Lanes(NamedTuple):
+    """The elements of each patch by the block: patch p has those of `elements[starts[p]:starts[p + 1]]`.
+
+    Attributes:
+        starts: Of each patch.
+        elements: NOBODY fills up a patch's last block.
+        blocks: Their numbers, ROWS of them, as `fill_lanes` lays them out.
+    """
+
+    starts: UInt[np.ndarray, " patches_and_one"]
+    elements: UInt[np.ndarray, "blocks lanes"]
+    blocks: Float[np.ndarray, "blocks rows lanes"]
+
+
 @kernel(parallel=True)
-def fill_lanes(frames, motion, origin, starts, elements, blocks_out):
+def fill_lanes(frames, motion, origin, out: Lanes):
     """Lay the frames of elements out in blocks.
 
     # in:  frames (elements, 11) as `element_frames` gives them; motion (patches, 4); origin: what centres count from;
-    #      starts (patches + 1,): the blocks of each patch; elements (blocks, LANES)
-    # out: (blocks, ROWS, LANES) float32; what an element reaches: its radius, and how far a corner may move from where
-    #      the mean motion of the patch carries it. An empty lane is infinitely far
+    #      out.starts, out.elements
+    # out: out.blocks; what an element reaches: its radius, and how far a corner may move from where the mean motion of
+    #      the patch carries it. An empty lane is infinitely far
     """
+    starts, elements, blocks_out = out
     for p in prange(starts.shape[0] - 1):
         for block in range(starts[p], starts[p + 1]):
-            out = blocks_out[block]
+            laid = blocks_out[block]
             for lane in range(LANES):
                 e = elements[block, lane]
-                out[:, lane] = 0.0
+                laid[:, lane] = 0.0
                 if e == NOBODY:
-                    out[0, lane] = np.inf
+                    laid[0, lane] = np.inf
                     continue
                 apart = normal = 0.0
                 for c in range(3):
@@ -48,8 +66,8 @@ def fill_lanes(frames, motion, origin, starts, elements, blocks_out):
                     normal += frames[e, 4 + c] ** 2
                 over = 1.0 / max(normal**0.5, 1e-30)
                 for c in range(3):
-                    out[c, lane], out[4 + c, lane] = frames[e, c] - origin[c], over * frames[e, 4 + c]
-                out[3, lane] = frames[e, 3] + frames[e, 10] + apart**0.5 + ROUNDING
+                    laid[c, lane], laid[4 + c, lane] = frames[e, c] - origin[c], over * frames[e, 4 + c]
+                laid[3, lane] = frames[e, 3] + frames[e, 10] + apart**0.5 + ROUNDING
 
 
 @intrinsic
@@ -92,4 +110,4 @@ def near_lanes(typing, blocks, block, x, y, z, reach, a, b, c, cosine):
     return types.int32(blocks, types.intp, *[types.float32] * 8), generate
 
 
-__all__ = ["LANES", "NOBODY", "ROWS", "SURELY", "fill_lanes", "near_lanes"]
+__all__ = ["LANES", "NOBODY", "ROWS", "SURELY", "Lanes", "fill_lanes", "near_lanes"]

@@ -8,16 +8,51 @@ potential of the slip u = (I - n n^T) (r - carried) under a lagged load. Normals
 laid anew in each Newton step.
 """
 
-from hemline.compiled import kernel, prange
-from hemline.sim.step.vertex_kernels import slip_terms
+from typing import NamedTuple
 
+import numpy as np
+from jaxtyping import Float, UInt
+
+from hemline.compiled import kernel, prange
+from hemline.sim.cloth.rows import Rows
+from hemline.sim.solver.conjugate_kernels import FEW
+
+from .load_kernels import press_terms, slip_terms
 from .pair_search_kernels import closest_on_edges
 from .touch_kernels import closest_on_triangle
 
 CHUNK = 64
+"""Pairs in one partial sum: fixed, so that sums do not depend on the number of threads."""
 
-FEW = 200
-"""Pairs that one thread is done with before others have begun."""
+
+class PairRows(NamedTuple):
+    """Pairs of one kind.
+
+    Attributes:
+        corners: Four vertices of each, uint32.
+        weights: Of the corners: r = sum w x. They add up to 0 where cloth meets cloth: r is the vector between the
+            nearest points; and to 1 where a point of the cloth meets the body.
+        normal: Unit normals.
+        reach: Of the pair's contact: n . r is to be so much [m].
+        carried: r where it would be without slip [m].
+        thickness: How far below `reach` the load grows [m].
+        stiffness: [N/m]
+        limit: Friction that each can bear, by its load at the step's start [N].
+    """
+
+    corners: UInt[np.ndarray, "pairs 4"]
+    weights: Float[np.ndarray, "pairs 4"]
+    normal: Float[np.ndarray, "pairs 3"]
+    reach: Float[np.ndarray, " pairs"]
+    carried: Float[np.ndarray, "pairs 3"]
+    thickness: Float[np.ndarray, " pairs"]
+    stiffness: Float[np.ndarray, " pairs"]
+    limit: Float[np.ndarray, " pairs"]
+
+    @property
+    def size(self) -> int:
+        """Number of pairs."""
+        return len(self.corners)
 
 
 @kernel(inline="always")
@@ -73,25 +108,14 @@ def lay_pairs(x, start, corners, before, weights_out, normal_out, distance_out, 
 
 
 @kernel
-def near_rows(
-    distance,
-    margin,
-    corners,
-    weights,
-    normal,
-    carried,
-    thickness,
-    stiffness,
-    limit,
-    corners_out,
-    weights_out,
-    normal_out,
-    carried_out,
-    thickness_out,
-    stiffness_out,
-    limit_out,
-):
-    """The pairs that are nearer than their thickness and a margin, one after the other; returns how many."""
+def near_rows(distance, margin, pairs: PairRows, out: PairRows):
+    """The pairs that are nearer than their thickness and a margin, one after the other; returns how many.
+
+    # in:  distance (pairs,), margin [m]; pairs whose reach is their thickness
+    # out: room for all; its reach is left to the caller
+    """
+    corners, weights, normal, _, carried, thickness, stiffness, limit = pairs
+    corners_out, weights_out, normal_out, _, carried_out, thickness_out, stiffness_out, limit_out = out
     count = 0
     for p in range(distance.shape[0]):
         if distance[p] < thickness[p] + margin:
@@ -104,21 +128,10 @@ def near_rows(
     return count
 
 
-@kernel(inline="always")
-def press_terms(depth, stiffness, thickness):
-    """Energy, load and stiffness of a pair that is nearer than its thickness by a depth."""
-    if depth <= 0.0:
-        return 0.0, 0.0, 0.0
-    if depth < thickness:
-        load = stiffness * depth * depth / thickness
-        return load * depth / 3.0, load, 2.0 * stiffness * depth / thickness
-    load = stiffness * thickness
-    return load * (depth - 2.0 / 3.0 * thickness), load, load / depth
-
-
 @kernel(parallel=True)
-def pair_forces(x, corners, weights, normal, reach, carried, thickness, stiffness, limit, creep, force_out, energy_out):
-    """Gradient over r, by pair, and the energy by chunk."""
+def pair_forces(x, pairs: PairRows, creep, force_out, energy_out):
+    """Gradient over r, by pair (pairs, 3), and the energy by chunk; friction is smoothed below a slip of creep [m]."""
+    corners, weights, normal, reach, carried, thickness, stiffness, limit = pairs
     count = corners.shape[0]
     for chunk in prange(energy_out.shape[0]):
         energy = 0.0
@@ -150,8 +163,9 @@ def _slip(x, carried, corner, weight, n0, n1, n2):
 
 
 @kernel(parallel=True)
-def pair_blocks(x, corners, weights, normal, reach, carried, thickness, stiffness, limit, creep, block_out):
+def pair_blocks(x, pairs: PairRows, creep, block_out):
     """Symmetric 3 x 3 block of each pair over r, flat, nine a pair."""
+    corners, weights, normal, reach, carried, thickness, stiffness, limit = pairs
     for p in prange(corners.shape[0]):
         n0, n1, n2 = normal[p, 0], normal[p, 1], normal[p, 2]
         depth = reach[p] - _along(x, corners[p], weights[p], 0) * n0
@@ -171,11 +185,12 @@ def pair_blocks(x, corners, weights, normal, reach, carried, thickness, stiffnes
 
 
 @kernel(parallel=True)
-def pairs_at_vertices(corners, starts, entries, weights, force, gradient_out):
+def pairs_at_vertices(corners, weights, at: Rows, force, gradient_out):
     """Gradient of pairs, added at vertices.
 
-    # in:  starts, entries: for each vertex its pairs, 4 pair + corner
+    # in:  at: for each vertex its pairs, 4 pair + corner
     """
+    starts, entries = at
     if corners.shape[0] <= FEW:
         for p in range(corners.shape[0]):
             for corner in range(4):
@@ -202,8 +217,12 @@ def _add_block(weight, block, out):
 
 
 @kernel(parallel=True)
-def pair_diagonal(corners, starts, entries, weights, block, diagonal_out):
-    """What pairs bring to the diagonal block of each vertex: xx, xy, xz, yy, yz, zz."""
+def pair_diagonal(corners, weights, at: Rows, block, diagonal_out):
+    """What pairs bring to the diagonal block of each vertex: xx, xy, xz, yy, yz, zz.
+
+    # in:  at: for each vertex its pairs, 4 pair + corner
+    """
+    starts, entries = at
     if corners.shape[0] <= FEW:
         diagonal_out[:] = 0.0
         for p in range(corners.shape[0]):
@@ -237,7 +256,7 @@ def incidence_of_pairs(corners, starts_out, entries_out):
 
 __all__ = [
     "CHUNK",
-    "FEW",
+    "PairRows",
     "incidence_of_pairs",
     "lay_pairs",
     "near_rows",
@@ -245,5 +264,4 @@ __all__ = [
     "pair_diagonal",
     "pair_forces",
     "pairs_at_vertices",
-    "press_terms",
 ]

@@ -1,10 +1,14 @@
 """Where a cloth mesh is near itself: vertices near triangles, edges near edges, edges through triangles."""
 
+from typing import NamedTuple
+
 import numpy as np
+from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
 
-from .lane_kernels import LANES, NOBODY, SURELY, near_lanes
+from .lane_kernels import LANES, NOBODY, SURELY, Lanes, near_lanes
+from .patch_kernels import Bounds, Frames
 from .touch_kernels import closest_on_triangle
 
 INNER = 0.4
@@ -12,6 +16,30 @@ INNER = 0.4
 
 PARALLEL = 0.97
 """Squared cosine of the angle between two edges from which they are no pair."""
+
+
+class ClothMesh(NamedTuple):
+    """The mesh that is searched.
+
+    Attributes:
+        faces: Triangles.
+        edges: Vertex pairs, uint32.
+        radius: Half of the thickness at each vertex [m].
+        joined: 1 where two patches are the same, joined by an edge, or both joined to a third.
+    """
+
+    faces: Int[np.ndarray, "faces 3"]
+    edges: Int[np.ndarray, "edges 2"]
+    radius: Float[np.ndarray, " verts"]
+    joined: Int[np.ndarray, "patches patches"]
+
+
+class Elements(NamedTuple):
+    """Vertices, edges and triangles by the block, as `fill_lanes` has them."""
+
+    vertices: Lanes
+    edges: Lanes
+    faces: Lanes
 
 
 @kernel(inline="always")
@@ -130,24 +158,10 @@ def _drift(motion, p, q):
 def near_pairs(
     x,
     moved,
-    faces,
-    edges,
-    face_frames,
-    edge_frames,
-    vertex_frames,
-    radius,
-    box,
-    motion,
-    joined,
-    vertex_starts,
-    vertices,
-    vertex_blocks,
-    edge_starts,
-    patch_edges,
-    edge_blocks,
-    face_starts,
-    patch_faces,
-    face_blocks,
+    mesh: ClothMesh,
+    frames: Frames,
+    bounds: Bounds,
+    elements: Elements,
     pairs,
     thickest,
     margin,
@@ -159,12 +173,18 @@ def near_pairs(
 ):
     """Vertex-triangle and edge-edge pairs of patch pairs that come nearer than thickness and margin in the step.
 
-    # in:  starts, elements and blocks of each kind as `fill_lanes` has them; thickest: the largest thickness;
-    #      pairs (patch pairs, 2), worked on in chunks of so many, each with room for so many in out (chunks room, 5)
+    # in:  x, moved (verts, 3) float64, moved relative to x; thickest: the largest thickness [m]; pairs (patch pairs,
+    #      2), worked on in chunks of so many, each with room for so many in out (chunks room, 5)
     # out: met_out: whether something in a patch pair may go through something; count_out: how many each chunk has,
     #      perhaps more than there is room for; out: four vertices (first the vertex, then the triangle; or one edge,
     #      then the other), and 1 for edges
     """
+    faces, edges, radius, joined = mesh
+    face_frames, edge_frames, vertex_frames = frames
+    box, motion = bounds.box, bounds.motion
+    vertex_starts, vertices, vertex_blocks = elements.vertices
+    edge_starts, patch_edges, edge_blocks = elements.edges
+    face_starts, patch_faces, face_blocks = elements.faces
     slack = thickest + margin
     for number in prange(count_out.shape[0]):
         here, found = out[number * room : (number + 1) * room], 0
@@ -234,27 +254,13 @@ def pierces(p, q, a, b, c):
 
 @kernel(parallel=True)
 def piercing_edges(
-    x,
-    faces,
-    edges,
-    face_frames,
-    edge_frames,
-    box,
-    motion,
-    joined,
-    edge_starts,
-    patch_edges,
-    edge_blocks,
-    face_starts,
-    patch_faces,
-    face_blocks,
-    pairs,
-    chunk,
-    room,
-    count_out,
-    out,
+    x, mesh: ClothMesh, frames: Frames, bounds: Bounds, elements: Elements, pairs, chunk, room, count_out, out
 ):
-    """Edges that go through triangles: out (chunks room, 2) holds edge and triangle."""
+    """Edges that go through triangles: out (chunks room, 2) holds edge and triangle; arguments as of `near_pairs`."""
+    faces, edges, joined = mesh.faces, mesh.edges, mesh.joined
+    face_frames, edge_frames, box, motion = frames.faces, frames.edges, bounds.box, bounds.motion
+    edge_starts, patch_edges, edge_blocks = elements.edges
+    face_starts, patch_faces, face_blocks = elements.faces
     for number in prange(count_out.shape[0]):
         here, found = out[number * room : (number + 1) * room], 0
         for entry in range(number * chunk, min(pairs.shape[0], (number + 1) * chunk)):
@@ -303,4 +309,4 @@ def _touches(frame, e, box, p):
     )
 
 
-__all__ = ["closest_on_edges", "near_pairs", "pierces", "piercing_edges"]
+__all__ = ["ClothMesh", "Elements", "closest_on_edges", "near_pairs", "pierces", "piercing_edges"]

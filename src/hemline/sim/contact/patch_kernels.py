@@ -5,21 +5,65 @@ cannot meet themselves while all normals agree within 90 degrees (Volino and Mag
 contour test).
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from jaxtyping import Float
 
 from hemline.compiled import kernel, prange
+from hemline.sim.cloth.rows import Rows
 
 FAST = {"contract", "nsz", "arcp"}
 
 
-@kernel(parallel=True, fastmath=FAST)
-def element_frames(x, moved, faces, edges, corner_starts, corners, face_out, edge_out, vertex_out):
-    """Centre, radius, normal and motion of each triangle, edge and vertex, (elements, 11).
-
-    # in:  moved: where each vertex goes in the step, relative to x
-    # out: centre (3), radius, normal (3; unit at vertices only), mean motion (3), the most that the motion of a corner
-    #      differs from it
+class Frames(NamedTuple):
+    """Of each triangle, edge and vertex: centre (3), radius, normal (3; unit at vertices only), mean motion (3) and the
+    most that the motion of a corner differs from it.
     """
+
+    faces: Float[np.ndarray, "faces 11"]
+    edges: Float[np.ndarray, "edges 11"]
+    vertices: Float[np.ndarray, "verts 11"]
+
+
+class PatchRows(NamedTuple):
+    """The vertices, edges and triangles of each patch."""
+
+    vertices: Rows
+    edges: Rows
+    faces: Rows
+
+
+class Bounds(NamedTuple):
+    """Of each patch.
+
+    Attributes:
+        box: Low and high of all its elements [m].
+        motion: Mean, and the most that a vertex of one of its elements differs from it [m].
+        cone: Axis and angle of a cone around its normals [rad].
+    """
+
+    box: Float[np.ndarray, "patches 6"]
+    motion: Float[np.ndarray, "patches 4"]
+    cone: Float[np.ndarray, "patches 4"]
+
+
+class Groups(NamedTuple):
+    """Box and motion of groups of patches, as `Bounds` has them."""
+
+    box: Float[np.ndarray, "groups 6"]
+    motion: Float[np.ndarray, "groups 4"]
+
+
+@kernel(parallel=True, fastmath=FAST)
+def element_frames(x, moved, faces, edges, at: Rows, out: Frames):
+    """Centre, radius, normal and motion of each triangle, edge and vertex.
+
+    # in:  x, moved (verts, 3) float64: where each vertex is, and goes in the step, relative to x; at: corners of each
+    #      vertex, 3 face + corner
+    """
+    corner_starts, corners = at
+    face_out, edge_out, vertex_out = out
     for f in prange(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         radius = spread = 0.0
@@ -60,27 +104,12 @@ def element_frames(x, moved, faces, edges, corner_starts, corners, face_out, edg
 
 
 @kernel(parallel=True, fastmath=FAST)
-def patch_bounds(
-    x,
-    moved,
-    faces,
-    edges,
-    face_frames,
-    vertex_starts,
-    vertices,
-    edge_starts,
-    patch_edges,
-    face_starts,
-    patch_faces,
-    box_out,
-    motion_out,
-    cone_out,
-):
-    """Box, motion and cone of normals of each patch.
-
-    # out: box (patches, 6): low, high, of all its elements; motion (patches, 4): mean, and the most that a vertex of
-    #      one of its elements differs from it; cone (patches, 4): axis, angle
-    """
+def patch_bounds(x, moved, faces, edges, face_frames, rows: PatchRows, out: Bounds):
+    """Box, motion and cone of normals of each patch; x, moved, face_frames as of `element_frames`."""
+    vertex_starts, vertices = rows.vertices
+    edge_starts, patch_edges = rows.edges
+    face_starts, patch_faces = rows.faces
+    box_out, motion_out, cone_out = out
     for p in prange(vertex_starts.shape[0] - 1):
         box, motion, cone = box_out[p], motion_out[p], cone_out[p]
         box[0:3], box[3:6] = 1e30, -1e30
@@ -131,8 +160,10 @@ def _differs(moved, i, motion):
 
 
 @kernel
-def group_bounds(box, motion, size, box_out, motion_out):
+def group_bounds(bounds: Bounds, size, out: Groups):
     """Box and motion of groups of so many patches that follow each other."""
+    box, motion = bounds.box, bounds.motion
+    box_out, motion_out = out
     for group in range(box_out.shape[0]):
         first, end = group * size, min(box.shape[0], (group + 1) * size)
         box_out[group, 0:3], box_out[group, 3:6], motion_out[group] = 1e30, -1e30, 0.0
@@ -160,12 +191,14 @@ def _pass(box, motion, p, q, margin):
 
 
 @kernel(parallel=True)
-def patch_pairs(box, motion, cone, group_box, group_motion, size, joined, margin, capacity, count_out, pairs_out):
+def patch_pairs(bounds: Bounds, groups: Groups, size, joined, margin, capacity, count_out, pairs_out):
     """For each patch the patches, itself or later ones, that something of it could meet in the step.
 
     # in:  groups of patches and their size; capacity: room for each patch in pairs_out (patches, capacity)
     # out: count_out: how many there are, perhaps more than there is room for
     """
+    box, motion, cone = bounds
+    group_box, group_motion = groups
     for group in prange(group_box.shape[0]):
         count_out[group * size : (group + 1) * size] = 0
         for other in range(group, group_box.shape[0]):
@@ -184,4 +217,4 @@ def patch_pairs(box, motion, cone, group_box, group_motion, size, joined, margin
                     count_out[p] += 1
 
 
-__all__ = ["element_frames", "group_bounds", "patch_bounds", "patch_pairs"]
+__all__ = ["Bounds", "Frames", "Groups", "PatchRows", "element_frames", "group_bounds", "patch_bounds", "patch_pairs"]

@@ -7,31 +7,24 @@ import numpy as np
 from jaxtyping import Float, UInt
 
 from hemline.meshes import components
-from hemline.sim.cloth.sheet import Rows, Sheet, incidence
+from hemline.sim.cloth.rows import Rows, incidence
+from hemline.sim.cloth.sheet import Sheet
 from hemline.sim.solver.clusters import cut
 
-from .lane_kernels import LANES, NOBODY
+from .lane_kernels import LANES, NOBODY, ROWS, Lanes
 
 SIZE = 6
 """Vertices in a patch, about."""
 
 
-@dataclass(frozen=True)
-class Blocks:
-    """The elements of each patch by the block: patch p has those of `elements[starts[p]:starts[p + 1]]`."""
-
-    starts: UInt[np.ndarray, " patches_and_one"]
-    elements: UInt[np.ndarray, "blocks lanes"]
-
-    @classmethod
-    def of(cls, rows: Rows) -> "Blocks":
-        """Cut each row into blocks; the last is filled up with NOBODY."""
-        count = np.diff(rows.starts.astype(np.int64))
-        starts = np.concatenate([[0], np.cumsum(-(-count // LANES))])
-        elements = np.full((starts[-1], LANES), NOBODY)
-        place = np.repeat(LANES * starts[:-1] - rows.starts[:-1].astype(np.int64), count) + np.arange(count.sum())
-        elements.ravel()[place] = rows.columns
-        return cls(starts.astype(np.uint32), elements)
+def lanes_of(rows: Rows) -> Lanes:
+    """Each row cut into blocks, with room for what `fill_lanes` lays out."""
+    count = np.diff(rows.starts.astype(np.int64))
+    starts = np.concatenate([[0], np.cumsum(-(-count // LANES))])
+    elements = np.full((starts[-1], LANES), NOBODY)
+    place = np.repeat(LANES * starts[:-1] - rows.starts[:-1].astype(np.int64), count) + np.arange(count.sum())
+    elements.ravel()[place] = rows.columns
+    return Lanes(starts.astype(np.uint32), elements, np.empty((len(elements), ROWS, LANES), np.float32))
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,31 @@
 """Places of the body that slide over its skin, and which of them hold a vertex of the cloth off: compiled code."""
 
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
 from hemline.compiled import kernel, prange
 
-from .touch_kernels import closest_around
+from .planes import Anchors
+from .touch_kernels import SkinMesh, closest_around
 
 FARTHEST_WALK = 16
 """Vertices of the body that a walk over the skin goes along, at most."""
+
+
+class Places(NamedTuple):
+    """The first and the second place of the body that holds each vertex off.
+
+    Attributes:
+        nearest: Vertices of the body at them.
+        face: Their faces, -1 for none.
+        weights: Of the corners 1 and 2.
+    """
+
+    nearest: Int[np.ndarray, "2 verts"]
+    face: Int[np.ndarray, "2 verts"]
+    weights: Float[np.ndarray, "2 verts 2"]
 
 
 @kernel
@@ -58,52 +78,43 @@ def height_over(x, i, vertices, normals, faces, face, v, w):
 
 
 @kernel(parallel=True)
-def move_sides(
-    x,
-    vertices,
-    normals,
-    faces,
-    star_starts,
-    star,
-    limb,
-    home,
-    found_nearest,
-    found_face,
-    found_weights,
-    deep,
-    far,
-    skew,
-    nearest_out,
-    face_out,
-    weights_out,
-):
+def move_sides(x, skin: SkinMesh, limb, home, found: Anchors, deep, far, skew, out: Places):
     """The first and the second place of each vertex after cloth and body have moved.
 
-    # in:  the skin, limb (faces,), home (verts,), the closest places, `deep` and `far` [m] and `skew`
-    # in and out: nearest_out, face_out (2, verts), weights_out (2, verts, 2): first and second places, face -1: none
+    # in:  x (verts, 3) float64; limb (faces,), home (verts,); found: the closest places; `deep` and `far` [m], `skew`
+    # in and out: the first and second places
     """
+    vertices, normals, faces, star_starts, star = (
+        skin.vertices,
+        skin.normals,
+        skin.faces,
+        skin.star.starts,
+        skin.star.columns,
+    )
+    found_nearest, found_face, found_weights = found
+    nearest_out, face_out, weights_out = out
     for i in prange(x.shape[0]):
-        found, second = found_face[i], face_out[1, i]
-        left, refused = apart(faces, face_out[0, i], found), False
+        closest, second = found_face[i], face_out[1, i]
+        left, refused = apart(faces, face_out[0, i], closest), False
         n0 = f0 = n1 = f1 = -1
         v0 = w0 = v1 = w1 = 0.0
         if left:
             n0, f0, v0, w0 = walk(x, i, nearest_out[0, i], vertices, faces, star_starts, star)
-            left = apart(faces, f0, found)
+            left = apart(faces, f0, closest)
         if second >= 0:
             n1, f1, v1, w1 = walk(x, i, nearest_out[1, i], vertices, faces, star_starts, star)
-        if left and not (second >= 0 and not apart(faces, f1, found)):
+        if left and not (second >= 0 and not apart(faces, f1, closest)):
             v, w = found_weights[i, 0], found_weights[i, 1]
-            height, _, a0, a1, a2 = height_over(x, i, vertices, normals, faces, found, v, w)
+            height, _, a0, a1, a2 = height_over(x, i, vertices, normals, faces, closest, v, w)
             _, _, b0, b1, b2 = height_over(x, i, vertices, normals, faces, f0, v0, w0)
             opposed = a0 * b0 + a1 * b1 + a2 * b2 < 0.0
-            returns = limb[found] == home[i] and limb[f0] != home[i]
+            returns = limb[closest] == home[i] and limb[f0] != home[i]
             refused = height < 0.0 and (opposed or height < -deep) and not returns
         if left and not refused:
             # the place that is left becomes the second one
             n1, f1, v1, w1 = n0, f0, v0, w0
         if not refused:
-            n0, f0, v0, w0 = found_nearest[i], found, found_weights[i, 0], found_weights[i, 1]
+            n0, f0, v0, w0 = found_nearest[i], closest, found_weights[i, 0], found_weights[i, 1]
         if f1 >= 0:
             height, distance, _, _, _ = height_over(x, i, vertices, normals, faces, f1, v1, w1)
             if not (apart(faces, f0, f1) and height < far and distance < skew * abs(height) + deep):
@@ -113,12 +124,15 @@ def move_sides(
 
 
 @kernel(parallel=True)
-def share_push(x, vertices, normals, faces, limb, home, pinched, face, weights, push, yielding, pressed, push_out):
+def share_push(x, skin: SkinMesh, limb, home, pinched, places: Places, push, yielding, pressed, push_out):
     """Contact stiffness of the first and of the second place of each vertex: what is not its own limb may yield.
 
-    # in:  face (2, verts), weights (2, verts, 2), push (verts,), the share that yields, `pressed` [m]
+    # in:  x (verts, 3) float64; limb (faces,), home (verts,), pinched (verts,) bool; push (verts,) [N/m]; the share
+    #      that yields; `pressed` [m]
     # out: push_out (2, verts)
     """
+    vertices, normals, faces = skin.vertices, skin.normals, skin.faces
+    face, weights = places.face, places.weights
     for i in prange(x.shape[0]):
         push_out[0, i] = push_out[1, i] = push[i]
         first, second = face[0, i], face[1, i]
@@ -135,4 +149,4 @@ def share_push(x, vertices, normals, faces, limb, home, pinched, face, weights, 
             push_out[1 - own, i] = yielding * push[i]
 
 
-__all__ = ["apart", "height_over", "move_sides", "share_push", "walk"]
+__all__ = ["Places", "apart", "height_over", "move_sides", "share_push", "walk"]

@@ -6,9 +6,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .body_contact import Contact
-from .pairs import PairRows
+from .pair_kernels import PairRows
+from .planes import Anchors
 from .sides import Sides
-from .surface import Anchors, Skin, Surface
+from .surface import Skin, Surface
 
 
 class Wearing(NamedTuple):

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .side_kernels import move_sides, share_push
-from .surface import Anchors, Skin, Surface
+from .planes import Anchors
+from .side_kernels import Places, move_sides, share_push
+from .surface import Skin, Surface
 
 SideFaces = Int[np.ndarray, "verts 2"]
 """Faces of the body at the first and the second place of each vertex, -1 for none."""
@@ -89,25 +90,8 @@ class Sides:
             home: Limb of each vertex.
         """
         nearest, face, weights = self.nearest.copy(), self.face.copy(), self.weights.copy()
-        move_sides(
-            positions,
-            skin.vertices,
-            skin.normals,
-            surface.faces,
-            surface.star.starts,
-            surface.star.columns,
-            surface.limb,
-            home,
-            found.nearest,
-            found.face,
-            found.weights,
-            DEEP,
-            FAR,
-            SKEW,
-            nearest,
-            face,
-            weights,
-        )
+        places = Places(nearest, face, weights)
+        move_sides(positions, surface.mesh(skin), surface.limb, home, found, DEEP, FAR, SKEW, places)
         return Sides(nearest, face, weights)
 
     def pushes(
@@ -133,19 +117,7 @@ class Sides:
             yielding: Share of it that is left to what yields.
         """
         shared = np.empty((2, len(push)))
-        share_push(
-            positions,
-            skin.vertices,
-            skin.normals,
-            surface.faces,
-            surface.limb,
-            home,
-            pinched,
-            self.face,
-            self.weights,
-            push,
-            yielding,
-            PRESSED,
-            shared,
-        )
+        places = Places(self.nearest, self.face, self.weights)
+        mesh = surface.mesh(skin)
+        share_push(positions, mesh, surface.limb, home, pinched, places, push, yielding, PRESSED, shared)
         return shared

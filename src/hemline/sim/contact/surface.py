@@ -6,9 +6,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from hemline.arrays import Faces, Normals, Vertices
-from hemline.sim.cloth.sheet import Rows, incidence
+from hemline.sim.cloth.rows import Rows, incidence
 
-from .touch_kernels import closest_faces, contact_planes, fill_grid
+from .planes import Anchors, Planes
+from .touch_kernels import Grid, SkinMesh, closest_faces, contact_planes, fill_grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,70 +19,22 @@ class Skin:
     vertices: Vertices
     normals: Normals
 
-    grids: dict[float, "Grid"] = field(default_factory=dict, repr=False)
+    grids: dict[float, Grid] = field(default_factory=dict, repr=False)
 
-    def grid(self, cell: float) -> "Grid":
+    def grid(self, cell: float) -> Grid:
         """The vertices sorted into cells of that size [m]; kept."""
         if cell not in self.grids:
-            self.grids[cell] = Grid.of(self.vertices, cell)
+            self.grids[cell] = grid_of(self.vertices, cell)
         return self.grids[cell]
 
 
-@dataclass(frozen=True)
-class Grid:
-    """Points sorted into cubic cells."""
-
-    low: Float[np.ndarray, "3"]
-    cell: float
-    size: Int[np.ndarray, "3"]
-    starts: Int[np.ndarray, " cells_and_two"]
-    order: Int[np.ndarray, " points"]
-
-    @classmethod
-    def of(cls, points: Vertices, cell: float) -> "Grid":
-        """Sort points into cells."""
-        low, high = (np.array([of(points[:, axis]) for axis in range(3)], np.float64) for of in (np.min, np.max))
-        size = ((high - low) / cell).astype(np.int64) + 1
-        starts, order = np.empty(int(size.prod()) + 2, np.int32), np.empty(len(points), np.int32)
-        fill_grid(points, low, cell, size, starts, order)
-        return cls(low, cell, size, starts, order)
-
-
-@dataclass(frozen=True)
-class Anchors:
-    """Where on the surface each cloth vertex is nearest to.
-
-    Attributes:
-        nearest: Nearest body vertex within reach, -1 for none.
-        face: Closest body face, -1 for none.
-        weights: Barycentric weights of its corners 1 and 2.
-    """
-
-    nearest: Int[np.ndarray, " verts"]
-    face: Int[np.ndarray, " verts"]
-    weights: Float[np.ndarray, "verts 2"]
-
-
-@dataclass(frozen=True)
-class Planes:
-    """Tangent planes of the body under the cloth at the end of a step.
-
-    Attributes:
-        normal: Unit normals; 0 where there is no contact.
-        point: Points on the body [m].
-        carried: Where the body would carry each vertex during the step [m].
-        stiffness: Contact stiffness [N/m]; 0 where there is no contact.
-    """
-
-    normal: Float[np.ndarray, "verts 3"]
-    point: Float[np.ndarray, "verts 3"]
-    carried: Float[np.ndarray, "verts 3"]
-    stiffness: Float[np.ndarray, " verts"]
-
-    def gap(self, positions: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, " verts"]:
-        """Signed distance from the planes [m], infinite where there is none."""
-        distance = np.einsum("vi,vi->v", self.normal, positions - self.point)
-        return np.where(self.stiffness > 0, distance, np.inf)
+def grid_of(points: Vertices, cell: float) -> Grid:
+    """Sort points into cells of that size [m]."""
+    low, high = (np.array([of(points[:, axis]) for axis in range(3)], np.float64) for of in (np.min, np.max))
+    size = ((high - low) / cell).astype(np.int64) + 1
+    starts, order = np.empty(int(size.prod()) + 2, np.int32), np.empty(len(points), np.int32)
+    fill_grid(points, low, cell, size, starts, order)
+    return Grid(low, cell, size, starts, order)
 
 
 class Surface:
@@ -98,6 +51,10 @@ class Surface:
         self.limb = np.zeros(len(faces), np.int64) if limb is None else limb
         self.reach = reach
         self.star: Rows = incidence(self.faces.ravel(), np.arange(self.faces.size) // 3, int(faces.max()) + 1)
+
+    def mesh(self, skin: Skin) -> SkinMesh:
+        """The surface at one moment, as kernels take it."""
+        return SkinMesh(skin.vertices, skin.normals, self.faces, self.star)
 
     def anchors(
         self,
@@ -126,24 +83,9 @@ class Surface:
             face, weights, asked = np.full(count, -1, np.int32), np.zeros((count, 2)), ~fixed
         else:
             face, weights = known.face.copy(), known.weights.copy()
-        closest_faces(
-            positions,
-            skin.vertices,
-            self.faces,
-            self.star.starts,
-            self.star.columns,
-            grid.low,
-            grid.cell,
-            grid.size,
-            grid.starts,
-            grid.order,
-            reach or self.reach,
-            asked,
-            nearest,
-            face,
-            weights,
-        )
-        return Anchors(nearest, face, weights)
+        found = Anchors(nearest, face, weights)
+        closest_faces(positions, self.mesh(skin), grid, reach or self.reach, asked, found)
+        return found
 
     def planes(
         self,
@@ -163,25 +105,6 @@ class Surface:
             push: Stiffness of each vertex in contact [N/m].
         """
         count = len(start)
-        normal, point, carried, stiffness = (np.empty(shape) for shape in ((count, 3), (count, 3), (count, 3), count))
-        contact_planes(
-            start,
-            anchors.face,
-            anchors.weights,
-            self.faces,
-            then.vertices,
-            now.vertices,
-            now.normals,
-            push,
-            normal,
-            point,
-            carried,
-            stiffness,
-        )
-        return Planes(normal, point, carried, stiffness)
-
-
-def no_planes(count: int) -> Planes:
-    """No contact at all."""
-    nothing = np.zeros((count, 3))
-    return Planes(nothing, nothing, nothing, np.zeros(count))
+        planes = Planes(*(np.empty(shape) for shape in ((count, 3), (count, 3), (count, 3), count)))
+        contact_planes(start, anchors, then.vertices, self.mesh(now), push, planes)
+        return planes

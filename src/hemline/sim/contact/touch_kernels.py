@@ -1,12 +1,54 @@
 """Closest points of cloth vertices on a moving triangle mesh, and the contact planes there."""
 
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
 from hemline.compiled import kernel, prange
+from hemline.sim.cloth.rows import Rows
+
+from .planes import Anchors, Planes
 
 BLOCK = 32
 """Vertices that are searched for one after the other."""
 
 STRIDE = 97
 """Blocks from one that a thread does to its next; a prime."""
+
+
+class Grid(NamedTuple):
+    """Points sorted into cubic cells: cell c holds order[starts[c]:starts[c + 1]].
+
+    Attributes:
+        low: Corner of the grid [m].
+        cell: Size of a cell [m].
+        size: Cells along each axis.
+        starts: Of each cell.
+        order: Numbers of the points, cell by cell.
+    """
+
+    low: Float[np.ndarray, "3"]
+    cell: float
+    size: Int[np.ndarray, "3"]
+    starts: Int[np.ndarray, " cells_and_two"]
+    order: Int[np.ndarray, " points"]
+
+
+class SkinMesh(NamedTuple):
+    """The body's mesh at one moment.
+
+    Attributes:
+        vertices: [m]
+        normals: Unit normals there.
+        faces: Triangles.
+        star: Triangles around each vertex.
+    """
+
+    vertices: Float[np.ndarray, "verts 3"]
+    normals: Float[np.ndarray, "verts 3"]
+    faces: Int[np.ndarray, "faces 3"]
+    star: Rows
 
 
 @kernel
@@ -103,28 +145,16 @@ def closest_around(px, py, pz, vertex, vertices, faces, star_starts, star):
 
 
 @kernel(parallel=True)
-def closest_faces(
-    x,
-    vertices,
-    faces,
-    star_starts,
-    star,
-    low,
-    cell,
-    size,
-    cell_starts,
-    order,
-    reach,
-    asked,
-    nearest_out,
-    face_out,
-    weights_out,
-):
+def closest_faces(x, skin: SkinMesh, grid: Grid, reach, asked, out: Anchors):
     """For each cloth vertex that is asked for the closest face within reach and the weights of its corners; -1: none.
 
-    # in:  nearest_out holds the last nearest body vertices: they bound the search, they do not change its result
-    # out: nearest body vertex (-1: none), face, weights of corners 1 and 2; of the others as they were
+    # in:  x (verts, 3) float64; reach [m]; asked (verts,) bool; out.nearest holds the last nearest body vertices: they
+    #      bound the search, they do not change its result
+    # out: of those that are not asked for as they were
     """
+    vertices, faces, star_starts, star = skin.vertices, skin.faces, skin.star.starts, skin.star.columns
+    low, cell, size, cell_starts, order = grid
+    nearest_out, face_out, weights_out = out
     # garments lie near the body at one end of their numbering: blocks are dealt out so that each thread gets both ends
     count, blocks = x.shape[0], (x.shape[0] + BLOCK - 1) // BLOCK
     blocks += blocks % STRIDE == 0
@@ -166,24 +196,15 @@ def closest_faces(
 
 
 @kernel(parallel=True)
-def contact_planes(
-    start,
-    face,
-    weights,
-    faces,
-    vertices_then,
-    vertices_now,
-    normals_now,
-    push,
-    normal_out,
-    point_out,
-    carried_out,
-    stiffness_out,
-):
+def contact_planes(start, anchors: Anchors, vertices_then, now: SkinMesh, push, out: Planes):
     """Plane of the body under each vertex at the step's end, and where the body carries the vertex's start.
 
+    # in:  start (verts, 3): the cloth then; vertices_then: the body's; push (verts,): stiffness of each [N/m]
     # out: unit normal (interpolated), point on the body, start + motion of that point, stiffness; all 0: no contact
     """
+    face, weights = anchors.face, anchors.weights
+    vertices_now, normals_now, faces = now.vertices, now.normals, now.faces
+    normal_out, point_out, carried_out, stiffness_out = out
     for i in prange(start.shape[0]):
         f = face[i]
         stiffness_out[i] = 0.0
@@ -239,6 +260,8 @@ def turned_inside(x, old_normal, old_stiffness, normal, point, stiffness, turned
 
 
 __all__ = [
+    "Grid",
+    "SkinMesh",
     "cell_of",
     "cells_between",
     "closest_around",

@@ -7,9 +7,9 @@ from jaxtyping import Float
 
 from hemline.arrays import Faces
 from hemline.garments.clearance import smoothed_field
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.grip import Grip
 from hemline.sim.contact.surface import Skin, Surface
-from hemline.sim.step.state import Positions
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody

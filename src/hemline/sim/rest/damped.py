@@ -8,10 +8,11 @@ import numpy as np
 from hemline.arrays import Mask
 from hemline.errors import SimulationFailed
 from hemline.meshes import crossing_edges
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
-from hemline.sim.step.state import ClothState, Positions
+from hemline.sim.step.state import ClothState
 
 from .ironing import EVERY, IRONS, ironed
 from .sewing import CLOSED, sewn, stretch
@@ -33,7 +34,6 @@ def swung(
     end: FrameEnd,
     posed: "PosedBody",
     positions: Positions,
-    settings: SimSettings,
     *,
     seconds: float,
     kept: float,
@@ -46,7 +46,6 @@ def swung(
         end: Pushes the cloth out of the body after each frame.
         posed: The body.
         positions: Where the cloth is [m].
-        settings: What the steps are taken with; the stepper's own are put back.
         seconds: Cloth time, at most [s].
         kept: Share of the velocities that is kept from frame to frame; 1: no damping, no ironing, no end before time.
         still: Mean speed at which it ends [m/s].
@@ -54,7 +53,7 @@ def swung(
     Raises:
         SimulationFailed: A step failed at its shortest.
     """
-    dressed.stepper.settings, careful = settings, dressed.stepper.settings
+    settings = dressed.settings
     state, step, frames, irons = dressed.stepper.start(positions), 1 / settings.fps, round(seconds * settings.fps), 0
     # what is being dressed is to find the places that are closest, not to keep those that it had
     state = replace(state, sides=None) if kept < 1 else state
@@ -81,8 +80,6 @@ def swung(
                 break
     except SimulationFailed as reason:
         raise SimulationFailed(f"settling '{dressed.garment.name}': {reason}") from reason
-    finally:
-        dressed.stepper.settings = careful
     return _ironed_at_last(dressed, state, settings) if kept < 1 else state
 
 

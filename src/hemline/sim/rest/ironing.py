@@ -3,8 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Int
 
-from hemline.sim.cloth.sheet import Sheet
-from hemline.sim.step.state import Positions
+from hemline.sim.cloth.sheet import Positions, Sheet
 
 EVERY = 15
 """Frames of damped dynamics from one ironing to the next."""

@@ -11,9 +11,9 @@ from hemline.arrays import Vertices
 from hemline.datasets.take import Take
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion, Pose
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.grip import Grip
 from hemline.sim.settings import SimSettings
-from hemline.sim.step.state import Positions
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody

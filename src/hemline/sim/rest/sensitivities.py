@@ -14,14 +14,14 @@ from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.material import Material
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.grip import Grip
 from hemline.sim.contact.surface import Skin
 from hemline.sim.step.dressed_body import DressedBody
-from hemline.sim.step.state import Positions
 
 from .rest import Rest
 from .static_hessian import sheet_hessian
-from .statics import STICK, Held, StaticStep
+from .static_step import STICK, Held, StaticStep
 from .statics_kernels import closest_on_faces
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class Sensitivities:
         self._posed = rest.shaped.posed(rest.pose)
         self._skin = _skin(self._posed.vertices.astype(np.float64), self._posed.faces)
         self._touching = np.flatnonzero(rest.load > 0)
-        self._free = np.flatnonzero(~self._dressed.stepper.fixed)
+        self._free = np.flatnonzero(~self._dressed.model.fixed)
         self._dofs = (3 * self._free[:, None] + np.arange(3)).ravel()
 
     def turn(self, joint: int | str, axis: Float[np.ndarray, "3"]) -> Positions:
@@ -157,8 +157,8 @@ class Sensitivities:
             settings = replace(settings, **changed)
         dressed = DressedBody(garment, rest.shaped, settings)
         scene = dressed.scene(self._posed)
-        step = StaticStep(dressed.stepper, rest.positions, rest.pinched, scene, rest.grip, held=rest.face)
-        return step.forces
+        model, workspace = dressed.model, dressed.stepper.workspace
+        return StaticStep(model, workspace, rest.positions, rest.pinched, scene, rest.grip, held=rest.face).forces
 
     def _pins_between(self, first: "PosedBody", second: "PosedBody", way: float) -> Positions:
         """How pins move, by central differences."""
@@ -185,10 +185,10 @@ class Sensitivities:
 
     def _solved(self, forces: Positions, pinned: Positions) -> Positions:
         """dx from df at fixed cloth, and from the way of the pins."""
-        result, stepper = np.zeros_like(self.rest.positions), self._dressed.stepper
-        result[stepper.pinned] = pinned[stepper.hard]
+        result, model = np.zeros_like(self.rest.positions), self._dressed.model
+        result[model.pinned] = pinned[model.hard]
         forces = forces.copy()
-        forces[stepper.held] += stepper.spring[:, None] * pinned[~stepper.hard]
+        forces[model.held] += model.spring[:, None] * pinned[~model.hard]
         matrix, factor = self._system
         right = forces.ravel() - matrix @ result.ravel()
         result.ravel()[self._dofs] = factor.solve(right[self._dofs])
@@ -207,7 +207,7 @@ class Sensitivities:
             way = WAY * np.eye(3)[axis]
             ends = [self._contact(touched + sign * way, self._skin) for sign in (1, -1)]
             blocks[self._touching, :, axis] = -(ends[0] - ends[1]) / (2 * WAY)
-        blocks[dressed.stepper.held] += dressed.stepper.spring[:, None, None] * np.eye(3)
+        blocks[dressed.model.held] += dressed.model.spring[:, None, None] * np.eye(3)
         matrix = csc_array(sheet_hessian(step) + block_diag(list(blocks), format="csc"))
         free = csc_array(matrix[self._dofs][:, self._dofs])
         message = "the equilibrium is not isolated: nothing holds the cloth in some direction; pin it"
@@ -224,15 +224,15 @@ class Sensitivities:
     def _step(self) -> StaticStep:
         rest, dressed = self.rest, self._dressed
         scene = dressed.scene(self._posed)
-        return StaticStep(dressed.stepper, rest.positions, rest.pinched, scene, rest.grip, whole=True, held=rest.face)
+        model, workspace = dressed.model, dressed.stepper.workspace
+        return StaticStep(model, workspace, rest.positions, rest.pinched, scene, rest.grip, whole=True, held=rest.face)
 
     def _point_forces(self, skin: Skin) -> Positions:
         """Forces of the body's vertices on the cloth, each with its triangle of the cloth and one of the body."""
-        x, points = self.rest.positions, self._step.stepper.body_points
+        x, points = self.rest.positions, self._step.meeting.points
         result = np.zeros_like(x)
-        if not len(points):
+        if points is None:
             return result
-        assert points.contact is not None
         weights, corners, rows = np.zeros((len(points), 2)), points.corners[:, :3].copy(), points.lay()
         vertices = skin.vertices[points.body_vertex].astype(np.float64)
         closest_on_faces(vertices, np.arange(len(points), dtype=np.int32), x, corners, weights)
@@ -250,10 +250,10 @@ class Sensitivities:
         The plain twin of what `contact_planes` and `gradient` do, in float64 and with the load of the moment.
         """
         rest, faces, which = self.rest, self._posed.faces, self._touching
-        stepper, settings = self._dressed.stepper, rest.settings
+        settings = rest.settings
         point, normal = _planes(positions, rest.face[which], skin, faces)
         depth = settings.thickness - np.einsum("vi,vi->v", normal, positions - point)
-        push = stepper.push[which] * np.where(rest.pinched[which], settings.pinched_share, 1.0)
+        push = self._dressed.model.contact_stiffness[which] * np.where(rest.pinched[which], settings.pinched_share, 1.0)
         load = push * np.clip(depth, 0, settings.contact_depth)
         grip = Grip(rest.grip.face[which], rest.grip.local[which])
         slip = positions - grip.points(skin, faces)

@@ -13,25 +13,24 @@ from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Pose
 from hemline.sim.cloth.figures import strain_figures
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.grip import Grip
 from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.lead_in import between
-from hemline.sim.step.state import ClothState, Positions
+from hemline.sim.step.state import ClothState, Scene
 
 from .carry import carried, farthest_way
 from .damped import STILL, free_crossings, swung
 from .rest import Rest
 from .sewing import stretch
+from .static_step import Held
 from .statics import Equilibrium, Search
 from .tangles import MOST, refuse_tangles
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
-
-SOLVER_SHARE, SOLVER_STEPS = 0.05, 400
-"""How far conjugate gradients go in a Newton step of the statics, as the settings of the same names."""
 
 NEWTON_STEPS = 400
 """Newton steps of one search, at most."""
@@ -188,8 +187,7 @@ class _Settling:
     ):
         self.garment, self.shaped, self.pose, self.settings = garment, shaped, pose, settings
         self.start, self.tolerance, self.laid = start, tolerance, laid
-        careful = replace(settings, solver_share=SOLVER_SHARE, solver_steps=SOLVER_STEPS)
-        self.dressed = DressedBody(garment, shaped, careful)
+        self.dressed = DressedBody(garment, shaped, settings)
         self.newton_steps = self.solver_steps = 0
         self.method = "newton"
 
@@ -263,7 +261,7 @@ class _Settling:
         positions, pinched = self._cleaned(posed, positions)
         attempts, tangled = ATTEMPTS if self.refuse else 1, False
         for attempt in range(attempts):
-            search = Search(self.dressed.stepper, pinched, scene, held)
+            search = self._search(pinched, scene, held)
             found = search.run(positions, grip, tolerance=tolerance, newton_steps=NEWTON_STEPS)
             self.newton_steps, self.solver_steps = (
                 self.newton_steps + search.newton_steps,
@@ -296,11 +294,14 @@ class _Settling:
             )
         return search, found
 
+    def _search(self, pinched: Mask, scene: Scene, held: Held | None = None) -> Search:
+        return Search(self.dressed.model, self.dressed.stepper.workspace, pinched, scene, held)
+
     def _stilled(self, posed: "PosedBody", positions: Positions) -> tuple[Search, Equilibrium]:
         """Where damped dynamics end, balanced or not."""
         self.method = "dynamics"
         state = self._swung(posed, positions, self.settings.settle, KEPT_SPEED, still=0.1 * STILL)
-        search = Search(self.dressed.stepper, state.pinched, self.dressed.scene(posed))
+        search = self._search(state.pinched, self.dressed.scene(posed))
         return search, search.run(state.positions, None, tolerance=np.inf, newton_steps=0)
 
     def _cleaned(self, posed: "PosedBody", positions: Positions) -> tuple[Positions, Mask]:
@@ -317,22 +318,18 @@ class _Settling:
         self, posed: "PosedBody", positions: Positions, seconds: float, kept: float, still: float = STILL
     ) -> ClothState:
         dressed = (
-            self.dressed
-            if posed.shaped is self.shaped
-            else DressedBody(self.garment, posed.shaped, self.dressed.settings)
+            self.dressed if posed.shaped is self.shaped else DressedBody(self.garment, posed.shaped, self.settings)
         )
-        return swung(
-            dressed, self._end(posed), posed, positions, self.settings, seconds=seconds, kept=kept, still=still
-        )
+        return swung(dressed, self._end(posed), posed, positions, seconds=seconds, kept=kept, still=still)
 
     def _draped(self, posed: "PosedBody", positions: Positions, grip: Grip | None) -> Rest:
         state = self._swung(posed, positions, DRAPING, 1.0)
-        search = Search(self.dressed.stepper, state.pinched, self.dressed.scene(posed))
+        search = self._search(state.pinched, self.dressed.scene(posed))
         found = search.run(state.positions, grip, tolerance=np.inf, newton_steps=0)
         return self._rest(posed, found, state.pinched, "draping")
 
     def _rest(self, posed: "PosedBody", found: Equilibrium, pinched: Mask, method: str) -> Rest:
-        sheet, stepper = self.dressed.sheet, self.dressed.stepper
+        sheet = self.dressed.sheet
         assert found.grip is not None
         positions, stuck = found.positions, pinched
         if not self.refuse:
@@ -358,7 +355,7 @@ class _Settling:
             grip=found.grip,
             pinched=stuck,
             residual_share=found.residual_share,
-            worst_share=float(np.linalg.norm(found.forces, axis=1).max()) / stepper.mean_weight,
+            worst_share=float(np.linalg.norm(found.forces, axis=1).max()) / self.dressed.model.mean_weight,
             method=method,
             newton_steps=self.newton_steps,
             solver_steps=self.solver_steps,

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from hemline.sim.cloth.sheet import Sheet
-from hemline.sim.step.state import ClothState, Positions
+from hemline.sim.cloth.sheet import Positions, Sheet
+from hemline.sim.step.state import ClothState
 
 CLOSED = 1.5
 """Greatest stretch of an edge from which the garment is taken to be sewn up, as a factor."""

@@ -1,6 +1,5 @@
 """The whole Hessian of a sheet at rest, but for the body and pins, as a sparse matrix."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,12 +7,11 @@ from jaxtyping import Float, Int
 
 from hemline.sim.cloth.hinge_kernels import hinge_forces
 from hemline.sim.cloth.membrane_kernels import membrane_blocks
-from hemline.sim.contact.pair_kernels import pair_blocks
-from hemline.sim.contact.pairs import PairRows
+from hemline.sim.cloth.sheet import Positions
+from hemline.sim.contact.pair_kernels import PairRows, pair_blocks
 from hemline.sim.solver.block_kernels import PAD
-from hemline.sim.step.state import Positions
 
-from .statics import StaticStep
+from .static_step import StaticStep
 
 BEND = 1e-7
 """How far vertices are moved for differences of the forces of hinges [m]."""
@@ -30,26 +28,13 @@ def sheet_hessian(step: StaticStep) -> Any:
     """
     from scipy.sparse import bsr_array
 
-    sheet, memory, stepper = step.sheet, step.memory, step.stepper
-    count, (ring_bending, far_bending) = sheet.vertex_count, stepper.bending
+    model, potential = step.model, step.potential
+    sheet, count, bending = model.sheet, model.sheet.vertex_count, model.bending
     blocks = np.zeros(9 * len(sheet.ring.columns) + PAD)
-    membrane_blocks(
-        sheet.edge_corners.starts,
-        sheet.edge_corners.columns,
-        sheet.edge_slots,
-        sheet.shape,
-        sheet.area,
-        memory.frame,
-        memory.tension,
-        sheet.lame,
-        sheet.shear,
-        sheet.damping,
-        0.0,
-        ring_bending,
-        blocks,
-    )
+    stretch = potential.workspace.stretch
+    membrane_blocks(sheet.edge_corners, sheet.edge_slots, model.fabric, stretch, 0.0, bending.ring_bending, blocks)
     ring = blocks[: 9 * len(sheet.ring.columns)].reshape(-1, 3, 3).transpose(0, 2, 1)
-    far = far_bending[:, None, None] * np.eye(3)
+    far = bending.far_bending[:, None, None] * np.eye(3)
     rows = [np.repeat(np.arange(count), np.diff(each.starts.astype(np.int64))) for each in (sheet.ring, sheet.far)]
     own = np.zeros((count, 3, 3))
     for row, values in zip(rows, (ring, far), strict=True):
@@ -62,8 +47,9 @@ def sheet_hessian(step: StaticStep) -> Any:
     matrix = bsr_array((values[order], column[order], starts), shape=(3 * count, 3 * count)).tocsc()
     if len(sheet.hinge_rest):
         matrix = matrix + _placed(_hinge_blocks(step.x, step), sheet.hinges, count)
-    if step.pairs is not None and len(step.pairs):
-        matrix = matrix + _placed(_pair_blocks(step, step.pairs.rows), step.pairs.rows.corners, count)
+    if potential.pairs is not None and len(potential.pairs.pairs):
+        rows = potential.pairs.pairs.rows
+        matrix = matrix + _placed(_pair_blocks(step.x, rows), rows.corners, count)
     return matrix
 
 
@@ -76,10 +62,10 @@ def _placed(entries: Float[np.ndarray, "elements 12 12"], corners: Int[np.ndarra
     return coo_array((entries.ravel(), pairs), shape=(3 * count, 3 * count)).tocsc()
 
 
-def _pair_blocks(step: StaticStep, pairs: PairRows) -> Float[np.ndarray, "pairs 12 12"]:
+def _pair_blocks(x: Positions, pairs: PairRows) -> Float[np.ndarray, "pairs 12 12"]:
     """Second derivatives of the pairs, of cloth with itself and with the body: along normals, without friction."""
-    flat = np.empty(9 * len(pairs))
-    pair_blocks(step.x, *replace(pairs, limit=np.zeros_like(pairs.limit)).arrays, 1.0, flat)
+    flat = np.empty(9 * pairs.size)
+    pair_blocks(x, pairs._replace(limit=np.zeros_like(pairs.limit)), 1.0, flat)
     block = flat.reshape(-1, 3, 3)
     weights = pairs.weights.astype(np.float64)
     return np.einsum("pa,pb,pij->paibj", weights, weights, block).reshape(-1, 12, 12)
@@ -87,7 +73,7 @@ def _pair_blocks(step: StaticStep, pairs: PairRows) -> Float[np.ndarray, "pairs 
 
 def _hinge_blocks(x: Positions, step: StaticStep) -> Float[np.ndarray, "hinges 12 12"]:
     """Second derivatives of each hinge by its four vertices, by differences of its forces."""
-    sheet, count = step.sheet, len(step.sheet.hinges)
+    sheet, count = step.model.sheet, len(step.model.sheet.hinges)
     apart, own = x[sheet.hinges].reshape(-1, 3), np.arange(4 * count, dtype=np.int32).reshape(-1, 4)
     energy, result = np.empty(count), np.empty((count, 12, 12))
     for coordinate in range(12):
@@ -95,7 +81,7 @@ def _hinge_blocks(x: Positions, step: StaticStep) -> Float[np.ndarray, "hinges 1
         for way in (BEND, -BEND):
             moved, gradient = apart.copy(), np.empty((count, 12))
             moved.reshape(count, 12)[:, coordinate] += way
-            hinge_forces(moved, own, sheet.hinge_weight, step.stepper.hinge_rest, gradient, energy)
+            hinge_forces(moved, own, sheet.hinge_weight, step.model.hinge_rest, gradient, energy)
             ends.append(gradient)
         result[:, :, coordinate] = (ends[0] - ends[1]) / (2 * BEND)
     return 0.5 * (result + result.transpose(0, 2, 1))

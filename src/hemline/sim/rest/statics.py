@@ -1,27 +1,23 @@
 """Static equilibrium of one sheet: Newton's method on the forces themselves, without inertia."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.grip import Grip
-from hemline.sim.step.state import Positions, Scene, StepRejected
-from hemline.sim.step.step import Step
-from hemline.sim.step.stepper import Stepper
+from hemline.sim.contact.planes import Anchors
+from hemline.sim.step.model import ClothModel
+from hemline.sim.step.state import Scene, StepRejected
+from hemline.sim.step.workspace import Workspace
 
-from .statics_kernels import closest_on_faces
-
-STICK = 2e-4
-"""Slip below which static friction is smoothed [m]."""
+from .static_step import Held, StaticStep
 
 FARTHEST = 0.02
 """A Newton step that moves a vertex farther than this is taken again with more regularisation [m]."""
-
-FORWARD = 4.0
-"""How much farther than a Newton step the line search looks: without compression the Hessian is too stiff."""
 
 FIRST, LEAST, MOST = 0.03, 1e-4, 1e3
 """Regularisation m / h^2 as h [s]: of the first Newton step, the strongest, the weakest."""
@@ -32,9 +28,6 @@ SOFT = 0.05
 FAR, ENOUGH, NEAR = 1.0, 0.1, 0.02
 """Residual share above which contact is soft at first; at which it hardens; below which the Hessian keeps all
 compression, and friction goes by the load itself."""
-
-LEVEL = 1e-4
-"""Distance from the body below which its interpolated normal says the direction of contact [m]."""
 
 RELEASED = 0.01
 """Distance from the side of a crease beyond which a vertex is no more held to it [m]."""
@@ -48,125 +41,6 @@ unless no contact came or went and the step knew it: where cloth buckles, the en
 
 PATIENCE = 40
 """Newton steps in which the residual must fall by a tenth, since the last valley began."""
-
-
-Held = Int[np.ndarray, " verts"]
-
-
-class StaticStep(Step):
-    """One Newton step towards equilibrium: all forces on the cloth at rest, with m / h^2 added to the Hessian.
-
-    It is a step of the stepper without velocities, whose gravity does not depend on h, whose friction refers to the
-    grip, and whose load is that of the iterate: at its start the gradient is minus the resultant force on each vertex.
-
-    Args:
-        stepper: Its settings must be without wind.
-        positions: Where the cloth is [m]; pins are put where the scene has them.
-        pinched: Vertices whose contact yields.
-        scene: What drives the cloth.
-        grip: Friction's points; vertices that touch without one get theirs here.
-        h: Regularisation [s].
-        soft: Share of the contact stiffness.
-        whole: Whether the Hessian keeps all compression; otherwise what the regularisation makes harmless.
-        held: Triangles of the body that vertices keep to, -1 for those that look for the closest.
-        pressed: What friction went by before: from now on the mean of that and of the load. None: the load alone.
-    """
-
-    def __init__(
-        self,
-        stepper: Stepper,
-        positions: Positions,
-        pinched: Bool[np.ndarray, " verts"],
-        scene: Scene,
-        grip: Grip | None,
-        *,
-        h: float = MOST,
-        soft: float = 1.0,
-        whole: bool = False,
-        held: Held | None = None,
-        pressed: Float[np.ndarray, " verts"] | None = None,
-    ):
-        state = replace(stepper.start(positions), pinched=pinched, sides=None)
-        state.positions[stepper.pinned] = scene.pinned[stepper.hard]
-        super().__init__(stepper, state, h, scene, scene, soft=soft)
-        self.inertial, self.over_h, self.creep = state.positions.copy(), 0.0, STICK
-        self.stretch = self.foreseen = 0.0
-        spring = (stepper.spring / self.pull[stepper.held])[:, None]
-        self.inertial[stepper.held] += spring * (scene.pinned[~stepper.hard] - state.positions[stepper.held])
-        self.soft = soft
-        if whole:
-            self.cap = np.full_like(stepper.cap, np.inf)
-        self.memory.air[:] = stepper.sheet.mass[:, None] * np.array(self.settings.gravity)
-        self.face = np.full(len(self.x), -1, np.int32)
-        if self.contact is not None:
-            stepper.last_anchors = here = self.contact.ahead
-            if held is not None and (held >= 0).any():
-                here = replace(here, face=np.where(held >= 0, held, here.face))
-                closest_on_faces(self.x, here.face, self.contact.now.vertices, self.contact.surface.faces, here.weights)
-                self.planes = self.contact.laid(here)
-            self.face = here.face
-        self.depth = np.clip(self.settings.thickness - self.planes.gap(self.x), 0, self.settings.contact_depth)
-        self.load = self.planes.stiffness * self.depth
-        self.pressed = self.load if pressed is None else 0.5 * (self.load + pressed)
-        self.limit = stepper.sheet.friction * self.pressed
-        self.grip = grip
-        if self.contact is not None and scene.skin is not None:
-            faces = self.contact.surface.faces
-            fresh = Grip.at(self.x, self.face, scene.skin, faces)
-            self.grip = fresh if grip is None else grip.kept(fresh, (grip.face >= 0) | (self.load == 0))
-            self.planes = replace(self.planes, carried=self.grip.points(scene.skin, faces))
-        self.normal = self.planes.normal
-        self.evaluate()
-        self._lean()
-
-    def _lean(self) -> None:
-        """Turn the contact planes onto the triangles, the forces unchanged.
-
-        Contact pushes along interpolated normals n, but a vertex that moves along a triangle changes its distance by
-        the triangle's normal m: with n in the Hessian, 0.1 mm on a coarse body would count as several weights.
-        """
-        gradient, planes = self.memory.gradient.copy(), self.planes
-        way = self.x - planes.point
-        away = way * np.sign(np.einsum("vi,vi->v", way, planes.normal))[:, None]
-        length = np.linalg.norm(away, axis=1, keepdims=True)
-        normal = np.where(length > LEVEL, away / np.maximum(length, LEVEL), planes.normal)
-        gap = np.where(planes.stiffness > 0, planes.gap(self.x), 0.0)[:, None]
-        self.planes = replace(planes, normal=normal, point=self.x - gap * normal)
-        self.evaluate()
-        self.memory.air += self.memory.gradient - gradient
-        self.evaluate()
-
-    def _search(self) -> None:
-        """Halve the Newton step until the energy falls; lengthen one that was taken whole while it falls further."""
-        super()._search()
-        start, kept, energy, self.foreseen = self.state.positions, self.x, self.energy, self.residual_share
-        way = kept - start
-        if self.share < 1:
-            return
-        self.stretch = 1.0
-        while self.stretch < FORWARD:
-            self.x = start + 2 * self.stretch * way
-            self.evaluate()
-            if not self.energy < energy:
-                break
-            self.stretch, kept, energy, self.foreseen = 2 * self.stretch, self.x, self.energy, self.residual_share
-        self.x, self.energy = kept, energy
-
-    @property
-    def forces(self) -> Positions:
-        """Resultant force on each vertex at the step's start, 0 at pins [N]."""
-        return np.where(self.stepper.fixed[:, None], 0.0, -self.memory.gradient)
-
-    def slipped(self) -> Grip | None:
-        """The grip as friction leaves it: points beyond the smoothed slip are dragged along, idle ones go."""
-        if self.grip is None or self.contact is None:
-            return None
-        normal, slip = self.normal, self.x - self.planes.carried
-        slip = slip - np.einsum("vi,vi->v", slip, normal)[:, None] * normal
-        size = np.linalg.norm(slip, axis=1, keepdims=True)
-        points = self.planes.carried + np.maximum(1 - STICK / np.maximum(size, 1e-12), 0.0) * slip
-        moved = Grip.at(points, self.grip.face, self.contact.now, self.contact.surface.faces)
-        return Grip(np.where(self.load > 0, moved.face, -1).astype(np.int32), moved.local)
 
 
 @dataclass(frozen=True)
@@ -210,18 +84,27 @@ class Search:
     that friction goes by changes by halves, until the balance is near; it must hold with the load itself.
 
     Args:
-        stepper: The cloth; its settings must be without wind.
+        model: The sheet; wind does not act.
+        workspace: Arrays to work with.
         pinched: Vertices whose contact yields.
         scene: What drives the cloth.
         held: Triangles that vertices in a crease keep to from the start; None: none.
     """
 
-    def __init__(self, stepper: Stepper, pinched: Bool[np.ndarray, " verts"], scene: Scene, held: Held | None = None):
-        self.stepper, self.pinched, self.scene = stepper, pinched, scene
+    def __init__(
+        self,
+        model: ClothModel,
+        workspace: Workspace,
+        pinched: Bool[np.ndarray, " verts"],
+        scene: Scene,
+        held: Held | None = None,
+    ):
+        self.model, self.workspace, self.pinched, self.scene = model, workspace, pinched, scene
         self.newton_steps = self.solver_steps = 0
         self.flips = np.zeros(len(pinched), np.int32)
         self.held = np.full(len(pinched), -1, np.int32) if held is None else held
         self.last: StaticStep | None = None
+        self._known: Anchors | None = None
 
     def run(self, positions: Positions, grip: Grip | None, *, tolerance: float, newton_steps: int) -> Equilibrium:
         """Search from there.
@@ -236,7 +119,7 @@ class Search:
             The best that was found; its `residual_share` says whether it is an equilibrium.
         """
         step = self._step(positions, grip)
-        if step.residual_share > FAR:
+        if step.potential.residual_share > FAR:
             step = self._descend(self._step(positions, grip, soft=SOFT), max(tolerance, ENOUGH), newton_steps)
             step = self._step(step.x + ((1 - SOFT) * step.depth)[:, None] * step.planes.normal, step.grip)
         step = self._descend(step, tolerance, newton_steps)
@@ -247,16 +130,17 @@ class Search:
             face=step.face,
             held=self.held,
             grip=step.slipped(),
-            residual_share=step.residual_share,
+            residual_share=step.potential.residual_share,
             newton_steps=self.newton_steps,
             solver_steps=self.solver_steps,
         )
 
     def _step(self, positions: Positions, grip: Grip | None, *, by_halves: bool = True, **options: Any) -> StaticStep:
         last = self.last
-        pressed = last.pressed if by_halves and last is not None and last.residual_share > NEAR else None
-        options = {"h": FIRST, "held": self.held, "pressed": pressed} | options
-        step = StaticStep(self.stepper, positions, self.pinched, self.scene, grip, **options)
+        pressed = last.pressed if by_halves and last is not None and last.potential.residual_share > NEAR else None
+        options = {"h": FIRST, "held": self.held, "pressed": pressed, "known": self._known} | options
+        step = StaticStep(self.model, self.workspace, positions, self.pinched, self.scene, grip, **options)
+        self._known = None if step.contact is None else step.contact.ahead
         if self.last is not None:
             turned = np.einsum("vi,vi->v", step.planes.normal, self.last.planes.normal) < TURNED
             self.flips += turned & (step.load > 0) & (self.last.load > 0) & (step.face != self.last.face)
@@ -268,32 +152,32 @@ class Search:
 
     def _descend(self, step: StaticStep, tolerance: float, newton_steps: int) -> StaticStep:
         """Newton steps until the residual is small, or falls no more; the best place, evaluated."""
-        soft, h, since, mark = step.soft, FIRST, 0, step.residual_share
+        soft, h, since, mark = step.soft, FIRST, 0, step.potential.residual_share
         least, best, grip, low = mark, step.x, step.grip, mark
         while least > tolerance and self.newton_steps < newton_steps and since < PATIENCE and h > LEAST:
-            start, residual, gripped, touching = step.x, step.residual_share, step.grip, step.load > 0
+            start, residual, gripped, touching = step.x, step.potential.residual_share, step.grip, step.load > 0
             try:
                 spent = step.newton()
             except StepRejected:
                 spent = 0
             self.newton_steps, self.solver_steps, since = self.newton_steps + 1, self.solver_steps + spent, since + 1
-            taken = spent and math.isfinite(step.energy) and 0 < np.abs(step.x - start).max() < FARTHEST
+            taken = spent and math.isfinite(step.potential.energy) and 0 < np.abs(step.x - start).max() < FARTHEST
             h = min((2.0 if step.stretch else 0.5) * h, MOST) if taken else 0.25 * h
             whole, foreseen = soft == 1.0 and residual < NEAR, step.foreseen
             step = self._step(step.x if taken else start, step.grip, h=h, soft=soft, whole=whole)
-            if taken and step.residual_share > GROWTH * residual:
-                if np.array_equal(step.load > 0, touching) and step.residual_share <= GROWTH * foreseen:
+            if taken and step.potential.residual_share > GROWTH * residual:
+                if np.array_equal(step.load > 0, touching) and step.potential.residual_share <= GROWTH * foreseen:
                     # into another valley, which is as high at first
-                    mark = low = step.residual_share
+                    mark = low = step.potential.residual_share
                     since = 0
                 elif h > SHORT:
                     h *= 0.125
                     step = self._step(start, gripped, h=h, soft=soft, whole=whole)
-            if step.residual_share <= tolerance and step.pressed is not step.load:
+            if step.potential.residual_share <= tolerance and step.pressed is not step.load:
                 step = self._step(step.x, step.grip, by_halves=False, h=h, soft=soft, whole=whole)
-            if step.residual_share < least:
-                least, best, grip = step.residual_share, step.x, step.grip
-            low = min(low, step.residual_share)
+            if step.potential.residual_share < least:
+                least, best, grip = step.potential.residual_share, step.x, step.grip
+            low = min(low, step.potential.residual_share)
             if low < 0.9 * mark:
                 mark, since = low, 0
         if step.x is best and step.pressed is step.load:

@@ -113,19 +113,19 @@ def advance(typing, vertex, alpha, search, product, solution, residual, inverse)
 
 
 @intrinsic
-def turn(typing, vertex, patch, beta, coarse, product, search):
-    """The next search direction: product + coarse + beta search; `coarse` has four numbers a patch."""
+def turn(typing, vertex, cluster, beta, coarse, product, search):
+    """The next search direction: product + coarse + beta search; `coarse` has four numbers a cluster."""
 
     def generate(context, builder, signature, arguments):
         lanes = _Lanes(context, builder, signature, arguments)
-        vertex, patch, beta, coarse, product, search = lanes.data
+        vertex, cluster, beta, coarse, product, search = lanes.data
         at = lanes.times(vertex, 4)
-        down = lanes.add(lanes.load(product, at), lanes.load(coarse, lanes.times(patch, 4)))
+        down = lanes.add(lanes.load(product, at), lanes.load(coarse, lanes.times(cluster, 4)))
         before = lanes.multiply(lanes.all_lanes(beta), lanes.load(search, at))
         lanes.store(lanes.add(down, before), search, at)
         return context.get_dummy_value()
 
-    return types.void(vertex, patch, beta, coarse, product, search), generate
+    return types.void(vertex, cluster, beta, coarse, product, search), generate
 
 
 @intrinsic

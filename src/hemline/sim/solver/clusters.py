@@ -1,19 +1,20 @@
-"""Patches of neighbouring vertices: the coarse level of the solver's preconditioner."""
+"""Clusters of neighbouring vertices: the coarse level of the solver's preconditioner."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, UInt
 
-from hemline.sim.cloth.sheet import Rows, Sheet, incidence
+from hemline.sim.cloth.rows import Rows, incidence
+from hemline.sim.cloth.sheet import Sheet
 
 from .cluster_kernels import halved
 
 SIZE = 80
-"""Free vertices in a patch, about."""
+"""Free vertices in a cluster, about."""
 
 MOST = 160
-"""Patches, at most: the coarse system is solved directly."""
+"""Clusters, at most: the coarse system is solved directly."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +22,8 @@ class Clusters:
     """A partition of the free vertices.
 
     Attributes:
-        label: Patch of each vertex; one past the last for pinned ones.
-        members: The free vertices of each patch.
+        label: Cluster of each vertex; one past the last for pinned ones.
+        members: The free vertices of each cluster.
         width: Entries in a row of the banded coarse matrix.
     """
 
@@ -32,9 +33,9 @@ class Clusters:
 
 
 def make_clusters(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Clusters:
-    """Cut the free vertices into patches by halving along the longest way through the mesh, again and again.
+    """Cut the free vertices into clusters by halving along the longest way through the mesh, again and again.
 
-    Patches are numbered so that joined ones have near numbers (reverse Cuthill-McKee), which keeps the coarse matrix
+    Clusters are numbered so that joined ones have near numbers (reverse Cuthill-McKee), which keeps the coarse matrix
     narrow.
     """
     from scipy.sparse import csr_array

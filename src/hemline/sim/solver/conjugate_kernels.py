@@ -1,32 +1,93 @@
 """Conjugate gradients on 3 x 3 blocks, preconditioned on two levels: float32 storage, float64 sums in fixed order.
 
-The preconditioner adds the inverses of the diagonal blocks and a coarse correction that moves whole patches of
-vertices: M = D^-1 + P (P^T A P)^-1 P^T, with P constant on each patch. The coarse matrix is banded and factorised
+The preconditioner adds the inverses of the diagonal blocks and a coarse correction that moves whole clusters of
+vertices: M = D^-1 + P (P^T A P)^-1 P^T, with P constant on each cluster. The coarse matrix is banded and factorised
 anew for every system.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
-from hemline.sim.contact.pair_kernels import FEW
+from hemline.sim.cloth.rows import Rows
 
 from .block_kernels import add_pairs, advance, pair_product, row_product, turn
+from .layout import Layout
 
 FAST = {"contract", "nsz", "arcp"}
 
+FEW = 200
+"""Pairs that one thread is done with before others have begun."""
+
+
+class Matrix(NamedTuple):
+    """The Hessian by slots, without pairs; blocks of nine numbers, flat float32, by columns, see `block_kernels`.
+
+    Attributes:
+        blocks: One for each entry of the layout's ring.
+        diagonal: One a slot.
+        inverse: Of each diagonal block, pairs included; 0 for fixed vertices.
+    """
+
+    blocks: Float[np.ndarray, " entries9"]
+    diagonal: Float[np.ndarray, " slots9"]
+    inverse: Float[np.ndarray, " slots9"]
+
+
+class PairBlocks(NamedTuple):
+    """What pairs add to the matrix: of each, w w^T times a block.
+
+    Attributes:
+        corners: Slots of its four vertices.
+        weights: Of the corners, float32.
+        block: Flat, nine a pair.
+        at: Pairs of each vertex, 4 pair + corner; empty where pairs are few.
+        product: Working memory, a vector of as many as there are pairs.
+    """
+
+    corners: Int[np.ndarray, "pairs 4"]
+    weights: Float[np.ndarray, "pairs 4"]
+    block: Float[np.ndarray, " pairs9"]
+    at: Rows
+    product: Float[np.ndarray, " pairs4"]
+
+
+class Vectors(NamedTuple):
+    """Vectors of the solver: four numbers a slot, float32."""
+
+    solution: Float[np.ndarray, " slots4"]
+    residual: Float[np.ndarray, " slots4"]
+    search: Float[np.ndarray, " slots4"]
+    product: Float[np.ndarray, " slots4"]
+
+
+class Sums(NamedTuple):
+    """What is summed in each cluster: a number, three of them twice in float64, four in float32."""
+
+    partial: Float[np.ndarray, " clusters"]
+    cluster: Float[np.ndarray, " clusters3"]
+    coarse: Float[np.ndarray, " clusters3"]
+    shift: Float[np.ndarray, " clusters4"]
+
 
 @kernel(parallel=True)
-def coarse_matrix(begin, end, label, ring_starts, ring, blocks, far_starts, far, far_bending, diagonal, band_out):
+def coarse_matrix(layout: Layout, matrix: Matrix, band_out):
     """P^T A P, lower half: entry (r, c) lies at band[r, c - r + width - 1]."""
+    begin, end, label = layout.begin, layout.end, layout.cluster
+    ring_starts, ring = layout.ring
+    far_starts, far = layout.far
+    far_bending, blocks, diagonal = layout.far_bending, matrix.blocks, matrix.diagonal
     width = band_out.shape[1]
-    for patch in prange(begin.shape[0]):
-        for row in range(3 * patch, 3 * patch + 3):
+    for cluster in prange(begin.shape[0]):
+        for row in range(3 * cluster, 3 * cluster + 3):
             for c in range(width):
                 band_out[row, c] = 0.0
         here = width - 1
-        row = 3 * patch
+        row = 3 * cluster
         xx = yx = yy = zx = zy = zz = 0.0
-        for i in range(begin[patch], end[patch]):
+        for i in range(begin[cluster], end[cluster]):
             d = diagonal[9 * i : 9 * i + 9]
             xx += d[0]
             yx += d[1]
@@ -36,25 +97,25 @@ def coarse_matrix(begin, end, label, ring_starts, ring, blocks, far_starts, far,
             zz += d[8]
             for e in range(ring_starts[i], ring_starts[i + 1]):
                 j, b = ring[e], blocks[9 * e : 9 * e + 9]
-                if label[j] == patch:
+                if label[j] == cluster:
                     xx += b[0]
                     yx += b[1]
                     yy += b[4]
                     zx += b[2]
                     zy += b[5]
                     zz += b[8]
-                elif label[j] < patch:
+                elif label[j] < cluster:
                     column = 3 * label[j] - row + here
                     for r in range(3):
                         for c in range(3):
                             band_out[row + r, column + c - r] += b[3 * c + r]
             for e in range(far_starts[i], far_starts[i + 1]):
                 j, w = far[e], far_bending[e]
-                if label[j] == patch:
+                if label[j] == cluster:
                     xx += w
                     yy += w
                     zz += w
-                elif label[j] < patch:
+                elif label[j] < cluster:
                     column = 3 * label[j] - row + here
                     for r in range(3):
                         band_out[row + r, column] += w
@@ -64,7 +125,7 @@ def coarse_matrix(begin, end, label, ring_starts, ring, blocks, far_starts, far,
         band_out[row + 2, here - 2] += zx
         band_out[row + 2, here - 1] += zy
         band_out[row + 2, here] += zz
-        if begin[patch] == end[patch]:
+        if begin[cluster] == end[cluster]:
             for r in range(3):
                 band_out[row + r, here] = 1.0
 
@@ -133,85 +194,65 @@ def solve_band(band, values):
 
 @kernel(parallel=True, fastmath=FAST)
 def conjugate_gradients(
-    ring_starts,
-    ring,
-    blocks,
-    far_starts,
-    far,
-    far_bending,
-    diagonal,
-    inverse,
-    begin,
-    end,
-    vertex,
-    band,
-    pair_corners,
-    pair_weights,
-    pair_block,
-    pair_starts,
-    pair_entries,
-    pressed_out,
-    right,
-    tolerance,
-    iterations,
-    solution_out,
-    residual_out,
-    search_out,
-    product_out,
-    partial_out,
-    patch_sum_out,
-    coarse_out,
-    shift_out,
+    layout: Layout, matrix: Matrix, band, pairs: PairBlocks, right, tolerance, iterations, vectors: Vectors, sums: Sums
 ):
-    """Solve A x = right for the free vertices, which are those in patches; the others stay 0.
+    """Solve A x = right for the free vertices, which are those in clusters; the others stay 0.
 
     # model: A = blocks on the ring, far_bending I beyond it, diagonal, and of each pair w w^T times its block;
-    #      band = factor of the coarse matrix
-    # in:  begin, end: slots of each patch; vertex: of each slot; pair_corners: slots; pair_starts: by vertex;
-    #      tolerance: on sqrt(r . M r) relative to its start; iterations: at most
-    # out: solution; the rest is working memory. Vectors and blocks are flat and by slots, see `layout` and
-    #      `block_kernels`; shift has four numbers a patch.
+    # in:  band: factor of the coarse matrix; right: a vector; tolerance: on sqrt(r . M r) relative to its start;
+    #      iterations: at most
+    # out: vectors.solution; the rest of vectors and sums, and pairs.product, are working memory. Vectors and blocks are
+    #      flat and by slots, see `layout` and `block_kernels`
     # Returns the number of iterations.
     """
-    count, patches, pairs = solution_out.shape[0], begin.shape[0], pair_corners.shape[0]
+    ring_starts, ring = layout.ring
+    far_starts, far = layout.far
+    far_bending, begin, end, vertex = layout.far_bending, layout.begin, layout.end, layout.vertex
+    blocks, diagonal, inverse = matrix
+    pair_corners, pair_weights, pair_block, pair_rows, pressed_out = pairs
+    pair_starts, pair_entries = pair_rows
+    solution_out, residual_out, search_out, product_out = vectors
+    partial_out, cluster_sum_out, coarse_out, shift_out = sums
+    count, clusters, pair_count = solution_out.shape[0], begin.shape[0], pair_corners.shape[0]
     alpha, old, enough = np.float32(0.0), 0.0, 0.0
     for k in prange(count):
         solution_out[k], residual_out[k], search_out[k], product_out[k] = 0.0, right[k], 0.0, 0.0
     for iteration in range(iterations + 1):
-        for patch in prange(patches):
+        for cluster in prange(clusters):
             total, sum0, sum1, sum2 = 0.0, 0.0, 0.0, 0.0
-            for i in range(begin[patch], end[patch]):
+            for i in range(begin[cluster], end[cluster]):
                 # from here on `product` holds D^-1 r, until the matrix is applied
                 total += advance(i, alpha, search_out, product_out, solution_out, residual_out, inverse)
                 sum0 += residual_out[4 * i]
                 sum1 += residual_out[4 * i + 1]
                 sum2 += residual_out[4 * i + 2]
-            partial_out[patch] = total
-            patch_sum_out[3 * patch], patch_sum_out[3 * patch + 1], patch_sum_out[3 * patch + 2] = sum0, sum1, sum2
-        for k in range(3 * patches):
-            coarse_out[k] = patch_sum_out[k]
+            partial_out[cluster] = total
+            first = 3 * cluster
+            cluster_sum_out[first], cluster_sum_out[first + 1], cluster_sum_out[first + 2] = sum0, sum1, sum2
+        for k in range(3 * clusters):
+            coarse_out[k] = cluster_sum_out[k]
         solve_band(band, coarse_out)
         new = 0.0
-        for patch in range(patches):
-            new += partial_out[patch]
+        for cluster in range(clusters):
+            new += partial_out[cluster]
             for axis in range(3):
-                new += coarse_out[3 * patch + axis] * patch_sum_out[3 * patch + axis]
-                shift_out[4 * patch + axis] = coarse_out[3 * patch + axis]
+                new += coarse_out[3 * cluster + axis] * cluster_sum_out[3 * cluster + axis]
+                shift_out[4 * cluster + axis] = coarse_out[3 * cluster + axis]
         if iteration == 0:
             enough = tolerance * tolerance * new
         if iteration == iterations or not new > enough:
             return iteration
         beta = np.float32(0.0 if iteration == 0 else new / old)
         old = new
-        for patch in prange(patches):
-            for i in range(begin[patch], end[patch]):
-                turn(i, patch, beta, shift_out, product_out, search_out)
-        if pairs > FEW:
-            for p in prange(pairs):
+        for cluster in prange(clusters):
+            for i in range(begin[cluster], end[cluster]):
+                turn(i, cluster, beta, shift_out, product_out, search_out)
+        if pair_count > FEW:
+            for p in prange(pair_count):
                 pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
-        for patch in prange(patches):
+        for cluster in prange(clusters):
             total = 0.0
-            for i in range(begin[patch], end[patch]):
+            for i in range(begin[cluster], end[cluster]):
                 total += row_product(
                     i,
                     diagonal,
@@ -226,7 +267,7 @@ def conjugate_gradients(
                     search_out,
                     product_out,
                 )
-                if pairs > FEW:
+                if pair_count > FEW:
                     v = vertex[i]
                     if pair_starts[v] < pair_starts[v + 1]:
                         total += add_pairs(
@@ -239,12 +280,12 @@ def conjugate_gradients(
                             search_out,
                             product_out,
                         )
-            partial_out[patch] = total
+            partial_out[cluster] = total
         bend = 0.0
-        for patch in range(patches):
-            bend += partial_out[patch]
-        if pairs <= FEW:
-            for p in range(pairs):
+        for cluster in range(clusters):
+            bend += partial_out[cluster]
+        if pair_count <= FEW:
+            for p in range(pair_count):
                 pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
                 for c in range(4):
                     # at a fixed vertex it is added too, where nobody reads it and the search is 0
@@ -259,4 +300,14 @@ def conjugate_gradients(
     return iterations
 
 
-__all__ = ["coarse_matrix", "conjugate_gradients", "factorise", "solve_band"]
+__all__ = [
+    "FEW",
+    "Matrix",
+    "PairBlocks",
+    "Sums",
+    "Vectors",
+    "coarse_matrix",
+    "conjugate_gradients",
+    "factorise",
+    "solve_band",
+]

@@ -1,30 +1,31 @@
-"""The order in which the solver keeps vertices: patch by patch, so that a thread works on memory of its own."""
+"""The order in which the solver keeps vertices: cluster by cluster, so that a thread works on memory of its own."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt
 
-from hemline.sim.cloth.sheet import Rows, Sheet
+from hemline.sim.cloth.rows import Rows
+from hemline.sim.cloth.sheet import Sheet
 
 from .clusters import make_clusters
 
 LINE = 4
-"""Vertices of a solver's vector in a line of cache: patches begin at a multiple of it."""
+"""Vertices of a solver's vector in a line of cache: clusters begin at a multiple of it."""
 
 
-@dataclass(frozen=True)
-class Layout:
+class Layout(NamedTuple):
     """Places ("slots") of the vertices in the solver's vectors, and the pattern of its matrix in that order.
 
-    Slots that no vertex has fill up a patch's last line; their rows are empty. Fixed vertices come behind all patches.
+    Slots that no vertex has fill up a cluster's last line; their rows are empty. Fixed vertices come behind all
+    clusters.
 
     Attributes:
         slot: Place of each vertex.
         vertex: Vertex at each place; 0 where there is none.
-        begin: First slot of each patch.
+        begin: First slot of each cluster.
         end: One past its last slot that has a vertex.
-        patch: Patch of each slot; the number of patches for fixed vertices and slots without one.
+        cluster: Cluster of each slot; the number of clusters for fixed vertices and slots without one.
         width: Entries in a row of the banded coarse matrix.
         ring: The sheet's `ring`, by slots.
         ring_bending: The sheet's, in that order.
@@ -35,9 +36,9 @@ class Layout:
 
     slot: UInt[np.ndarray, " verts"]
     vertex: UInt[np.ndarray, " slots"]
-    begin: UInt[np.ndarray, " patches"]
-    end: UInt[np.ndarray, " patches"]
-    patch: UInt[np.ndarray, " slots"]
+    begin: UInt[np.ndarray, " clusters"]
+    end: UInt[np.ndarray, " clusters"]
+    cluster: UInt[np.ndarray, " slots"]
     width: int
     ring: Rows
     ring_bending: Float[np.ndarray, " ring"]
@@ -58,9 +59,9 @@ def make_layout(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Layout:
     slot = np.empty(sheet.vertex_count, np.int64)
     slot[members.columns] = np.repeat(begin - members.starts[:-1], sizes) + np.arange(len(members.columns))
     slot[still] = free_slots + np.arange(len(still))
-    vertex, patch = np.zeros(count, np.uint32), np.full(count, len(sizes), np.uint32)
+    vertex, cluster = np.zeros(count, np.uint32), np.full(count, len(sizes), np.uint32)
     vertex[slot] = np.arange(sheet.vertex_count)
-    patch[slot] = clusters.label
+    cluster[slot] = clusters.label
     ring, ring_order = _reordered(sheet.ring, slot, count)
     far, far_order = _reordered(sheet.far, slot, count)
     place = np.empty(len(ring_order), np.uint32)
@@ -70,7 +71,7 @@ def make_layout(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Layout:
         vertex=vertex,
         begin=begin.astype(np.uint32),
         end=(begin + sizes).astype(np.uint32),
-        patch=patch,
+        cluster=cluster,
         width=clusters.width,
         ring=ring,
         ring_bending=sheet.ring_bending[ring_order],

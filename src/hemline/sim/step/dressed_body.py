@@ -9,16 +9,17 @@ from jaxtyping import Int
 from hemline.collide import limb_of_vertices
 from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
-from hemline.garments.pieces import face_pieces
 from hemline.motions.motion import Pose
 from hemline.sim.cloth.joined import joined
 from hemline.sim.cloth.sheet import Elastic, Sheet, make_sheet
+from hemline.sim.cloth.wind import Wind
 from hemline.sim.contact.capsules import Capsules
 from hemline.sim.contact.surface import Skin, Surface
 from hemline.sim.settings import SimSettings
 
 from .lead_in import between
-from .state import ClothState, Scene, StepReport, Wind
+from .model import ClothModel
+from .state import ClothState, Scene, StepReport
 from .stepper import Stepper
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 def sheet_of(garment: Garment) -> Sheet:
     """The garment's cloth, laid out for the solver, piece by piece."""
-    sheets, first, owner = [], 0, face_pieces(garment)
+    sheets, first, owner = [], 0, garment.face_pieces
     for number, piece in enumerate(garment.worn):
         faces, material = garment.faces[owner == number] - np.int32(first), piece.material
         elastic = Elastic(
@@ -73,6 +74,11 @@ class DressedBody:
             settings=settings,
             wind=wind,
         )
+
+    @property
+    def model(self) -> ClothModel:
+        """What never moves of the cloth."""
+        return self.stepper.model
 
     def scene(self, posed: "PosedBody") -> Scene:
         """What drives the cloth at a pose."""
@@ -136,5 +142,5 @@ class DressedBody:
         mask = np.zeros(len(positions), bool)
         mask[pinched] = True
         # pins stay where they are bound: moved out and back, they would shake the cloth
-        positions = np.where(self.stepper.fixed[:, None], state.positions, positions)
+        positions = np.where(self.model.fixed[:, None], state.positions, positions)
         return replace(state, positions=positions, velocities=velocities, pinched=mask)

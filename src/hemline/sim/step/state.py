@@ -1,19 +1,13 @@
 """What a step starts from, what drives it, and how it went."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.sides import SideFaces
 from hemline.sim.contact.surface import Skin
-
-Positions = Float[np.ndarray, "verts 3"]
-"""Positions, velocities or forces of the vertices in float64."""
-
-Wind = Callable[[float, Positions], Positions]
-"""Wind velocity at every vertex [m/s] from time [s] and positions [m]."""
 
 
 @dataclass(frozen=True)

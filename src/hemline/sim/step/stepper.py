@@ -1,6 +1,5 @@
 """Backward Euler for one sheet on plain arrays."""
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -8,24 +7,27 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.errors import BadInput, SimulationFailed
-from hemline.sim.cloth.sheet import Sheet, incidence
-from hemline.sim.cloth.wind import checked, wind_of
-from hemline.sim.contact.body_points import BodyPoints
+from hemline.sim.cloth.sheet import Positions, Sheet
+from hemline.sim.cloth.wind import Wind
 from hemline.sim.contact.capsules import Capsules
-from hemline.sim.contact.self_contact import SelfContact
-from hemline.sim.contact.surface import Anchors, Surface
+from hemline.sim.contact.planes import Anchors
+from hemline.sim.contact.surface import Surface
 from hemline.sim.settings import SimSettings
-from hemline.sim.solver.layout import make_layout
 
-from .state import ClothState, Positions, Scene, StepRejected, StepReport, Wind
-from .step import Memory, Step
-
-KEPT_COMPRESSION = 0.9
-"""Share of the compression that inertia makes harmless which stays in the Hessian."""
+from .model import make_model
+from .potential import elastic_potential
+from .state import ClothState, Scene, StepRejected, StepReport
+from .step import Step
+from .workspace import Workspace
 
 
 class Stepper:
-    """Steps one sheet of cloth; usable without a body.
+    """Steps one sheet of cloth; usable without a body. A thin front: model, workspace, and where the body was last.
+
+    Attributes:
+        model: What never moves.
+        workspace: Arrays that each step overwrites.
+        known: Where the body was closest to each vertex in the last step; only `step` writes it.
 
     Args:
         sheet: The cloth.
@@ -62,54 +64,18 @@ class Stepper:
         settings: SimSettings | None = None,
         wind: Wind | None = None,
     ):
-        self.home = np.zeros(sheet.vertex_count, np.int64) if home is None else home
-        self.sheet, self.surface, self.capsules = sheet, surface, capsules
-        self.settings = settings or SimSettings()
-        self.wind = wind_of(self.settings) if wind is None else checked(wind)
-        pins = np.asarray(pinned, np.int32)
-        if pins.size and not (pins.min() >= 0 and pins.max() < sheet.vertex_count):
-            got = f"{pins.min()} to {pins.max()} for {sheet.vertex_count} vertices"
-            raise BadInput("pins must be vertices of the sheet", got, "count from 0")
-        stiffness = np.full(len(pins), np.inf) if pin_stiffness is None else np.asarray(pin_stiffness, np.float64)
-        if stiffness.shape != pins.shape or not (stiffness > 0).all():
-            got = f"shape {stiffness.shape}" if stiffness.shape != pins.shape else stiffness.min()
-            raise BadInput(f"{len(pins)} pins must have positive stiffnesses", got, "use infinity for a hard pin")
-        self.hard = np.isinf(stiffness)
-        self.pinned, self.held, self.spring = pins[self.hard], pins[~self.hard], stiffness[~self.hard]
-        self.fixed = np.zeros(sheet.vertex_count, bool)
-        self.fixed[self.pinned] = True
-        home = self.home[sheet.faces]
-        loose = (home == home[:, :1]).all(axis=1) & ~self.fixed[sheet.faces].any(axis=1)
-        self.limb_of_face = np.where(loose, home[:, 0], -1)
-        self.push = self.settings.contact_stiffness * sheet.vertex_area
-        self.mean_weight = 9.81 * float(sheet.mass.mean())
-        gram = np.einsum("fac,fad->fcd", sheet.shape, sheet.shape)
-        self.cap = KEPT_COMPRESSION * sheet.density * sheet.area / 3 / np.linalg.eigvalsh(gram)[:, 1]
-        flat = not len(sheet.hinge_rest)
-        # where the rest shape is not flat, hinges bring the forces; their Hessian stays that of a flat sheet
-        self.bending = (
-            (sheet.ring_bending, sheet.far_bending)
-            if flat
-            else tuple(np.zeros_like(each) for each in (sheet.ring_bending, sheet.far_bending))
+        self.model = make_model(
+            sheet,
+            pinned=pinned,
+            pin_stiffness=pin_stiffness,
+            surface=surface,
+            capsules=capsules,
+            home=home,
+            settings=settings,
+            wind=wind,
         )
-        self.hinge_rest = 2 * np.sin(0.5 * sheet.hinge_rest)
-        self.hinge_corners = incidence(sheet.hinges.ravel(), np.arange(sheet.hinges.size), sheet.vertex_count)
-        self.layout = make_layout(sheet, self.fixed)
-        self.memory = Memory(sheet, self.layout)
-        self.last_anchors: Anchors | None = None
-        self.body_points = BodyPoints(
-            sheet, fixed=self.fixed, thickness=self.settings.thickness, friction=sheet.friction
-        )
-        self.self_contact = (
-            None
-            if not self.settings.self_contact
-            else SelfContact(
-                sheet,
-                thickness=self.settings.self_thickness,
-                stiffness=self.settings.self_stiffness,
-                friction=sheet.friction,
-            )
-        )
+        self.workspace = Workspace(self.model)
+        self.known: Anchors | None = None
 
     def start(self, positions: Positions) -> ClothState:
         """At rest at the given positions.
@@ -117,7 +83,7 @@ class Stepper:
         Raises:
             BadInput: Another number of positions, or one that is not finite.
         """
-        count = self.sheet.vertex_count
+        count = self.model.sheet.vertex_count
         x = np.array(positions, np.float64, order="C")
         if x.shape != (count, 3) or not np.isfinite(x).all():
             raise BadInput(f"positions must be {count} finite points", x.shape, "give one a vertex of the sheet")
@@ -135,7 +101,7 @@ class Stepper:
         Raises:
             SimulationFailed: The shortest step failed too.
         """
-        return self._advance(state, h, scene_at, (0.0, 1.0), self.settings.halvings)
+        return self._advance(state, h, scene_at, (0.0, 1.0), self.model.settings.halvings)
 
     def _advance(
         self, state: ClothState, h: float, scene_at: Callable[[float], Scene], span: tuple[float, float], halvings: int
@@ -158,25 +124,18 @@ class Stepper:
         Raises:
             StepRejected: The result is not finite, too fast, or too far from equilibrium.
         """
-        step = Step(self, state, h, then, now)
-        taken = solver_steps = 0
-        for _ in range(self.settings.newton_steps):
-            solver_steps += step.newton()
-            taken += 1
-            step.touch()
-            if step.residual_share < self.settings.residual_share:
-                break
-        step.check()
-        return step.result(), StepReport(step.residual_share, taken, solver_steps)
+        step = Step(self.model, self.workspace, state, h, then, now, self.known)
+        report = step.solve()
+        result = step.result()
+        if step.contact is not None:
+            # the one thing that steps hand on beside the state: it speeds the next search
+            self.known = step.contact.ahead
+        return result, report
 
     def gradient(self, positions: Positions) -> Positions:
         """Gradient of the elastic energy, membrane and bending: minus the elastic force [N]."""
-        Step(self, self.start(positions), math.inf, _NOTHING, _NOTHING)
-        return self.memory.gradient.copy()
+        return elastic_potential(self.model, self.workspace, self.start(positions).positions).workspace.gradient.copy()
 
     def energy(self, positions: Positions) -> float:
         """Elastic energy, membrane and bending [J]."""
-        return Step(self, self.start(positions), math.inf, _NOTHING, _NOTHING).energy
-
-
-_NOTHING = Scene(np.zeros((0, 3)))
+        return elastic_potential(self.model, self.workspace, self.start(positions).positions).energy

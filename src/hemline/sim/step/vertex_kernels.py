@@ -1,135 +1,45 @@
-"""What gathers at a vertex: the gradient and the energy of one step's potential, and the diagonal of its Hessian.
+"""Terms that act on each vertex alone, in one pass: inertia, air, contact with the body; the Hessian's diagonal.
 
-The potential of one step of length h (backward Euler), whose minimum is the new position:
-
-    pull / 2 |x - y|^2 + membrane + bending + air + contact + friction
-
-- pull: m / h^2 and the spring of a soft pin together; y is then the mean of both goals, each with its share;
-- bending: -1/4 sum q_ij |x_i - x_j|^2 with q the off-diagonal entries, or what `bent` brings in its place;
-- air: -f . x + 1/2 (x - x_0) . D (x - x_0), D a symmetric 3 x 3 matrix a vertex;
-- contact: gap g = n . (x - p) - thickness; where g < 0: k/2 g^2, beyond `depth` linear;
-- friction: Coulomb's cone with lagged load, smooth below a slip: limit * f0(|u|), u the slip along the surface.
+Each term's energy is in a file of its own (`inertia_kernels`, `air_kernels`, `load_kernels`) and named here. They stay
+in one pass over the vertices, because their energies are summed vertex by vertex: any other order has other bits.
 """
 
 from hemline.compiled import kernel, prange
-
-CHUNK = 128
-"""Vertices in one partial sum: fixed, so that sums do not depend on the number of threads."""
-
-FAST = {"contract", "nsz", "arcp"}
-
-
-@kernel(inline="always")
-def contact_terms(gap, stiffness, depth):
-    """Energy, load (force along the normal) and stiffness of a contact at a gap."""
-    if gap >= 0.0 or stiffness == 0.0:
-        return 0.0, 0.0, 0.0
-    if gap > -depth:
-        return 0.5 * stiffness * gap * gap, -stiffness * gap, stiffness
-    load = stiffness * depth
-    return load * (-gap - 0.5 * depth), load, load / -gap
-
-
-@kernel(inline="always")
-def slip_terms(slip, creep):
-    """Value of Coulomb's smoothed potential at a slip and its derivative over the slip (Li et al. 2020, Eq. 14)."""
-    if slip < creep:
-        ratio = slip / creep
-        return creep * (ratio * ratio * (1.0 - ratio / 3.0) + 1.0 / 3.0), (2.0 - ratio) / creep
-    return slip, 1.0 / slip
-
-
-@kernel(parallel=True, fastmath=FAST)
-def elastic_at_vertices(
-    x,
-    corner_starts,
-    corners,
-    corner,
-    ring_starts,
-    ring,
-    ring_bending,
-    far_starts,
-    far,
-    far_bending,
-    bent,
-    elastic_out,
-    energy_out,
-):
-    """Gradient of membrane and bending at each vertex, and by chunk the energy of `ring_bending` and `far_bending`."""
-    count = x.shape[0]
-    for chunk in prange((count + CHUNK - 1) // CHUNK):
-        energy = 0.0
-        for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
-            x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
-            g0, g1, g2 = bent[i, 0], bent[i, 1], bent[i, 2]
-            for entry in range(corner_starts[i], corner_starts[i + 1]):
-                at = corners[entry]
-                f, c = at // 3, 3 * (at % 3)
-                g0 += corner[f, c]
-                g1 += corner[f, c + 1]
-                g2 += corner[f, c + 2]
-            for entry in range(ring_starts[i], ring_starts[i + 1]):
-                j, q = ring[entry], ring_bending[entry]
-                e0, e1, e2 = x[j, 0] - x0, x[j, 1] - x1, x[j, 2] - x2
-                g0 += q * e0
-                g1 += q * e1
-                g2 += q * e2
-                energy -= 0.25 * q * (e0 * e0 + e1 * e1 + e2 * e2)
-            for entry in range(far_starts[i], far_starts[i + 1]):
-                j, q = far[entry], far_bending[entry]
-                e0, e1, e2 = x[j, 0] - x0, x[j, 1] - x1, x[j, 2] - x2
-                g0 += q * e0
-                g1 += q * e1
-                g2 += q * e2
-                energy -= 0.25 * q * (e0 * e0 + e1 * e1 + e2 * e2)
-            elastic_out[i, 0], elastic_out[i, 1], elastic_out[i, 2] = g0, g1, g2
-        energy_out[chunk] = energy
+from hemline.sim.cloth.air_kernels import Air, air_terms
+from hemline.sim.cloth.elastic_kernels import CHUNK, FAST
+from hemline.sim.cloth.inertia_kernels import Inertia, inertia_terms
+from hemline.sim.contact.load_kernels import SkinContact, contact_terms, slip_terms
+from hemline.sim.solver.conjugate_kernels import Matrix
+from hemline.sim.solver.layout import Layout
 
 
 @kernel(parallel=True, fastmath=FAST)
 def gradient(
-    x,
-    inertial,
-    pull,
-    pressed,
-    start,
-    air,
-    air_matrix,
-    normal,
-    point,
-    carried,
-    stiffness,
-    limit,
-    thickness,
-    depth,
-    creep,
-    fixed,
-    gradient_out,
-    energy_out,
-    residual_out,
+    x, pressed, inertia: Inertia, air: Air, contact: SkinContact, fixed, gradient_out, energy_out, residual_out
 ):
     """Gradient at each vertex, and by chunk: energy, and the sum of |gradient| over free vertices.
 
-    # in: pressed: what membrane, bending and pairs bring; their energies are not in here
+    # in:  pressed (verts, 3): what membrane, bending and pairs bring; their energies are not in here
     """
+    goal, inertial_stiffness = inertia
+    start, air_force, air_matrix = air
+    normal, point, carried, stiffness = contact.planes
+    limit, thickness, depth, creep = contact.limit, contact.thickness, contact.depth, contact.creep
     count = x.shape[0]
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         energy, residual = 0.0, 0.0
         for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
             x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
-            d0, d1, d2 = x0 - inertial[i, 0], x1 - inertial[i, 1], x2 - inertial[i, 2]
-            k = pull[i]
-            energy += 0.5 * k * (d0 * d0 + d1 * d1 + d2 * d2)
-            g0, g1, g2 = k * d0 + pressed[i, 0], k * d1 + pressed[i, 1], k * d2 + pressed[i, 2]
-            s0, s1, s2 = x0 - start[i, 0], x1 - start[i, 1], x2 - start[i, 2]
-            m = air_matrix[i]
-            a0 = m[0] * s0 + m[1] * s1 + m[2] * s2
-            a1 = m[1] * s0 + m[3] * s1 + m[4] * s2
-            a2 = m[2] * s0 + m[4] * s1 + m[5] * s2
-            energy += 0.5 * (a0 * s0 + a1 * s1 + a2 * s2) - air[i, 0] * s0 - air[i, 1] * s1 - air[i, 2] * s2
-            g0 += a0 - air[i, 0]
-            g1 += a1 - air[i, 1]
-            g2 += a2 - air[i, 2]
+            value, i0, i1, i2 = inertia_terms(inertial_stiffness[i], x0 - goal[i, 0], x1 - goal[i, 1], x2 - goal[i, 2])
+            energy += value
+            g0, g1, g2 = i0 + pressed[i, 0], i1 + pressed[i, 1], i2 + pressed[i, 2]
+            value, a0, a1, a2 = air_terms(
+                air_matrix[i], air_force[i], x0 - start[i, 0], x1 - start[i, 1], x2 - start[i, 2]
+            )
+            energy += value
+            g0 += a0
+            g1 += a1
+            g2 += a2
             if stiffness[i] > 0.0:
                 n0, n1, n2 = normal[i, 0], normal[i, 1], normal[i, 2]
                 gap = n0 * (x0 - point[i, 0]) + n1 * (x1 - point[i, 1]) + n2 * (x2 - point[i, 2]) - thickness
@@ -155,35 +65,27 @@ def gradient(
 
 @kernel(parallel=True, fastmath=FAST)
 def diagonal_blocks(
-    x,
-    pull,
-    slot,
-    ring_starts,
-    blocks,
-    far_starts,
-    far_bending,
-    air_matrix,
-    pair_diagonal,
-    normal,
-    point,
-    carried,
-    stiffness,
-    limit,
-    thickness,
-    depth,
-    creep,
-    fixed,
-    diagonal_out,
-    inverse_out,
+    x, inertia: Inertia, air: Air, contact: SkinContact, fixed, pair_diagonal, layout: Layout, matrix_out: Matrix
 ):
     """Diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine a slot.
 
-    # in:  slot: place of each vertex in the solver's order, in which rows and blocks are; pair_diagonal: what pairs of
-    #      the cloth with itself bring; the solver applies them apart from the blocks, so it is in the inverse only
+    # in:  pair_diagonal (verts, 6): what pairs bring; the solver applies them apart from the blocks, so it is in the
+    #      inverse only; matrix_out.blocks: the entries of the ring
+    # out: matrix_out.diagonal, matrix_out.inverse
     """
+    inertial_stiffness, air_matrix = inertia.stiffness, air.matrix
+    normal, point, carried, stiffness = contact.planes
+    limit, thickness, depth, creep = contact.limit, contact.thickness, contact.depth, contact.creep
+    slot, ring_starts, far_starts, far_bending = (
+        layout.slot,
+        layout.ring.starts,
+        layout.far.starts,
+        layout.far_bending,
+    )
+    blocks, diagonal_out, inverse_out = matrix_out
     for i in prange(x.shape[0]):
         m, row = air_matrix[i], slot[i]
-        a = pull[i]
+        a = inertial_stiffness[i]
         for entry in range(far_starts[row], far_starts[row + 1]):
             a -= far_bending[entry]
         xx, xy, xz, yy, yz, zz = a + m[0], m[1], m[2], a + m[3], m[4], a + m[5]
@@ -252,13 +154,9 @@ def moved(x, share, solution, slot, out):
 
 
 __all__ = [
-    "CHUNK",
-    "contact_terms",
     "diagonal_blocks",
-    "elastic_at_vertices",
     "farther_than",
     "gradient",
     "moved",
     "opposed",
-    "slip_terms",
 ]

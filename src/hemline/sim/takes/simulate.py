@@ -14,12 +14,13 @@ from hemline.garments.garment import Garment
 from hemline.motions.clean import jump
 from hemline.motions.motion import Motion, Pose
 from hemline.sim.cloth.figures import crossing_figures, mean_or_zero, strain_figures
+from hemline.sim.cloth.wind import Wind
 from hemline.sim.rest.settle import rest_drape
 from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.lead_in import lead_in
-from hemline.sim.step.state import ClothState, Wind
+from hemline.sim.step.state import ClothState
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody

@@ -1,0 +1,132 @@
+"""Benchmarks by name: what ships, timed on the machine at hand."""
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from hemline import animators, bodies, garments, motions, sim
+from hemline.metrics import frame_ms
+from hemline.playback.play import play
+
+from .machine import commit, machine
+from .projection import bench_projection_cape, bench_projection_sheet, bench_projection_shirt, bench_projection_skirt
+from .simulator import bench_sensitivity, bench_settle
+
+
+def bench_cape() -> dict[str, Any]:
+    """Whole frame of the shipped cape on the six shipped excerpts, one core: body, ropes, networks, projection."""
+    _one_thread()
+    frames = [frame.milliseconds for frame in _played()]
+    return {"frame_ms": frame_ms(frames), "frames": len(frames)} | _stages_of_the_animator()
+
+
+def bench_sim_4k() -> dict[str, Any]:
+    """A second of running, light cape (about 4,000 vertices), body contact, all cores."""
+    return _simulated("cape-light", self_contact=False)
+
+
+def bench_sim_12k() -> dict[str, Any]:
+    """A second of running, paper cape (12,690 vertices), body contact, all cores."""
+    return _simulated("cape", self_contact=False)
+
+
+def bench_sim_12k_self() -> dict[str, Any]:
+    """A second of running, paper cape (12,690 vertices), contact with the body and with itself, all cores."""
+    return _simulated("cape", self_contact=True)
+
+
+BENCHMARKS: dict[str, Callable[[], dict[str, Any]]] = {
+    "cape": bench_cape,
+    "projection-cape": bench_projection_cape,
+    "projection-sheet": bench_projection_sheet,
+    "projection-skirt": bench_projection_skirt,
+    "projection-shirt": bench_projection_shirt,
+    "sim-4k": bench_sim_4k,
+    "sim-12k": bench_sim_12k,
+    "sim-12k-self": bench_sim_12k_self,
+    "settle": bench_settle,
+    "sensitivity": bench_sensitivity,
+}
+
+
+def run_benchmark(name: str) -> dict[str, Any]:
+    """Run one benchmark.
+
+    Args:
+        name: A key of `BENCHMARKS`.
+
+    Returns:
+        `name`, `figures`, `machine`, `threads`, `commit`, `date`.
+    """
+    figures = BENCHMARKS[name]()
+    from hemline.compiled import threads
+
+    return {
+        "name": name,
+        "figures": figures,
+        "machine": machine(),
+        "threads": threads(),
+        "commit": commit(),
+        "date": time.strftime("%Y-%m-%d"),
+    }
+
+
+def _one_thread() -> None:
+    from hemline.compiled import use_threads
+
+    use_threads(1)
+
+
+def _played() -> Iterator[Any]:
+    cape = animators.load("cape")
+    body = bodies.load(cape.body_name).shaped()
+    for _ in play(cape, body, motions.load("run")[:3]):
+        pass  # compile and warm the caches outside the measured frames
+    for name in motions.names():
+        yield from play(cape, body, motions.load(name))
+
+
+def _stages_of_the_animator() -> dict[str, Any]:
+    """Ropes and networks apart, on the run [ms]."""
+    cape = animators.load("cape")
+    body = bodies.load(cape.body_name).shaped()
+    motion = body.placed(motions.load("run"))
+    poses = [body.posed(motion[i]) for i in range(len(motion))]
+    state, times = cape.start(poses[0]), []
+    ropes = state.ropes
+    for posed in poses:
+        before = time.perf_counter()
+        ropes = cape.ropes.step(ropes, posed, 1 / 30)
+        between = time.perf_counter()
+        cape.step(state, posed, 1 / 30, bones=ropes.positions)
+        times.append((between - before, time.perf_counter() - between))
+    ropes_ms, networks_ms = np.median(np.array(times) * 1e3, axis=0)
+    return {"ropes_ms": float(ropes_ms), "networks_ms": float(networks_ms)}
+
+
+def _simulated(name: str, *, self_contact: bool) -> dict[str, Any]:
+    from hemline.compiled import use_threads
+
+    use_threads(None)
+    garment = garments.load(name)
+    body = bodies.load(garment.body_name).shaped()
+    motion = body.untangled_motion(body.placed(motions.load("run").resampled(30)))
+    settings = sim.SimSettings(self_contact=self_contact)
+    rest = sim.rest_drape(garment, body, settings)
+    stamps = []
+    take = sim.simulate(
+        garment,
+        body,
+        motion[:45],
+        settings,
+        start=rest,
+        progress=lambda *_: stamps.append(time.perf_counter()),
+    )
+    spans = np.diff(stamps)[take.lead_in.sum() :] * 1e3
+    return {
+        "vertices": len(garment.vertices),
+        "frame_ms": frame_ms([{"simulation": float(span)} for span in spans]),
+        **{name: take.figures[name] for name in ("edge_strain_p99", "inside", "self_crossing_percent_max")},
+    }

@@ -1,0 +1,128 @@
+"""What the projection needs to know before its first frame, and what it remembers from one frame to the next."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, Self
+
+import numpy as np
+
+from hemline.arrays import Bool, Faces, Float, Int, UInt, Vertices
+from hemline.errors import BadGarment
+
+from .patches import Patches, dominant_joints, make_patches, vertex_blocks
+from .ray_kernels import BLOCK, GROUP
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+Guarantee = Literal["exact", "fast"]
+
+
+@dataclass(frozen=True)
+class ProjectionSettings:
+    """Distances and times of the projection."""
+
+    margin: float = 0.0045
+    """Vertices nearer to the skin than this are moved outward [m]."""
+    gap: float = 0.0015
+    """No vertex that is pushed ends nearer to the skin than this [m]."""
+    far: float = 0.02
+    """Vertices that were farther outside than this are tested, but looked at only in every fourth frame [m]."""
+    release: float = 0.05
+    """Time constant with which a displacement that is no longer needed fades [s]."""
+
+
+@dataclass(frozen=True)
+class ProjectorState:
+    """What moves from frame to frame: plain arrays in the projector's own order of vertices; copy it to roll back."""
+
+    frame: int
+    """Frames done."""
+    anchors: Int[np.ndarray, " verts"]
+    """The face of the body found nearest last."""
+    heights: Float[np.ndarray, " verts"]
+    """Signed distance when last measured [m]."""
+    offsets: Float[np.ndarray, "verts 3"]
+    """Displacement in the last frame, in the frame of the key bone [m]."""
+    directions: Int[np.ndarray, " groups"]
+    """The axis along which each group of vertices sees least of the body."""
+    hidden: UInt[np.ndarray, " groups"]
+    """1 for groups of which no vertex could be certified by boxes, uint8."""
+    lively: Bool[np.ndarray, " blocks"]
+    """Blocks in which a vertex was displaced."""
+
+
+@dataclass(frozen=True)
+class PreparedProjection:
+    """A garment and a body made ready for the projection."""
+
+    patches: Patches
+    order: Int[np.ndarray, " verts"]
+    """The projector's order of vertices to the garment's."""
+    home: Int[np.ndarray, " verts"]
+    """Body vertex nearest to each garment vertex at rest, both renumbered."""
+    limb: Int[np.ndarray, " verts"]
+    """The limb that each garment vertex belongs to: that of its home."""
+    key_joint: int
+    """The bone in whose frame rays run."""
+    guarantee: Guarantee
+    settings: ProjectionSettings
+    measure: bool
+    """Whether reports say how many vertices were inside before, and how deep; it changes nothing else."""
+
+    @classmethod
+    def prepare(
+        cls,
+        shaped: "ShapedBody",
+        garment_vertices_rest: Vertices,
+        garment_faces: Faces,
+        *,
+        guarantee: Guarantee = "exact",
+        settings: ProjectionSettings | None = None,
+        measure: bool = True,
+    ) -> Self:
+        """Make a garment on a body ready: cut the body into patches, the garment into blocks.
+
+        Args:
+            shaped: The body.
+            garment_vertices_rest: The garment at rest, in the world of the body's rest pose [m].
+            garment_faces: Its triangles.
+            guarantee: `exact` tests every vertex in every frame; `fast` only pushes, and reports inside as unknown.
+            settings: Distances and times.
+            measure: Report how many vertices were inside before, and how deep: costs a test more of each vertex near.
+
+        Raises:
+            BadBody: The body's mesh is not closed.
+            BadGarment: The garment is empty or not finite.
+        """
+        from scipy.spatial import KDTree
+
+        rest = np.asarray(garment_vertices_rest, np.float32).reshape(-1, 3)
+        if not len(rest) or not np.isfinite(rest).all():
+            raise BadGarment("the projection needs a garment", f"{len(rest)} vertices, not all finite", "give a mesh")
+        patches = make_patches(shaped)
+        order = vertex_blocks(rest, BLOCK)
+        home = np.asarray(KDTree(shaped.vertices[patches.order]).query(rest[order])[1])
+        joints = dominant_joints(shaped.body.weight_indices, shaped.body.weights)[patches.order[home]]
+        return cls(
+            patches=patches,
+            order=order.astype(np.int32),
+            home=home.astype(np.int32),
+            limb=patches.limb[home],
+            key_joint=int(np.bincount(joints).argmax()),
+            guarantee=guarantee,
+            settings=settings or ProjectionSettings(),
+            measure=measure,
+        )
+
+    def start(self) -> ProjectorState:
+        """The state before the first frame."""
+        count = len(self.order)
+        return ProjectorState(
+            frame=0,
+            anchors=self.patches.ring[self.patches.ring_start[self.home]],
+            heights=np.zeros(count, np.float32),
+            offsets=np.zeros((count, 3), np.float32),
+            directions=np.zeros(-(-count // GROUP), np.int8),
+            hidden=np.zeros(-(-count // GROUP), np.uint8),
+            lively=np.zeros(-(-count // BLOCK), np.bool_),
+        )

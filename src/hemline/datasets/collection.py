@@ -1,0 +1,99 @@
+"""Several datasets open together: what an animator that is worn by many garments learns from."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from hemline.errors import BadDataset
+from hemline.garments.garment import Garment
+
+from .dataset import Dataset, Row, open_dataset
+from .split import FRACTIONS, Fractions, split_by
+from .take import Take
+
+By = Literal["subject", "garment", "body"]
+"""What one side of a split has to itself: a person's motions, a garment, or a shape of the body."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One take of a collection."""
+
+    dataset: int
+    """Number of its dataset in the collection."""
+    row: Row
+
+
+@dataclass(frozen=True)
+class Collection:
+    """Datasets of different garments, one each."""
+
+    datasets: tuple[Dataset, ...]
+
+    def __post_init__(self) -> None:
+        if not self.datasets:
+            raise BadDataset("a collection needs a dataset", "none", "name at least one folder")
+        folders: dict[str, Path] = {}
+        for each in self.datasets:
+            first = folders.setdefault(each.garment.hash, each.folder)
+            if first is not each.folder:
+                raise BadDataset(
+                    f"two datasets hold the same garment, {each.garment.name}",
+                    f"{first} and {each.folder}",
+                    "copy the takes of one into the other, and name that",
+                )
+
+    @property
+    def garments(self) -> tuple[Garment, ...]:
+        """The garment of each dataset."""
+        return tuple(each.garment for each in self.datasets)
+
+    def clips(self) -> list[Entry]:
+        """All takes of clips that did not fail, dataset by dataset."""
+        return [Entry(number, row) for number, each in enumerate(self.datasets) for row in each.clips()]
+
+    def anchors(self) -> list[Entry]:
+        """All anchors that did not fail, dataset by dataset."""
+        return [Entry(number, row) for number, each in enumerate(self.datasets) for row in each.anchors()]
+
+    def take(self, entry: Entry) -> Take:
+        """Read one take."""
+        return self.datasets[entry.dataset].take(entry.row)
+
+    def split(
+        self, which: Literal["train", "val", "test"], *, by: By = "subject", fractions: Fractions = FRACTIONS
+    ) -> list[Entry]:
+        """Clips of `train`, `val` or `test`, no subject, garment or shape on two sides.
+
+        Args:
+            which: The side.
+            by: What sides do not share. With fewer than three subjects the clips are split; with fewer than three
+                garments or shapes there is no such split.
+            fractions: Shares of the frames.
+
+        Raises:
+            BadDataset: Fewer than three garments or shapes.
+        """
+        entries = self.clips()
+        groups = [self._group(entry, by) for entry in entries]
+        if by == "subject" and len(set(groups)) < 3:
+            groups = [entry.row.clip for entry in entries]
+        elif len(set(groups)) < 3:
+            raise BadDataset(f"a split by {by} needs three", len(set(groups)), "simulate more, or split by subject")
+        return split_by(entries, groups, [entry.row.clip_frames for entry in entries], fractions)[which]
+
+    def _group(self, entry: Entry, by: By) -> str:
+        garment = self.datasets[entry.dataset].garment
+        if by == "garment":
+            return garment.hash
+        return entry.row.subject if by == "subject" else f"{garment.body_name} {entry.row.betas}"
+
+
+def open_collection(folders: Sequence[str | Path]) -> Collection:
+    """Open datasets together.
+
+    Raises:
+        BadDataset: One is no dataset, or two hold the same garment.
+    """
+    return Collection(tuple(open_dataset(folder) for folder in folders))

@@ -1,0 +1,11 @@
+"""What several animators learn with: networks, bases, the training loop. See `README.md`; torch is in two files."""
+
+from .key_frame import to_key as to_key
+from .mlp import Mlp as Mlp
+from .packed_basis import PackedBasis as PackedBasis
+from .packed_basis import pack_basis as pack_basis
+from .pca import Pca as Pca
+from .pca import principal as principal
+from .ridge import ridge as ridge
+
+__all__ = ["Mlp", "PackedBasis", "Pca", "pack_basis", "principal", "ridge", "to_key"]

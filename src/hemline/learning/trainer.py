@@ -1,0 +1,164 @@
+"""The one loop that trains networks: seeded, resumed to the same bits after a kill, the best epoch kept."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import torch
+
+from hemline.errors import BadModel
+from hemline.files import read_tensors, write_tensors
+
+
+class Objective(Protocol):
+    """What is trained, and on what."""
+
+    @property
+    def name(self) -> str:
+        """What an error calls it."""
+        ...
+
+    @property
+    def parameters(self) -> Sequence[torch.Tensor]:
+        """The tensors that are changed in place."""
+        ...
+
+    @property
+    def samples(self) -> np.ndarray:
+        """Numbers of the samples of the training set."""
+        ...
+
+    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
+        """The loss of a batch; all that is drawn by chance is drawn from `random`."""
+        ...
+
+    def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
+        """The loss that says which epoch is best; `random` is the same in every call."""
+        ...
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """How long and how fast a training goes."""
+
+    epochs: int
+    """Passes over the training set."""
+    batch: int
+    """Samples a step of the optimiser."""
+    rate: float
+    """First learning rate of Adam; a cosine takes it to zero."""
+    seed: int
+    """Seed of the order of samples and of all that an objective draws."""
+    threads: int
+    """Threads of torch; other numbers may give other bits."""
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """Where a training is kept, so that a killed one goes on."""
+
+    path: Path
+    """The file, written whole or not at all."""
+    mark: str
+    """Hash of all that the training depends on; a file with another one is not used."""
+    epochs: int
+    """It is written every so many epochs, and after the last."""
+
+
+class Trainer:
+    r"""Adam over shuffled batches, with the learning rate $\eta_0 (1 + \cos(\pi e / E)) / 2$ in epoch $e$ of $E$.
+
+    Each epoch draws from a generator of its own, seeded by the seed and the epoch: a training that is resumed from any
+    checkpoint comes to the same bits as one that was never killed.
+
+    Source: Kingma, Ba, "Adam", 2015; Loshchilov, Hutter, "SGDR", 2017, Eq. 5 (the cosine, without restarts).
+    """
+
+    def __init__(self, objective: Objective, schedule: Schedule):
+        torch.set_num_threads(schedule.threads)
+        self.objective, self.schedule = objective, schedule
+        self.parameters = list(objective.parameters)
+        self.adam = torch.optim.Adam(self.parameters, lr=schedule.rate)
+        self.best = [p.detach().clone() for p in self.parameters]
+        self.best_loss = math.inf
+        self.done = 0
+
+    def run(self, *, checkpoint: Checkpoint | None = None, progress: Callable[[int, int], None]) -> None:
+        """Train to the end; the objective's parameters are then those of the best epoch, or of the start.
+
+        Args:
+            checkpoint: Where the training is kept; None: nowhere.
+            progress: Called with the epochs done and in all; what it raises stops the training.
+
+        Raises:
+            BadModel: The loss is no longer finite, or the checkpoint is damaged.
+        """
+        if not (checkpoint and self._restored(checkpoint)):
+            self._remember_best()
+        while self.done < self.schedule.epochs:
+            self._run_epoch()
+            self.done += 1
+            self._remember_best()
+            if checkpoint and (self.done % checkpoint.epochs == 0 or self.done == self.schedule.epochs):
+                self._keep(checkpoint)
+            progress(self.done, self.schedule.epochs)
+        with torch.no_grad():
+            for parameter, best in zip(self.parameters, self.best, strict=True):
+                parameter.copy_(best)
+
+    def _run_epoch(self) -> None:
+        schedule = self.schedule
+        for group in self.adam.param_groups:
+            group["lr"] = 0.5 * schedule.rate * (1 + math.cos(math.pi * self.done / schedule.epochs))
+        random = np.random.default_rng((schedule.seed, self.done))
+        order = random.permutation(self.objective.samples)
+        loss = torch.zeros(())
+        for first in range(0, len(order), schedule.batch):
+            loss = self.objective.loss(np.sort(order[first : first + schedule.batch]), random)
+            self.adam.zero_grad()
+            loss.backward()
+            self.adam.step()
+        if not math.isfinite(float(loss.detach())):
+            what = f"the training of the {self.objective.name} diverged"
+            raise BadModel(what, "a loss that is not finite", "lower its learning rate")
+
+    def _remember_best(self) -> None:
+        with torch.no_grad():
+            loss = float(self.objective.validation_loss(np.random.default_rng(self.schedule.seed)))
+        if loss < self.best_loss:
+            self.best_loss = loss
+            self.best = [p.detach().clone() for p in self.parameters]
+
+    def _keep(self, checkpoint: Checkpoint) -> None:
+        arrays = {f"parameter{i}": p.detach().numpy() for i, p in enumerate(self.parameters)}
+        arrays |= {f"best{i}": p.numpy() for i, p in enumerate(self.best)}
+        for i, parameter in enumerate(self.parameters):
+            moments = self.adam.state[parameter]
+            arrays |= {f"first{i}": moments["exp_avg"].numpy(), f"second{i}": moments["exp_avg_sq"].numpy()}
+        steps = float(self.adam.state[self.parameters[0]]["step"])
+        best = self.best_loss if math.isfinite(self.best_loss) else None
+        metadata = {"kind": "training", "mark": checkpoint.mark, "done": self.done, "steps": steps, "best": best}
+        write_tensors(checkpoint.path, arrays, metadata)
+
+    def _restored(self, checkpoint: Checkpoint) -> bool:
+        """Go on from a checkpoint of the same training; whether there was one."""
+        if not checkpoint.path.exists():
+            return False
+        arrays, metadata = read_tensors(checkpoint.path, "training", error=BadModel)
+        if metadata.get("mark") != checkpoint.mark:
+            return False
+        with torch.no_grad():
+            for i, parameter in enumerate(self.parameters):
+                parameter.copy_(torch.from_numpy(arrays[f"parameter{i}"]))
+                self.adam.state[parameter] = {
+                    "step": torch.tensor(metadata["steps"]),
+                    "exp_avg": torch.from_numpy(arrays[f"first{i}"]),
+                    "exp_avg_sq": torch.from_numpy(arrays[f"second{i}"]),
+                }
+        self.best = [torch.from_numpy(arrays[f"best{i}"]) for i in range(len(self.parameters))]
+        self.best_loss = math.inf if metadata["best"] is None else metadata["best"]
+        self.done = int(metadata["done"])
+        return True

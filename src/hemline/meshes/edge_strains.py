@@ -1,0 +1,54 @@
+"""How much edges are stretched: l / l_rest - 1, in one place."""
+
+import numpy as np
+
+from hemline.arrays import Faces, Float, Int
+
+
+def edge_strains(
+    vertices: Float[np.ndarray, "*frames verts 3"], faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"]
+) -> Float[np.ndarray, "*frames faces 3"]:
+    r"""Strain $\ell / \ell_0 - 1$ of the three edges of each triangle; negative where an edge is shortened.
+
+    An inner edge counts once for each of its two triangles, whose flat rest shapes may differ.
+
+    Args:
+        vertices: Positions [m].
+        faces: Triangles.
+        rest_edges: Columns: the edges from the first corner to the second and to the third of the flat rest triangle
+            [m].
+
+    Returns:
+        Strains of the edges 0-1, 1-2, 2-0, float64.
+    """
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
+    return strains(np.asarray(vertices, np.float64), ends, edge_lengths(rest_edges))
+
+
+def strains(
+    vertices: Float[np.ndarray, "*frames verts 3"],
+    edges: Int[np.ndarray, "... 2"],
+    rest_lengths: Float[np.ndarray, "..."],
+) -> Float[np.ndarray, "..."]:
+    r"""Strain $\ell / \ell_0 - 1$ of given edges, in the precision of what is given.
+
+    Args:
+        vertices: Positions [m].
+        edges: The two vertices of each, in an array of any axes.
+        rest_lengths: $\ell_0$, with the same axes [m].
+
+    Returns:
+        Strains, the axes of the frames before those of the edges.
+    """
+    along = vertices[..., edges[..., 1], :] - vertices[..., edges[..., 0], :]
+    return np.linalg.norm(along, axis=-1) / rest_lengths - 1
+
+
+def edge_lengths(rest_edges: Float[np.ndarray, "faces 2 2"]) -> Float[np.ndarray, "faces 3"]:
+    """Lengths of the three edges of each flat triangle: 0-1, 1-2, 2-0 [m].
+
+    Args:
+        rest_edges: As for `edge_strains`.
+    """
+    first, second = rest_edges[:, :, 0], rest_edges[:, :, 1]
+    return np.stack([np.linalg.norm(each, axis=1) for each in (first, second - first, second)], axis=1)

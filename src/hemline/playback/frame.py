@@ -1,0 +1,24 @@
+"""One frame of a garment on a body, as it is shown."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from hemline.arrays import Vertices
+from hemline.bodies.body import PosedBody
+from hemline.collide import ProjectionReport
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One frame of a garment on a body."""
+
+    vertices: Vertices
+    """Garment vertices after the projection [m]."""
+    animated: Vertices
+    """The same before the projection: what the animator made [m]."""
+    body: PosedBody
+    """The body of this frame."""
+    report: ProjectionReport
+    """What the projection did."""
+    milliseconds: Mapping[str, float]
+    """Time by stage [ms]: `body`, `animator`, `projection`."""

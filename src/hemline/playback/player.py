@@ -1,0 +1,177 @@
+"""One garment on one body, frame by frame: place the pose, skin the body, animate, project, time.
+
+Everything that shows a garment goes through a `Player`: `play`, `evaluate`, the demo, and a program's own loop. So "no
+cloth inside the body" holds for all of them.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import Any, Self
+
+from hemline.animators.base import Animator, Driven
+from hemline.arrays import Vertices
+from hemline.bodies.body import PosedBody, ShapedBody
+from hemline.bodies.place import Placement, placement
+from hemline.collide import Guarantee, Projector, ProjectorState
+from hemline.errors import BadInput, BadModel
+from hemline.motions.motion import Motion, Pose
+
+from .frame import Frame
+
+STAGES = ("body", "animator", "projection")
+"""What a frame's time is made of."""
+
+
+@dataclass(frozen=True)
+class PlayerState:
+    """All that moves from frame to frame: plain data, never changed in place. Keeping an old one is a rollback."""
+
+    animator: Any
+    """The animator's own State."""
+    projector: ProjectorState
+
+
+@dataclass(frozen=True, eq=False)
+class Player:
+    """An animator's garment on one body, ready to be played. Make it with `Player.prepare`.
+
+    Attributes:
+        animator: What moves the garment.
+        body: The body that wears it.
+        projector: What moves vertices out of the body in each frame.
+        placement: How poses are brought onto this body; None: they are for it already.
+
+    Example:
+        >>> import hemline
+        >>> body, run = hemline.bodies.load("anny24").shaped(), hemline.motions.load("run")
+        >>> player = hemline.Player.prepare(hemline.load("cape"), body, clip=run)
+        >>> state = player.start(run[0])
+        >>> state, frame = player.step(state, run[1], 1 / 30)
+        >>> frame.vertices.shape
+        (12690, 3)
+    """
+
+    animator: Animator
+    body: ShapedBody
+    projector: Projector
+    placement: Placement | None
+
+    @classmethod
+    def prepare(
+        cls,
+        animator: Animator,
+        body: ShapedBody,
+        *,
+        clip: Motion | None = None,
+        guarantee: Guarantee = "exact",
+        measure: bool = False,
+    ) -> Self:
+        """Put a garment on a body: half a second of work, once.
+
+        Args:
+            animator: A fitted animator.
+            body: A body of the kind that it was fitted on, of any shape.
+            clip: The motion that the poses come from: each is scaled to the body's legs and lifted so that the clip's
+                soles are on the floor. None: poses are for this body, in the world where it stands.
+            guarantee: `exact`: no vertex inside the body, tested in every frame; `fast`: not tested.
+            measure: Let reports say how many vertices were inside before, and how deep.
+
+        Raises:
+            BadModel: The animator was fitted on another kind of body.
+        """
+        if body.body.name != animator.body_name:
+            raise BadModel(
+                f"the model was fitted on body '{animator.body_name}'",
+                f"body '{body.body.name}'",
+                "load that body, or fit again",
+            )
+        garment = animator.garment
+        projector = Projector.prepare(body, garment.vertices, garment.faces, guarantee=guarantee, measure=measure)
+        return cls(animator, body, projector, None if clip is None else placement(body, clip))
+
+    def start(self, pose: Pose, *, pre_roll: float = 1.0, dt: float = 1 / 30) -> PlayerState:
+        """The state before the first frame, in which the garment has settled.
+
+        Args:
+            pose: The first pose.
+            pre_roll: Time for which the animator runs in that pose before anything is shown [s].
+            dt: Its steps [s].
+        """
+        posed = self._posed(pose)
+        state = self.animator.start(posed)
+        for _ in range(round(pre_roll / dt)):
+            state, _ = self.animator.step(state, posed, dt)
+        return PlayerState(state, self.projector.start())
+
+    def step(self, state: PlayerState, pose: Pose, dt: float) -> tuple[PlayerState, Frame]:
+        """The next frame.
+
+        Args:
+            state: From `start`, or from the frame before; it is not changed.
+            pose: The body's pose now.
+            dt: Time since the state [s].
+
+        Returns:
+            The state after, and the frame: no vertex of its cloth is inside the body.
+
+        Raises:
+            BadInput: `dt` is not a positive time.
+        """
+        return self._stepped(state, pose, dt, self.animator.step)
+
+    def follow(self, state: PlayerState, pose: Pose, dt: float, truth: Vertices) -> tuple[PlayerState, Frame]:
+        """As `step`, driven by simulated vertices instead of by the animator's own dynamics.
+
+        Args:
+            state: As for `step`.
+            pose: As for `step`.
+            dt: As for `step` [s].
+            truth: The simulated garment in this pose [m].
+
+        Raises:
+            BadInput: The animator cannot be driven so.
+        """
+        animator = driven(self.animator)
+        return self._stepped(state, pose, dt, partial(animator.follow, truth=truth))
+
+    def warm_up(self, pose: Pose) -> float:
+        """Compile what is not compiled yet by one frame that nobody sees; the time that it took [s]."""
+        began = time.perf_counter()
+        self.step(self.start(pose, pre_roll=1 / 30), pose, 1 / 30)
+        return time.perf_counter() - began
+
+    def _posed(self, pose: Pose) -> PosedBody:
+        return self.body.posed(pose if self.placement is None else self.placement.of(pose))
+
+    def _stepped(
+        self, state: PlayerState, pose: Pose, dt: float, animate: Callable[..., tuple[Any, Vertices]]
+    ) -> tuple[PlayerState, Frame]:
+        if not 0 < dt < float("inf"):
+            raise BadInput("a frame must take a positive time", f"dt = {dt} s", "give the time since the last frame")
+        clock = [time.perf_counter()]
+        posed = self._posed(pose)
+        _ = posed.vertices
+        clock.append(time.perf_counter())
+        moved, animated = animate(state.animator, posed, dt)
+        clock.append(time.perf_counter())
+        projected, vertices, report = self.projector.project(state.projector, posed, animated, dt=dt)
+        clock.append(time.perf_counter())
+        spans = [(after - before) * 1e3 for before, after in pairwise(clock)]
+        frame = Frame(vertices, animated, posed, report, dict(zip(STAGES, spans, strict=True)))
+        return PlayerState(moved, projected), frame
+
+
+def driven(animator: Animator) -> Driven:
+    """The animator, if simulated vertices can drive it.
+
+    Raises:
+        BadInput: They cannot.
+    """
+    if not isinstance(animator, Driven):
+        raise BadInput(
+            f"animator '{animator.name}' is not driven by ground truth", "simulated vertices", "let it run: drive 'own'"
+        )
+    return animator

@@ -1,0 +1,112 @@
+"""Figures of played frames, gathered one by one."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from hemline import metrics
+from hemline.animators.base import Animator
+from hemline.arrays import Vertices
+from hemline.collide import inside
+from hemline.compiled import threads
+from hemline.errors import BadInput
+
+from .frame import Frame
+
+
+class Tally:
+    """Figures gathered frame by frame: what is kept of a frame is a few numbers, and rows of errors and of strains.
+
+    Args:
+        animator: Whose frames they are.
+        keep: Called with each frame, to record it.
+    """
+
+    def __init__(self, animator: Animator, keep: Callable[[Frame], None] | None = None):
+        self.animator, self.keep = animator, keep
+        self._milliseconds: list[dict[str, float]] = []
+        self._values: dict[str, list[float]] = {}
+        self._strains: list[np.ndarray] = []
+        self._errors_mm: list[np.ndarray] = []
+        self._normal_errors_deg: list[np.ndarray] = []
+        self._jerks: list[tuple[float, float]] = []
+        self._recent: list[tuple[Vertices, Vertices]] = []
+        self._badness = -1.0
+        self._worst: tuple[int, Frame, Vertices | None] | None = None
+
+    def add(self, frame: Frame, truth: Vertices | None, fps: float) -> None:
+        """Measure one more frame.
+
+        Args:
+            frame: The frame.
+            truth: The simulated garment in it, if there is one [m].
+            fps: Frames a second.
+        """
+        garment = self.animator.garment
+        self._milliseconds.append(dict(frame.milliseconds))
+        self._add_inside(frame)
+        self._add("area", metrics.area_change_percent(frame.vertices, garment.faces, garment.rest_edges))
+        strains = metrics.edge_strains(frame.vertices, garment.faces, garment.rest_edges)
+        self._strains.append(strains.astype(np.float32))
+        if truth is not None:
+            self._add_errors(frame.vertices, truth, fps)
+        badness = float(self._errors_mm[-1].mean()) if truth is not None else self._values["before"][-1]
+        if badness > self._badness:
+            self._badness, self._worst = badness, (len(self._milliseconds) - 1, frame, truth)
+        if self.keep is not None:
+            self.keep(frame)
+
+    def worst_frame(self) -> tuple[int, Frame, Vertices | None]:
+        """Number, frame and ground truth of that with the largest error; without one, with most vertices inside before.
+
+        Raises:
+            BadInput: No frame was added.
+        """
+        if self._worst is None:
+            raise BadInput("a motion must have a frame to measure", "none", "take a longer stretch")
+        return self._worst
+
+    def figures(self) -> dict[str, Any]:
+        """All that was measured, each by its metric in `hemline.metrics`, as plain numbers."""
+        values, errors = self._values, bool(self._errors_mm)
+        return {
+            "vertices": len(self.animator.garment.vertices),
+            "frames": len(self._milliseconds),
+            "threads": threads(),
+            "frame_ms": metrics.frame_ms(self._milliseconds),
+            "memory_mb": metrics.memory_mb(),
+            "inside_percent": metrics.inside_figures(values["before"], values["after"], values["pinched"]),
+            "behind_nearest_percent": metrics.mean_and_worst(values["behind"]),
+            "deepest_mm": {"before": max(values["deepest_before"]), "after": max(values["deepest_after"])},
+            "edge_strain": metrics.edge_strain(np.stack(self._strains)),
+            "area_change_percent": metrics.mean_and_worst(values["area"]),
+            "vertex_error_mm": metrics.vertex_error_mm(np.stack(self._errors_mm)) if errors else None,
+            "normal_error_deg": metrics.normal_error_deg(np.stack(self._normal_errors_deg)) if errors else None,
+            "jerk_m_s3": metrics.jerk_figures(self._jerks) if self._jerks else None,
+            "worst_frame": self.worst_frame()[0],
+        }
+
+    def _add(self, name: str, value: float) -> None:
+        self._values.setdefault(name, []).append(value)
+
+    def _add_inside(self, frame: Frame) -> None:
+        """Vertices inside before and after the projection, their depth, and the papers' own test."""
+        body, faces, pinched = frame.body.vertices, frame.body.faces, frame.report.pinched
+        before, after = inside(body, faces, frame.animated), inside(body, faces, frame.vertices)
+        self._add("before", metrics.inside_percent(before))
+        self._add("after", metrics.inside_percent(after, pinched))
+        self._add("pinched", metrics.pinched_percent(pinched, len(after)))
+        after[pinched] = False
+        self._add("deepest_before", metrics.deepest_mm(body, faces, frame.animated, before))
+        self._add("deepest_after", metrics.deepest_mm(body, faces, frame.vertices, after))
+        self._add("behind", metrics.behind_nearest_percent(frame.vertices, body, faces))
+
+    def _add_errors(self, vertices: Vertices, truth: Vertices, fps: float) -> None:
+        self._errors_mm.append(metrics.vertex_errors_mm(vertices, truth))
+        angles = metrics.normal_errors_deg(vertices, truth, self.animator.garment.faces)
+        self._normal_errors_deg.append(angles.astype(np.float32))
+        self._recent = [*self._recent[1 - metrics.JERK_FRAMES :], (vertices, truth)]
+        if len(self._recent) == metrics.JERK_FRAMES:
+            ours, theirs = (np.stack(each) for each in zip(*self._recent, strict=True))
+            self._jerks.append((metrics.jerk_m_s3(ours, fps), metrics.jerk_m_s3(theirs, fps)))

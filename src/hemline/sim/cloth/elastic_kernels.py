@@ -1,0 +1,71 @@
+"""Membrane and bending gathered at the vertices; the isometric bending matrix.
+
+Source: Bergou et al., "A quadratic bending model for inextensible surfaces", SGP 2006, section 3.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from hemline.compiled import kernel, prange
+
+from .rows import Rows
+
+CHUNK = 128
+"""Vertices in one partial sum: fixed, so that sums do not depend on the number of threads."""
+
+FAST = {"contract", "nsz", "arcp"}
+
+
+class BendingMatrix(NamedTuple):
+    """Off-diagonal entries q_ij of the bending matrix; each diagonal entry is minus the sum of its row [N/m]."""
+
+    ring: Rows
+    ring_bending: Float[np.ndarray, " ring"]
+    far: Rows
+    far_bending: Float[np.ndarray, " far"]
+
+
+@kernel(parallel=True, fastmath=FAST)
+def elastic_at_vertices(x, incidence: Rows, corner, bending: BendingMatrix, bent, elastic_out, energy_out):
+    """Gradient of membrane and bending at each vertex, and by chunk the energy of the bending matrix.
+
+    # model: bending: E = -1/4 sum q_ij |x_i - x_j|^2
+    # in:  incidence: corners of each vertex, 3 face + corner; corner (faces, 9): gradient of the membrane there; bent
+    #      (verts, 3): gradient of the hinges
+    """
+    corner_starts, corners = incidence
+    ring_starts, ring, ring_bending = bending.ring.starts, bending.ring.columns, bending.ring_bending
+    far_starts, far, far_bending = bending.far.starts, bending.far.columns, bending.far_bending
+    count = x.shape[0]
+    for chunk in prange((count + CHUNK - 1) // CHUNK):
+        energy = 0.0
+        for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
+            x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
+            g0, g1, g2 = bent[i, 0], bent[i, 1], bent[i, 2]
+            for entry in range(corner_starts[i], corner_starts[i + 1]):
+                at = corners[entry]
+                f, c = at // 3, 3 * (at % 3)
+                g0 += corner[f, c]
+                g1 += corner[f, c + 1]
+                g2 += corner[f, c + 2]
+            for entry in range(ring_starts[i], ring_starts[i + 1]):
+                j, q = ring[entry], ring_bending[entry]
+                e0, e1, e2 = x[j, 0] - x0, x[j, 1] - x1, x[j, 2] - x2
+                g0 += q * e0
+                g1 += q * e1
+                g2 += q * e2
+                energy -= 0.25 * q * (e0 * e0 + e1 * e1 + e2 * e2)
+            for entry in range(far_starts[i], far_starts[i + 1]):
+                j, q = far[entry], far_bending[entry]
+                e0, e1, e2 = x[j, 0] - x0, x[j, 1] - x1, x[j, 2] - x2
+                g0 += q * e0
+                g1 += q * e1
+                g2 += q * e2
+                energy -= 0.25 * q * (e0 * e0 + e1 * e1 + e2 * e2)
+            elastic_out[i, 0], elastic_out[i, 1], elastic_out[i, 2] = g0, g1, g2
+        energy_out[chunk] = energy
+
+
+__all__ = ["CHUNK", "FAST", "BendingMatrix", "elastic_at_vertices"]

@@ -1,0 +1,63 @@
+"""What contact and friction cost: energy over depth and over slip, and its derivatives, of one vertex or one pair."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from hemline.compiled import kernel
+
+from .planes import Planes
+
+
+class SkinContact(NamedTuple):
+    """Contact and friction of each vertex with a plane of the body.
+
+    Attributes:
+        planes: Of the body under each vertex, and the stiffness of each.
+        limit: Friction that each can bear, by its load at the step's start [N].
+        thickness: Distance that cloth keeps from the body [m].
+        depth: Penetration from which the load stays constant [m].
+        creep: Slip below which friction is smoothed [m].
+    """
+
+    planes: Planes
+    limit: Float[np.ndarray, " verts"]
+    thickness: float
+    depth: float
+    creep: float
+
+
+@kernel(inline="always")
+def contact_terms(gap, stiffness, depth):
+    """Energy, load (force along the normal) and stiffness of a contact at a gap."""
+    if gap >= 0.0 or stiffness == 0.0:
+        return 0.0, 0.0, 0.0
+    if gap > -depth:
+        return 0.5 * stiffness * gap * gap, -stiffness * gap, stiffness
+    load = stiffness * depth
+    return load * (-gap - 0.5 * depth), load, load / -gap
+
+
+@kernel(inline="always")
+def slip_terms(slip, creep):
+    """Value of Coulomb's smoothed potential at a slip and its derivative over the slip (Li et al. 2020, Eq. 14)."""
+    if slip < creep:
+        ratio = slip / creep
+        return creep * (ratio * ratio * (1.0 - ratio / 3.0) + 1.0 / 3.0), (2.0 - ratio) / creep
+    return slip, 1.0 / slip
+
+
+@kernel(inline="always")
+def press_terms(depth, stiffness, thickness):
+    """Energy, load and stiffness of a pair that is nearer than its thickness by a depth."""
+    if depth <= 0.0:
+        return 0.0, 0.0, 0.0
+    if depth < thickness:
+        load = stiffness * depth * depth / thickness
+        return load * depth / 3.0, load, 2.0 * stiffness * depth / thickness
+    load = stiffness * thickness
+    return load * (depth - 2.0 / 3.0 * thickness), load, load / depth
+
+
+__all__ = ["SkinContact", "contact_terms", "press_terms", "slip_terms"]

@@ -1,0 +1,140 @@
+"""Where a sheet may meet itself in a step, and where it goes through itself at its start."""
+
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float
+
+from hemline.sim.cloth.sheet import Sheet
+
+from .contour_kernels import contour_directions
+from .lane_kernels import fill_lanes
+from .pair_kernels import PairRows
+from .pair_search_kernels import ClothMesh, Elements, near_pairs, piercing_edges
+from .patch_kernels import Bounds, Frames, Groups, PatchRows, element_frames, group_bounds, patch_bounds, patch_pairs
+from .patches import lanes_of, make_patches
+from .self_contact import MARGIN, SelfContact
+
+PULL = 0.003
+"""How far a crossing is pulled apart in a step, about [m]."""
+
+GROUP = 8
+"""Patches in a group: groups are compared first."""
+
+CHUNK = 64
+"""Patch pairs worked on at a time: fixed, so that the order of what is found does not depend on the threads."""
+
+
+class SelfSearch:
+    """Finds the pairs of a sheet, step by step.
+
+    What it keeps from step to step is working memory: it changes no result.
+
+    Args:
+        sheet: The cloth.
+        thickness: Distance that it keeps from itself [m].
+        stiffness: Of contact, over area [N/m^3].
+        friction: Coulomb's coefficient of cloth on cloth, a vertex.
+    """
+
+    def __init__(self, sheet: Sheet, *, thickness: float, stiffness: float, friction: Float[np.ndarray, " verts"]):
+        self.sheet, self.patches = sheet, make_patches(sheet, thickness)
+        self.stiffness, self.friction = stiffness * sheet.vertex_area, friction
+        patches, count = self.patches, self.patches.count
+        self.thickest = 2 * float(patches.radius.max())
+        self._edges = sheet.edges.astype(np.uint32)
+        self._mesh = ClothMesh(sheet.faces, self._edges, patches.radius, patches.joined)
+        self._rows = PatchRows(patches.vertices, patches.edges, patches.faces)
+        self._elements = Elements(*(lanes_of(each) for each in self._rows))
+        counts = len(sheet.faces), len(sheet.edges), sheet.vertex_count
+        self._frames = Frames(*(np.empty((each, 11)) for each in counts))
+        self._bounds = Bounds(np.empty((count, 6)), np.empty((count, 4)), np.empty((count, 4)))
+        groups = (count + GROUP - 1) // GROUP
+        self._groups = Groups(np.empty((groups, 6)), np.empty((groups, 4)))
+        self._room: dict[str, int] = {"patches": 32, "near": 256, "piercing": 64}
+
+    def find(self, start: Float[np.ndarray, "verts 3"], guess: Float[np.ndarray, "verts 3"]) -> SelfContact:
+        """What may meet on the way from the start to the guess, and what crosses at the start."""
+        sheet, mesh, frames, bounds, elements = self.sheet, self._mesh, self._frames, self._bounds, self._elements
+        moved = guess - start
+        element_frames(start, moved, sheet.faces, self._edges, sheet.corners, frames)
+        patch_bounds(start, moved, sheet.faces, self._edges, frames.faces, self._rows, bounds)
+        for of, lanes in zip((frames.vertices, frames.edges, frames.faces), elements, strict=True):
+            fill_lanes(of, bounds.motion, start[0], lanes)
+        pairs = self._patch_pairs()
+        met = np.empty(len(pairs), bool)
+        near = (start, moved, mesh, frames, bounds, elements, pairs, self.thickest, MARGIN, CHUNK)
+        corners = self._filled("near", 5, len(pairs), lambda room, *out: near_pairs(*near, room, met, *out))
+        pierced = (start, mesh, frames, bounds, elements, pairs[met], CHUNK)
+        crossed = self._filled("piercing", 2, int(met.sum()), lambda room, *out: piercing_edges(*pierced, room, *out))
+        if len(crossed):
+            corners = self._apart(crossed, corners)
+        return SelfContact(
+            start,
+            corners,
+            thickness=self._thick(corners),
+            stiffness=self.stiffness[corners[:, :4]].mean(axis=1),
+            friction=self.friction[corners[:, :4]].mean(axis=1),
+            untangling=self._untangling(start, crossed) if len(crossed) else None,
+            crossed=self._edges[crossed[:, 0]],
+        )
+
+    def _thick(self, corners: np.ndarray) -> np.ndarray:
+        """Distance that the elements of each pair keep."""
+        one, two, three, four = self.patches.radius[corners[:, :4]].T
+        edge, last = corners[:, 4] == 1, np.minimum(three, four)
+        return np.where(edge, np.minimum(one, two) + last, one + np.minimum(two, last))
+
+    def _patch_pairs(self) -> np.ndarray:
+        """Pairs of patches of which something could meet."""
+        count = np.empty(self.patches.count, np.int64)
+        group_bounds(self._bounds, GROUP, self._groups)
+        while True:
+            room = self._room["patches"]
+            out = np.empty((self.patches.count, room), np.int32)
+            margin = self.thickest + MARGIN
+            patch_pairs(self._bounds, self._groups, GROUP, self.patches.joined, margin, room, count, out)
+            if count.max() <= room:
+                kept = np.arange(room) < count[:, None]
+                return np.stack([np.nonzero(kept)[0].astype(np.int32), out[kept]], axis=1)
+            self._room["patches"] = int(1.5 * count.max())
+
+    def _filled(self, name: str, columns: int, pairs: int, search: Callable[..., None]) -> np.ndarray:
+        """What a search finds, chunk after chunk; done again with more room where it does not fit."""
+        count = np.empty((pairs + CHUNK - 1) // CHUNK, np.int64)
+        while True:
+            room = self._room[name]
+            out = np.empty((len(count) * room, columns), np.uint32)
+            search(room, count, out)
+            if count.max(initial=0) <= room:
+                return out.reshape(len(count), room, columns)[np.arange(room) < count[:, None]]
+            self._room[name] = int(1.5 * count.max())
+
+    def _apart(self, crossed: np.ndarray, corners: np.ndarray) -> np.ndarray:
+        """The pairs without those whose two elements both touch a crossing: their sides mean nothing."""
+        flagged = np.zeros(self.sheet.vertex_count, bool)
+        flagged[self._edges[crossed[:, 0]]] = True
+        flagged[self.sheet.faces[crossed[:, 1]]] = True
+        touched = flagged[corners[:, :4]]
+        edge = corners[:, 4] == 1
+        first = touched[:, 0] | (edge & touched[:, 1])
+        second = touched[:, 2] | touched[:, 3] | (~edge & touched[:, 1])
+        return corners[~(first & second)]
+
+    def _untangling(self, start: np.ndarray, crossed: np.ndarray) -> PairRows:
+        """Pairs that shorten the curves of crossings: each end of the edge against the triangle."""
+        count = len(crossed)
+        direction, share, inner = np.empty((count, 3)), np.empty(count), np.empty((count, 2))
+        contour_directions(
+            start, self._edges, self.sheet.faces, self.patches.opposite, crossed, direction, share, inner
+        )
+        ends, face = self._edges[crossed[:, 0]], self.sheet.faces[crossed[:, 1]]
+        corners = np.concatenate([np.column_stack([ends[:, end], face]) for end in (0, 1)]).astype(np.uint32)
+        weights = np.tile(np.column_stack([np.ones(count), inner.sum(axis=1) - 1, -inner]), (2, 1))
+        normal = np.tile(direction, (2, 1))
+        between = np.einsum("pc,pcx->px", weights, start[corners])
+        reach = np.einsum("px,px->p", between, normal) + PULL
+        stiffness = self.stiffness[corners].mean(axis=1) * np.concatenate([1 - share, share])
+        return PairRows(
+            corners, weights, normal, reach, between, np.full(2 * count, PULL), stiffness, np.zeros(2 * count)
+        )

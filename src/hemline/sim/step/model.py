@@ -1,0 +1,136 @@
+"""What never moves while a sheet is stepped: the sheet itself, its pins, the body's topology, the settings."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from hemline.errors import BadInput
+from hemline.sim.cloth.elastic_kernels import BendingMatrix
+from hemline.sim.cloth.membrane_kernels import Fabric
+from hemline.sim.cloth.rows import Rows, incidence
+from hemline.sim.cloth.sheet import Sheet
+from hemline.sim.cloth.wind import Wind, checked, wind_of
+from hemline.sim.contact.capsules import Capsules
+from hemline.sim.contact.surface import Surface
+from hemline.sim.settings import SimSettings
+from hemline.sim.solver.layout import Layout, make_layout
+
+KEPT_COMPRESSION = 0.9
+"""Share of the compression that inertia makes harmless which stays in the Hessian."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClothModel:
+    """One sheet as it is stepped; made by `make_model`.
+
+    Attributes:
+        sheet: The cloth.
+        settings: Gravity, contact, tolerances.
+        wind: Wind over time and place.
+        surface: The body's mesh, or None.
+        capsules: Around the bones of its limbs, or None.
+        home: The body's limb that each vertex lies on at rest.
+        limb_of_face: The limb that all corners of a triangle lie on; -1: they differ, or one is fixed.
+        hard: Which of the pins are hard.
+        pinned: Vertices of the hard pins: they are put where the scene wants them.
+        held: Vertices of the soft pins.
+        spring: Stiffness of the spring of each soft pin [N/m].
+        fixed: Which vertices have a hard pin.
+        contact_stiffness: Of each vertex against the body [N/m].
+        mean_weight: Of a vertex [N].
+        cap: Compression of each triangle that inertia makes harmless, times h^2 [N m s^2].
+        fabric: The sheet's triangles, as the membrane's kernels take them.
+        bending: Its bending matrix: of forces; 0 where hinges bring them.
+        hinge_rest: 2 sin(angle / 2) of each hinge at rest.
+        hinge_corners: Hinges of each vertex, 4 hinge + corner.
+        layout: The solver's order.
+    """
+
+    sheet: Sheet
+    settings: SimSettings
+    wind: Wind
+    surface: Surface | None
+    capsules: Capsules | None
+    home: Int[np.ndarray, " verts"]
+    limb_of_face: Int[np.ndarray, " faces"]
+    hard: Bool[np.ndarray, " pins"]
+    pinned: Int[np.ndarray, " hard_pins"]
+    held: Int[np.ndarray, " soft_pins"]
+    spring: Float[np.ndarray, " soft_pins"]
+    fixed: Bool[np.ndarray, " verts"]
+    contact_stiffness: Float[np.ndarray, " verts"]
+    mean_weight: float
+    cap: Float[np.ndarray, " faces"]
+    fabric: Fabric
+    bending: BendingMatrix
+    hinge_rest: Float[np.ndarray, " hinges_or_none"]
+    hinge_corners: Rows
+    layout: Layout
+
+
+def make_model(
+    sheet: Sheet,
+    *,
+    pinned: Int[np.ndarray, " pins"] = (),  # type: ignore[assignment]
+    pin_stiffness: Float[np.ndarray, " pins"] | None = None,
+    surface: Surface | None = None,
+    capsules: Capsules | None = None,
+    home: Int[np.ndarray, " verts"] | None = None,
+    settings: SimSettings | None = None,
+    wind: Wind | None = None,
+) -> ClothModel:
+    """The model of a sheet; arguments as of `Stepper`.
+
+    Raises:
+        BadInput: A pin is not a vertex of the sheet, or its stiffness is not positive.
+    """
+    settings, count = settings or SimSettings(), sheet.vertex_count
+    pins, stiffness = _checked_pins(pinned, pin_stiffness, count)
+    hard = np.isinf(stiffness)
+    fixed = np.zeros(count, bool)
+    fixed[pins[hard]] = True
+    home = np.zeros(count, np.int64) if home is None else home
+    limb = home[sheet.faces]
+    one_limb = (limb == limb[:, :1]).all(axis=1) & ~fixed[sheet.faces].any(axis=1)
+    gram = np.einsum("fac,fad->fcd", sheet.shape, sheet.shape)
+    bending = BendingMatrix(sheet.ring, sheet.ring_bending, sheet.far, sheet.far_bending)
+    if len(sheet.hinge_rest):
+        # where the rest shape is not flat, hinges bring the forces; their Hessian stays that of a flat sheet
+        nothing = np.zeros_like(sheet.ring_bending), np.zeros_like(sheet.far_bending)
+        bending = bending._replace(ring_bending=nothing[0], far_bending=nothing[1])
+    return ClothModel(
+        sheet=sheet,
+        settings=settings,
+        wind=wind_of(settings) if wind is None else checked(wind),
+        surface=surface,
+        capsules=capsules,
+        home=home,
+        limb_of_face=np.where(one_limb, limb[:, 0], -1),
+        hard=hard,
+        pinned=pins[hard],
+        held=pins[~hard],
+        spring=stiffness[~hard],
+        fixed=fixed,
+        contact_stiffness=settings.contact_stiffness * sheet.vertex_area,
+        mean_weight=9.81 * float(sheet.mass.mean()),
+        cap=KEPT_COMPRESSION * sheet.density * sheet.area / 3 / np.linalg.eigvalsh(gram)[:, 1],
+        fabric=Fabric(sheet.faces, sheet.shape, sheet.area, sheet.lame, sheet.shear, sheet.damping),
+        bending=bending,
+        hinge_rest=2 * np.sin(0.5 * sheet.hinge_rest),
+        hinge_corners=incidence(sheet.hinges.ravel(), np.arange(sheet.hinges.size), count),
+        layout=make_layout(sheet, fixed),
+    )
+
+
+def _checked_pins(pinned: np.ndarray, pin_stiffness: np.ndarray | None, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Pins and their stiffnesses, or what is wrong with them."""
+    pins = np.asarray(pinned, np.int32)
+    if pins.size and not (pins.min() >= 0 and pins.max() < count):
+        got = f"{pins.min()} to {pins.max()} for {count} vertices"
+        raise BadInput("pins must be vertices of the sheet", got, "count from 0")
+    stiffness = np.full(len(pins), np.inf) if pin_stiffness is None else np.asarray(pin_stiffness, np.float64)
+    if stiffness.shape != pins.shape or not (stiffness > 0).all():
+        got = f"shape {stiffness.shape}" if stiffness.shape != pins.shape else stiffness.min()
+        raise BadInput(f"{len(pins)} pins must have positive stiffnesses", got, "use infinity for a hard pin")
+    return pins, stiffness

@@ -1,0 +1,126 @@
+"""The potential of one step: the sum of its terms, evaluated and differentiated at one place."""
+
+import numpy as np
+
+from hemline.sim.cloth.air_kernels import Air
+from hemline.sim.cloth.inertia_kernels import Inertia
+from hemline.sim.cloth.membrane_kernels import green_strain
+from hemline.sim.cloth.sheet import Positions
+from hemline.sim.contact.load_kernels import SkinContact
+from hemline.sim.contact.pairs import Pairs
+from hemline.sim.solver.conjugate_kernels import PairBlocks
+
+from .model import ClothModel
+from .terms.air import constant_force
+from .terms.bending import Bending
+from .terms.contact_pairs import NO_BLOCKS, ContactPairs
+from .terms.inertia import no_inertia
+from .terms.membrane import Membrane
+from .terms.skin_contact import no_contact
+from .vertex_kernels import diagonal_blocks, gradient
+from .workspace import Workspace
+
+
+class Potential:
+    r"""What a step minimises: inertia, membrane, bending, air, contact with the body, contact in pairs.
+
+    $$E(x) = E_{inertia} + E_{membrane} + E_{bending} + E_{air} + E_{contact} + E_{pairs}$$
+
+    Each term is a file of `terms`; none knows another. Those that act on each vertex alone are arrays, and meet in the
+    kernels of `vertex_kernels`; the others evaluate themselves.
+
+    Args:
+        model: The sheet.
+        workspace: Arrays to work with; `evaluate` leaves the gradient there.
+        start: The cloth at the step's start, where strain rates count from [m].
+        over_h: 1 / h [1/s].
+        cap: Compression that stays in the Hessian [N m].
+        inertia, air, contact: Terms of the vertices.
+
+    Attributes:
+        x: Where it was evaluated last [m].
+        energy: There [J].
+        residual_share: Mean size of the gradient of free vertices there, over the mean weight of a vertex.
+        pairs: Contact in pairs; None: there is none.
+    """
+
+    def __init__(
+        self,
+        model: ClothModel,
+        workspace: Workspace,
+        *,
+        start: Positions,
+        over_h: float,
+        cap: np.ndarray,
+        inertia: Inertia,
+        air: Air,
+        contact: SkinContact,
+    ):
+        self.model, self.workspace = model, workspace
+        self.membrane, self.bending = Membrane(model, workspace, over_h, cap), Bending(model, workspace)
+        self.inertia, self.air, self.contact = inertia, air, contact
+        self.pairs: ContactPairs | None = None
+        green_strain(start, model.sheet.faces, model.sheet.shape, workspace.strain_start)
+
+    def press(self, pairs: Pairs | None) -> None:
+        """Take other pairs from the next evaluation on; None: keep those that there are."""
+        if pairs is not None:
+            self.pairs = ContactPairs(pairs, self.contact.creep)
+
+    def evaluate(self, x: Positions) -> None:
+        """Energy, gradient and residual at a place."""
+        self.x = x
+        energy = self.membrane.evaluate(x)
+        energy += self.bending.evaluate(x)
+        self._elastic_energy = float(energy)
+        self.evaluate_contact()
+
+    def evaluate_contact(self) -> None:
+        """The same where the cloth has not moved but contact has."""
+        model, work = self.model, self.workspace
+        np.copyto(work.pressed, work.elastic)
+        pair_energy = 0.0 if self.pairs is None else self.pairs.evaluate(self.x, work.pressed)
+        gradient(
+            self.x,
+            work.pressed,
+            self.inertia,
+            self.air,
+            self.contact,
+            model.fixed,
+            work.gradient,
+            work.energy,
+            work.residual,
+        )
+        self.energy = self._elastic_energy + float(work.energy.sum()) + pair_energy
+        free = max(1, model.sheet.vertex_count - len(model.pinned))
+        self.residual_share = float(work.residual.sum()) / free / model.mean_weight
+
+    def assemble(self) -> PairBlocks:
+        """The Hessian where it was evaluated last: into the workspace's system; the pairs' share is returned."""
+        model, work = self.model, self.workspace
+        matrix, layout = work.system.matrix, model.layout
+        if self.pairs is None:
+            work.pair_diagonal[:] = 0
+            pairs = NO_BLOCKS
+        else:
+            pairs = self.pairs.blocks(self.x, layout, work.pair_diagonal)
+        self.membrane.blocks(layout.ring_bending, matrix.blocks)
+        diagonal_blocks(self.x, self.inertia, self.air, self.contact, model.fixed, work.pair_diagonal, layout, matrix)
+        return pairs
+
+
+def elastic_potential(model: ClothModel, workspace: Workspace, positions: Positions) -> Potential:
+    """Membrane and bending alone, evaluated at positions."""
+    count = len(positions)
+    potential = Potential(
+        model,
+        workspace,
+        start=positions,
+        over_h=0.0,
+        cap=np.zeros(len(model.cap)),
+        inertia=no_inertia(positions),
+        air=constant_force(positions, np.zeros((count, 3))),
+        contact=no_contact(count, model.settings),
+    )
+    potential.evaluate(positions)
+    return potential

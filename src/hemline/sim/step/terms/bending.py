@@ -1,0 +1,47 @@
+"""Bending of the cloth: a constant matrix, or hinges where the rest shape is not flat."""
+
+from dataclasses import dataclass
+
+from hemline.sim.cloth.elastic_kernels import elastic_at_vertices
+from hemline.sim.cloth.hinge_kernels import hinge_forces, hinges_at_vertices
+from hemline.sim.cloth.sheet import Positions
+from hemline.sim.step.model import ClothModel
+from hemline.sim.step.workspace import Workspace
+
+
+@dataclass(frozen=True, eq=False)
+class Bending:
+    r"""Isometric bending; about a rest shape that is not flat, discrete shells.
+
+    $$E(x) = -\frac14 \sum_{i \ne j} q_{ij} |x_i - x_j|^2, \qquad\text{or}\qquad
+      E(x) = \sum_e \frac{w_e}{2} \left(2 \sin\frac{\theta_e}{2} - 2 \sin\frac{\bar\theta_e}{2}\right)^2$$
+
+    in J, with $q$ the off-diagonal entries of the bending matrix [N/m]. The blocks are $q_{ij} I$ in both cases: on the
+    ring they are what `Membrane.blocks` starts from, beyond it the solver's `far_bending`.
+
+    Attributes:
+        model: The sheet.
+        workspace: Its arrays.
+
+    Source: Bergou et al., "A quadratic bending model for inextensible surfaces", SGP 2006; Grinspun et al., "Discrete
+        shells", SCA 2003, Eq. 4. Differs: see `hinge_kernels`.
+    """
+
+    model: ClothModel
+    workspace: Workspace
+
+    def evaluate(self, x: Positions) -> float:
+        """The energy [J]; the gradient is added to that of the membrane at the vertices, `workspace.elastic` [N].
+
+        Both are gathered in one pass over the vertices, `elastic_kernels.elastic_at_vertices`.
+        """
+        model, work = self.model, self.workspace
+        sheet = model.sheet
+        if len(sheet.hinge_rest):
+            gradient, energy = work.hinge_gradient, work.hinge_energy
+            hinge_forces(x, sheet.hinges, sheet.hinge_weight, model.hinge_rest, gradient, energy)
+            hinges_at_vertices(model.hinge_corners, gradient, work.bent)
+        elastic_at_vertices(
+            x, sheet.corners, work.stretch.corner, model.bending, work.bent, work.elastic, work.bending_energy
+        )
+        return work.hinge_energy.sum() + work.bending_energy.sum()

@@ -1,0 +1,65 @@
+"""Contact in pairs: of the cloth with itself, with the body's vertices, second places, and capsules."""
+
+import numpy as np
+from jaxtyping import Float
+
+from hemline.sim.cloth.rows import Rows
+from hemline.sim.cloth.sheet import Positions
+from hemline.sim.contact.pair_kernels import CHUNK, pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
+from hemline.sim.contact.pairs import Pairs
+from hemline.sim.solver.block_kernels import blocks_of, vector_of
+from hemline.sim.solver.conjugate_kernels import PairBlocks
+from hemline.sim.solver.layout import Layout
+
+NO_BLOCKS = PairBlocks(
+    np.empty((0, 4), np.uint32),
+    np.empty((0, 4), np.float32),
+    np.empty(0, np.float32),
+    Rows(np.empty(0, np.uint32), np.empty(0, np.uint32)),
+    np.empty(0, np.float32),
+)
+"""Of no pairs."""
+
+
+class ContactPairs:
+    r"""The potential of all pairs: `SelfContact`, `BodyPoints`, second places (`SidedContact`) and `Capsules`.
+
+    $$E(x) = \sum_p \frac{k_p}{3 t_p} d_p^3 + \mu_p L_p\, f_0(|u_p|), \qquad d = \max(0,\; r_0 - n \cdot r),
+      \quad r = \sum_c w_c x_c$$
+
+    in J: the load $k d^2 / t$ grows with the square of the depth, up to a depth of $t$, from which it stays; $u$ is the
+    slip across $n$. The kernels: `pair_kernels.pair_forces` and `pair_blocks`, the formula: `load_kernels.press_terms`.
+
+    Args:
+        pairs: The pairs where they are now.
+        creep: Slip below which friction is smoothed [m].
+
+    Source: Li et al., "Incremental potential contact", ACM TOG 39(4), 2020, Eq. 14, for friction. Differs: a penalty
+        with a side that pairs keep, not a barrier; quadratic, so that Newton's steps do not jump between touching and
+        not.
+    """
+
+    def __init__(self, pairs: Pairs, creep: float):
+        self.pairs, self.creep = pairs, creep
+        self._force = np.empty((len(pairs), 3))
+        self._energy = np.empty((len(pairs) + CHUNK - 1) // CHUNK)
+
+    def evaluate(self, x: Positions, gradient: Positions) -> float:
+        """The energy [J]; its gradient is added [N]."""
+        pairs = self.pairs
+        if not len(pairs):
+            return 0.0
+        pair_forces(x, pairs.rows, self.creep, self._force, self._energy)
+        pairs_at_vertices(pairs.rows.corners, pairs.rows.weights, pairs.at, self._force, gradient)
+        return float(self._energy.sum())
+
+    def blocks(self, x: Positions, layout: Layout, diagonal: Float[np.ndarray, "verts 6"]) -> PairBlocks:
+        """The Hessian as the solver wants it; `diagonal` gets what it has of each vertex with itself."""
+        pairs = self.pairs
+        if not len(pairs):
+            diagonal[:] = 0
+            return NO_BLOCKS
+        block, (corners, weights, *_) = blocks_of(len(pairs)), pairs.rows
+        pair_blocks(x, pairs.rows, self.creep, block)
+        pair_diagonal(corners, weights, pairs.at, block, diagonal)
+        return PairBlocks(layout.slot[corners], weights.astype(np.float32), block, pairs.at, vector_of(len(pairs)))

@@ -1,0 +1,63 @@
+"""Stretch and shear of the cloth, with their damping."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from hemline.sim.cloth.membrane_kernels import membrane, membrane_blocks
+from hemline.sim.cloth.sheet import Positions
+from hemline.sim.step.model import ClothModel
+from hemline.sim.step.workspace import Workspace
+
+
+@dataclass(frozen=True, eq=False)
+class Membrane:
+    r"""St. Venant-Kirchhoff triangles with stiffness-proportional damping.
+
+    $$E(x) = \sum_f \frac{A_f}{2} \left(E : C : E + \frac{d}{h}\,(E - E_0) : C : (E - E_0)\right), \qquad
+      E = \tfrac12 (F^T F - I)$$
+
+    in J: $C$ isotropic plane stress, $d$ the time constant of damping [s], $E_0$ the strain at the step's start. The
+    blocks are the derivatives of the gradient, but for compression beyond a cap (`ClothModel.cap` over $h^2$), which is
+    left out of the stress: inertia keeps the rest positive.
+
+    Attributes:
+        model: The sheet.
+        workspace: Where the strain at the step's start is, and `stretch` comes to be.
+        over_h: 1 / h [1/s]; 0: without damping.
+        cap: Compression that stays in the Hessian [N m].
+
+    Source: Volino, Magnenat-Thalmann, Faure, "A simple approach to nonlinear tensile stiffness", ACM TOG 28(4), 2009.
+    """
+
+    model: ClothModel
+    workspace: Workspace
+    over_h: float
+    cap: Float[np.ndarray, " faces"]
+
+    def evaluate(self, x: Positions) -> float:
+        """The energy [J]; the gradient is left at the corners of the triangles, `workspace.stretch.corner`."""
+        work = self.workspace
+        membrane(x, self.model.fabric, work.strain_start, self.over_h, self.cap, work.stretch)
+        return work.stretch.energy.sum()
+
+    def blocks(self, ring_bending: Float[np.ndarray, " ring"], out: Float[np.ndarray, " entries9"]) -> None:
+        """Off-diagonal blocks where `evaluate` was called last, added to what bending has there.
+
+        Each diagonal block is minus the sum of its row: `vertex_kernels.diagonal_blocks` takes it.
+
+        Args:
+            ring_bending: The bending matrix on the ring, in the solver's order [N/m].
+            out: Blocks in the solver's order.
+        """
+        sheet, layout = self.model.sheet, self.model.layout
+        membrane_blocks(
+            sheet.edge_corners,
+            layout.edge_slots,
+            self.model.fabric,
+            self.workspace.stretch,
+            self.over_h,
+            ring_bending,
+            out,
+        )

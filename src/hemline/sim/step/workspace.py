@@ -1,0 +1,69 @@
+"""Working memory for the steps of one sheet."""
+
+import numpy as np
+
+from hemline.sim.cloth.elastic_kernels import CHUNK
+from hemline.sim.cloth.membrane_kernels import Stretch
+from hemline.sim.contact.body_points import BodyPointSearch
+from hemline.sim.contact.self_search import SelfSearch
+from hemline.sim.solver.system import System
+
+from .model import ClothModel
+
+
+class Workspace:
+    """Arrays that every evaluation of a potential overwrites, and the searches for contact with their room.
+
+    One potential at a time may use it. Nothing in it carries over: a step has the same result whatever was in it.
+
+    Attributes:
+        strain_start: Green strain of each triangle at the step's start.
+        stretch: What the membrane does now.
+        hinge_gradient: Of each hinge, at its four vertices [N].
+        hinge_energy: Of each hinge [J].
+        bent: Gradient of the hinges at each vertex [N].
+        elastic: Gradient of membrane and bending [N].
+        bending_energy: Of the bending matrix, by chunk [J].
+        pressed: Gradient of membrane, bending and pairs [N].
+        gradient: Of everything [N].
+        energy: Of inertia, air and contact with the body, by chunk [J].
+        residual: Sum of the size of the gradient over free vertices, by chunk [N].
+        pair_diagonal: What pairs bring to the diagonal blocks [N/m].
+        air_by_triangle: Force and matrix of the air on each triangle.
+        air: Force and matrix at each vertex.
+        system: The solver's matrix and vectors.
+        self_search: For contact of the cloth with itself; None: it does not meet itself.
+        point_search: For points above the body's vertices.
+    """
+
+    def __init__(self, model: ClothModel):
+        sheet, settings = model.sheet, model.settings
+        faces, verts, hinges = len(sheet.faces), sheet.vertex_count, len(sheet.hinge_rest)
+        chunks = (verts + CHUNK - 1) // CHUNK
+        self.strain_start = np.zeros((faces, 3))
+        self.stretch = Stretch(np.empty((faces, 9)), np.empty((faces, 6)), np.empty((faces, 3)), np.empty(faces))
+        self.hinge_gradient, self.hinge_energy, self.bent = (
+            np.empty((hinges, 12)),
+            np.empty(hinges),
+            np.zeros((verts, 3)),
+        )
+        self.elastic, self.bending_energy = np.empty((verts, 3)), np.empty(chunks)
+        self.pressed, self.gradient = np.empty((verts, 3)), np.empty((verts, 3))
+        self.energy, self.residual = np.empty(chunks), np.empty(chunks)
+        self.pair_diagonal = np.zeros((verts, 6))
+        self.air_by_triangle = np.zeros((faces, 3)), np.zeros((faces, 6))
+        self.air = np.zeros((verts, 3)), np.zeros((verts, 6))
+        self.system = System(model.layout)
+        self.self_search = (
+            SelfSearch(
+                sheet,
+                thickness=settings.self_thickness,
+                stiffness=settings.self_stiffness,
+                friction=sheet.friction,
+            )
+            if settings.self_contact
+            else None
+        )
+        self.point_search = BodyPointSearch(
+            sheet, fixed=model.fixed, thickness=settings.thickness, friction=sheet.friction
+        )

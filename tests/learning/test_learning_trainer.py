@@ -1,0 +1,190 @@
+"""The training loop: resumed to the same bits from any epoch, the best epoch kept."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hemline.errors import BadModel
+from hemline.files import read_tensors
+
+torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
+from hemline.learning.trainer import Checkpoint, Schedule, Trainer  # noqa: E402  # after the skip
+
+EPOCHS = 12
+
+
+class Line:
+    """A linear map, learnt from 50 noisy samples; each batch draws noise of its own."""
+
+    name = "line"
+
+    def __init__(self):
+        random = np.random.default_rng(7)
+        self.inputs = random.normal(size=(50, 4)).astype(np.float32)
+        self.outputs = (self.inputs @ random.normal(size=(4, 2)) + 0.1 * random.normal(size=(50, 2))).astype(np.float32)
+        self.weight = torch.zeros(4, 2, requires_grad=True)
+        self.offset = torch.zeros(2, requires_grad=True)
+        self.seen: list[np.ndarray] = []
+
+    @property
+    def parameters(self):
+        return [self.weight, self.offset]
+
+    @property
+    def samples(self):
+        return np.arange(40)
+
+    def loss(self, chosen, random):
+        self.seen.append(chosen)
+        noise = 0.2 * random.normal(size=(len(chosen), 4)).astype(np.float32)
+        found = torch.from_numpy(self.inputs[chosen] + noise) @ self.weight + self.offset
+        return ((found - torch.from_numpy(self.outputs[chosen])) ** 2).mean()
+
+    def validation_loss(self, random):
+        held_out = np.arange(40, 50)
+        found = torch.from_numpy(self.inputs[held_out]) @ self.weight + self.offset
+        return ((found - torch.from_numpy(self.outputs[held_out])) ** 2).mean()
+
+    def bits(self) -> bytes:
+        return b"".join(p.detach().numpy().tobytes() for p in self.parameters)
+
+
+SCHEDULE = Schedule(epochs=EPOCHS, batch=16, rate=0.05, seed=3, threads=1)
+
+
+def trained(line, checkpoint=None, progress=lambda done, total: None, schedule=SCHEDULE):
+    Trainer(line, schedule).run(checkpoint=checkpoint, progress=progress)
+    return line
+
+
+@pytest.fixture(scope="module")
+def straight() -> bytes:
+    return trained(Line()).bits()
+
+
+@pytest.mark.parametrize("every", [1, 5])
+@pytest.mark.parametrize("epoch", range(1, EPOCHS + 1))
+def test_stopped_after_any_epoch_it_comes_to_the_same_bits(straight, tmp_path, epoch, every):
+    checkpoint = Checkpoint(tmp_path / "line.safetensors", "mark", every)
+
+    def stopped(done, total):
+        if done == epoch:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        trained(Line(), checkpoint, stopped)
+    seen: list[int] = []
+    end = trained(Line(), checkpoint, lambda done, total: seen.append(done))
+    assert end.bits() == straight
+    assert len(seen) == (0 if epoch == EPOCHS else EPOCHS - epoch // every * every)
+
+
+@pytest.mark.parametrize("step", [1, 4, 20])
+def test_killed_within_an_epoch_it_comes_to_the_same_bits(straight, tmp_path, step):
+    class Killed(Line):
+        def loss(self, chosen, random):
+            if len(self.seen) == step:
+                raise KeyboardInterrupt
+            return super().loss(chosen, random)
+
+    checkpoint = Checkpoint(tmp_path / "line.safetensors", "mark", 2)
+    with pytest.raises(KeyboardInterrupt):
+        trained(Killed(), checkpoint)
+    assert trained(Line(), checkpoint).bits() == straight
+
+
+def test_a_process_that_is_killed_leaves_a_whole_checkpoint(straight, tmp_path):
+    import os
+    import subprocess
+    import sys
+    from pathlib import Path
+
+    code = (
+        "import os, signal\n"
+        "from pathlib import Path\n"
+        "from test_learning_trainer import Checkpoint, Line, trained\n"
+        "def kill(done, total):\n"
+        "    if done == 7: os.kill(os.getpid(), signal.SIGKILL)\n"
+        f"trained(Line(), Checkpoint(Path({str(tmp_path)!r}) / 'line.safetensors', 'mark', 3), kill)\n"
+    )
+    places = [str(Path(__file__).parent), *sys.path]
+    done = subprocess.run([sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": os.pathsep.join(places)})
+    assert done.returncode == -9
+    checkpoint = Checkpoint(tmp_path / "line.safetensors", "mark", 3)
+    assert read_tensors(checkpoint.path, "training")[1]["done"] == 6
+    assert trained(Line(), checkpoint).bits() == straight
+
+
+def test_a_checkpoint_with_another_mark_is_not_used(straight, tmp_path):
+    path = tmp_path / "line.safetensors"
+    trained(Line(), Checkpoint(path, "another", 1), schedule=Schedule(2, 16, 0.5, 9, 1))
+    assert trained(Line(), Checkpoint(path, "mark", 1)).bits() == straight
+
+
+def test_a_damaged_checkpoint_is_refused(tmp_path):
+    path = tmp_path / "line.safetensors"
+    trained(Line(), Checkpoint(path, "mark", 1))
+    path.write_bytes(path.read_bytes()[:-9])
+    with pytest.raises(BadModel, match="is damaged"):
+        trained(Line(), Checkpoint(path, "mark", 1))
+
+
+def test_every_sample_is_shown_once_an_epoch_in_another_order_each_time():
+    line = trained(Line())
+    batches = math.ceil(40 / 16)
+    assert len(line.seen) == EPOCHS * batches
+    epochs = [line.seen[i : i + batches] for i in range(0, len(line.seen), batches)]
+    for epoch in epochs:
+        np.testing.assert_array_equal(np.sort(np.concatenate(epoch)), np.arange(40))
+    assert any((one != two).any() for one, two in zip(epochs[0], epochs[1], strict=True))
+
+
+def test_the_seed_says_all(straight):
+    assert trained(Line()).bits() == straight
+    assert trained(Line(), schedule=Schedule(EPOCHS, 16, 0.05, 4, 1)).bits() != straight
+
+
+def test_the_epoch_with_the_least_validation_loss_is_kept():
+    class Remembering(Line):
+        def __init__(self):
+            super().__init__()
+            self.losses, self.states = [], []
+
+        def validation_loss(self, random):
+            # asks for half of what the training asks for: the way from zero to the whole passes it
+            found = torch.from_numpy(self.inputs) @ self.weight + self.offset
+            loss = ((found - 0.5 * torch.from_numpy(self.outputs)) ** 2).mean()
+            self.losses.append(float(loss))
+            self.states.append(self.bits())
+            return loss
+
+    line = trained(Remembering(), schedule=Schedule(EPOCHS, 16, 0.1, 3, 1))
+    assert len(line.losses) == EPOCHS + 1
+    best = int(np.argmin(line.losses))
+    assert 0 < best < EPOCHS
+    assert line.bits() == line.states[best]
+
+
+def test_it_learns_the_line():
+    line = trained(Line(), schedule=Schedule(300, 40, 0.05, 3, 1))
+    design = np.column_stack([line.inputs[:40], np.ones(40)])
+    exact = np.linalg.lstsq(design, line.outputs[:40], rcond=None)[0]
+    # noise of 0.2 on inputs of unit size shrinks the map by 4 %
+    np.testing.assert_allclose(line.weight.detach().numpy(), exact[:4], atol=0.12)
+
+
+def test_the_rate_falls_along_a_cosine():
+    line, rates = Line(), []
+    trainer = Trainer(line, SCHEDULE)
+    trainer.run(progress=lambda done, total: rates.append(trainer.adam.param_groups[0]["lr"]))
+    np.testing.assert_allclose(rates, 0.025 * (1 + np.cos(np.pi * np.arange(EPOCHS) / EPOCHS)), rtol=1e-12)
+
+
+def test_a_loss_that_is_not_finite_is_said():
+    class Diverging(Line):
+        def loss(self, chosen, random):
+            return super().loss(chosen, random) * float("inf")
+
+    with pytest.raises(BadModel, match="the training of the line diverged; got a loss that is not finite; lower"):
+        trained(Diverging())

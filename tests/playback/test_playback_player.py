@@ -1,0 +1,130 @@
+"""The player: what `play` shows, for whoever writes a loop of his own; and many of them at once."""
+
+import copy
+
+import igl
+import numpy as np
+import pytest
+
+import hemline
+from hemline.compiled import threads, use_threads
+from hemline.errors import BadInput, BadModel
+
+DT = 1 / 30
+
+
+@pytest.fixture(scope="module")
+def cape():
+    return hemline.load("cape")
+
+
+@pytest.fixture(scope="module")
+def kick():
+    return hemline.motions.load("kick")[20:44]
+
+
+def body(betas=()):
+    return hemline.bodies.load("anny24").shaped(betas)
+
+
+def looped(player, motion, frames, **start):
+    """The vertices of the first frames of a loop of one's own."""
+    state, shown = player.start(motion[0], **start), []
+    for index in range(frames):
+        state, frame = player.step(state, motion[index], DT)
+        shown.append(frame)
+    return state, shown
+
+
+def test_a_loop_of_ones_own_shows_what_play_shows(cape, kick):
+    shaped = body([1.0, -0.5])
+    placed = shaped.placed(kick)
+    player = hemline.Player.prepare(cape, shaped)
+    _, mine = looped(player, placed, 8, pre_roll=0.2, dt=DT)
+    theirs = list(hemline.play(cape, shaped, placed[:8], fps=None, pre_roll=0.2, placed=True))
+    for own, frame in zip(mine, theirs, strict=True):
+        np.testing.assert_array_equal(own.vertices, frame.vertices)
+
+
+def test_poses_of_a_clip_are_placed_on_the_body(cape, kick):
+    """A clip for longer legs on a shorter body: the feet are on the floor as in the placed clip, bit for bit."""
+    shaped = body([-2.0])
+    player = hemline.Player.prepare(cape, shaped, clip=kick)
+    _, (frame,) = looped(player, kick, 1, pre_roll=0.0)
+    np.testing.assert_array_equal(frame.body.vertices, shaped.posed(shaped.placed(kick)[0]).vertices)
+    unplaced = shaped.posed(kick[0]).vertices
+    assert np.abs(unplaced - frame.body.vertices).max() > 0.02
+
+
+def test_nothing_is_inside_in_a_loop_of_ones_own_by_another_library(cape, kick):
+    player = hemline.Player.prepare(cape, body(), clip=kick)
+    _, frames = looped(player, kick, 16, pre_roll=0.3)
+    before = 0
+    for frame in frames[::5]:
+        skin, faces = frame.body.vertices.astype(np.float64), frame.body.faces.astype(np.int64)
+        winding = igl.winding_number(skin, faces, frame.vertices.astype(np.float64))
+        winding[frame.report.pinched] = 0
+        assert np.abs(winding).max() < 0.5
+        before += int((np.abs(igl.winding_number(skin, faces, frame.animated.astype(np.float64))) > 0.5).sum())
+    assert before > 0  # or the projection had nothing to do
+
+
+def test_an_old_state_is_a_rollback(cape, kick):
+    player = hemline.Player.prepare(cape, body(), clip=kick)
+    state, _ = looped(player, kick, 6, pre_roll=0.0)
+    kept = copy.deepcopy(state)
+    for index in (6, 7, 8):
+        _, first = player.step(state, kick[index], DT)
+    _, again = player.step(state, kick[8], DT)
+    _, copied = player.step(kept, kick[8], DT)
+    np.testing.assert_array_equal(first.vertices, again.vertices)
+    np.testing.assert_array_equal(first.vertices, copied.vertices)
+
+
+def test_every_stage_is_timed_and_compiling_is_apart(cape, kick):
+    player = hemline.Player.prepare(cape, body(), clip=kick)
+    assert 0 < player.warm_up(kick[0]) < 300
+    _, (frame,) = looped(player, kick, 1, pre_roll=0.0)
+    assert list(frame.milliseconds) == ["body", "animator", "projection"]
+    assert all(span > 0 for span in frame.milliseconds.values())
+
+
+def test_a_crowd_shows_what_each_player_shows_alone(cape, kick):
+    shapes = [(), (1.5,), (-1.0, 1.0)]
+    players = [hemline.Player.prepare(cape, body(betas), clip=kick) for betas in shapes]
+    alone = [player.start(kick[n], pre_roll=0.0) for n, player in enumerate(players)]
+    together = list(alone)
+    for step in range(1, 4):
+        poses = [kick[n + step] for n in range(3)]
+        together, frames = hemline.crowd(players, together, poses, DT)
+        for n, (player, pose) in enumerate(zip(players, poses, strict=True)):
+            alone[n], frame = player.step(alone[n], pose, DT)
+            np.testing.assert_array_equal(frames[n].vertices, frame.vertices)
+
+
+def test_a_crowd_does_not_depend_on_the_threads(cape, kick):
+    players = [hemline.Player.prepare(cape, body(), clip=kick)] * 4
+    states = [players[0].start(kick[n], pre_roll=0.0) for n in range(4)]
+    before, shown = threads(), []
+    try:
+        for count in (1, 2):
+            use_threads(count)
+            shown.append(hemline.crowd(players, states, [kick[5]] * 4, DT)[1])
+    finally:
+        use_threads(before)
+    for one, two in zip(*shown, strict=True):
+        np.testing.assert_array_equal(one.vertices, two.vertices)
+
+
+def test_wrong_input_is_refused(cape, kick):
+    player = hemline.Player.prepare(cape, body())
+    state = player.start(kick[0], pre_roll=0.0)
+    for dt in (0.0, -0.1, float("nan"), float("inf")):
+        with pytest.raises(BadInput, match="a frame must take a positive time; got dt ="):
+            player.step(state, kick[0], dt)
+    with pytest.raises(BadInput, match="a state and a pose for each player; got 2 players, 1 states, 2 poses"):
+        hemline.crowd([player] * 2, [state], [kick[0]] * 2, DT)
+    with pytest.raises(BadModel, match="was fitted on body 'anny24'"):
+        from dataclasses import replace
+
+        hemline.Player.prepare(cape, replace(body().body, name="other").shaped())
