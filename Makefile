@@ -7,7 +7,7 @@ INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --con
 BLENDER = .venv-blender/bin/python
 NEWTON = .venv-newton/bin/python
 
-# the judges of the simulator, where `make judges-install` has put them (docs/truth.md)
+# the judges of the simulator, where `make judges-install` has put them (docs/ground_truth.md)
 ifneq ($(wildcard $(BLENDER)),)
 export HEMLINE_BLENDER_PYTHON ?= $(abspath $(BLENDER))
 endif
@@ -64,7 +64,7 @@ $(NEWTON):
 	$(PYTHON) -m venv .venv-newton
 	$@ -m pip install --quiet --disable-pip-version-check 'newton==1.8.*'
 
-# figures and pictures of docs/truth.md
+# figures and pictures of docs/ground_truth.md
 judges: $(VENV)/.base
 	$(BIN)/python benchmarks/claims/judges.py --pictures
 

@@ -1,6 +1,6 @@
-"""Step the cape inside one's own loop, with a varying frame time, and roll back.
+"""Wear the cape in one's own game loop: varying frame time, a rollback, three bodies at once.
 
-A State is plain data that is never changed in place: keeping the old one is a rollback. Run it:
+A state is plain data that is never changed in place: keeping the old one is a rollback. Run it:
 `python examples/01_game_loop.py`.
 """
 
@@ -10,20 +10,26 @@ import hemline
 
 body = hemline.bodies.load("anny24").shaped()
 cape = hemline.load("cape")
-motion = body.placed(hemline.motions.load("turn"))
+turn = body.placed(hemline.motions.load("turn"))  # scaled to this body's legs, feet on the ground
 rng = np.random.default_rng(0)
 
-seconds, state = 0.0, cape.start(body.posed(motion.at(0.0)))
-saved = None
-for frame in range(120):
+player = hemline.Player.prepare(cape, body)
+seconds, state = 0.0, player.start(turn.at(0.0))
+for number in range(120):
     dt = float(rng.uniform(1 / 120, 1 / 24))
     seconds += dt
-    state, vertices = cape.step(state, body.posed(motion.at(seconds)), dt)
-    if frame == 60:
-        saved = (state, seconds, vertices)
+    state, frame = player.step(state, turn.at(seconds), dt=dt)
+    if number == 60:
+        saved = (state, seconds, frame)
 
-state, seconds, then = saved
-again, vertices = cape.step(state, body.posed(motion.at(seconds + 1 / 60)), 1 / 60)
-print(
-    f"rolled back to {seconds:.2f} s; the hem is {np.abs(vertices - then).max() * 100:.1f} cm further after one frame"
-)
+state, seconds, then = saved  # the game's server says: go back to here
+state, frame = player.step(state, turn.at(seconds + 1 / 60), dt=1 / 60)
+moved = np.abs(frame.vertices - then.vertices).max()
+print(f"rolled back to {seconds:.2f} s; the hem is {moved * 100:.1f} cm further after one frame")
+
+bodies = [hemline.bodies.load("anny24").shaped(betas) for betas in ([0.0], [1.0], [0.0, 1.0])]
+players = [hemline.Player.prepare(cape, each) for each in bodies]
+clips = [each.placed(hemline.motions.load("turn")) for each in bodies]
+states = [player.start(clip.at(0.0)) for player, clip in zip(players, clips, strict=True)]
+states, frames = hemline.crowd(players, states, [clip.at(1 / 60) for clip in clips], dt=1 / 60)
+print(f"{len(frames)} bodies at once, {len(frames[0].vertices)} vertices each")

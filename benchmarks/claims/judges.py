@@ -4,7 +4,7 @@ Sections: `laws` (closed forms), `ball` (a square on a ball), `drape` and `run` 
 skirt), `sweeps` (Newton with more and more work a frame on the start of that run), `speed` (our simulator and Blender's
 cloth by turns). Without a name: all but `speed`, which wants a machine of its own.
 Prints tables, writes one JSON line a row to benchmarks/results/judges.jsonl (the lines of the sections that ran are
-replaced) and, with `--pictures`, the pictures of docs/truth.md. How to make the judges' environments: docs/truth.md.
+replaced) and, with `--pictures`, the pictures of docs/ground_truth.md, which says how to make the judges' environments.
 """
 
 import argparse
@@ -35,14 +35,14 @@ def main() -> None:
     parser.add_argument("sections", nargs="*", metavar="SECTION", help=", ".join(SECTIONS))
     parser.add_argument("--skirt", action="store_true", help="the circle skirt in the place of the cape")
     parser.add_argument("--self-contact", type=float, default=0.0, metavar="METRES", help="thickness of cloth on cloth")
-    parser.add_argument("--pictures", action="store_true", help="write the pictures of docs/truth.md")
+    parser.add_argument("--pictures", action="store_true", help="write the pictures of docs/ground_truth.md")
     asked = parser.parse_args()
     if unknown := set(asked.sections) - set(SECTIONS):
         parser.error(f"no section {', '.join(sorted(unknown))}; there are {', '.join(SECTIONS)}")
     engines = [name for name in ("hemline", "blender", "newton") if present(name)]
     for name in {"blender", "newton"} - set(engines):
-        print(f"{name} is left out: its environment is not named, see docs/truth.md")
-    folder = ROOT / "docs" / "truth" if asked.pictures else None
+        print(f"{name} is left out: its environment is not named, see docs/ground_truth.md")
+    folder = ROOT / "docs" / "ground_truth" if asked.pictures else None
     for section in asked.sections or [name for name in SECTIONS if name != "speed"]:
         print(f"\n{section}")
         rows = SECTIONS[section](engines, skirt=asked.skirt, self_thickness=asked.self_contact, pictures=folder)

@@ -3,7 +3,7 @@
 Skirt, T-shirt and trousers are those of GarmentCode in ../shared/data, as boxes of panels around the body, whose
 waist is laid on the skin first; the cape ships. Motions: a spin that is made here, and recordings of squat kicks, a
 roundhouse kick and bending over. One row a scene goes to benchmarks/results/worn.jsonl, the worst frame of each to
-docs/truth/worn.png.
+docs/ground_truth/worn.png.
 """
 
 import json
@@ -174,8 +174,8 @@ def main() -> None:
         tiles.append(picture)
         captions.append(f"{name}, {motion}, frame {figures['worst_frame']}")
     rows = [pictures.side_by_side(tiles[at : at + 4], captions[at : at + 4]) for at in range(0, len(tiles), 4)]
-    (ROOT / "docs" / "truth").mkdir(exist_ok=True)
-    pictures.write_png(ROOT / "docs" / "truth" / "worn.png", np.concatenate(rows))
+    (ROOT / "docs" / "ground_truth").mkdir(exist_ok=True)
+    pictures.write_png(ROOT / "docs" / "ground_truth" / "worn.png", np.concatenate(rows))
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ needs it. Quaternions are wxyz; rotations act on column vectors; metres, y up, r
 """
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, UInt
 
 Vertices = Float[np.ndarray, "verts 3"]
 """Positions of the vertices of one mesh in one frame [m]."""
@@ -18,6 +18,15 @@ FramesOfVertices = Float[np.ndarray, "frames verts 3"]
 
 Faces = Int[np.ndarray, "faces 3"]
 """Triangles as vertex indices, counter-clockwise from outside, int32."""
+
+BodyVertices = Float[np.ndarray, "body_verts 3"]
+"""Vertices of a body, where those of a garment are given as well [m]."""
+
+FramesOfBodyVertices = Float[np.ndarray, "frames body_verts 3"]
+"""The same over a clip [m]."""
+
+BodyFaces = Int[np.ndarray, "body_faces 3"]
+"""Triangles of that body."""
 
 Points = Float[np.ndarray, "points 3"]
 """Any points [m]."""
@@ -42,9 +51,12 @@ Mask = Bool[np.ndarray, " verts"]
 
 __all__ = [
     "Betas",
+    "BodyFaces",
+    "BodyVertices",
     "Bool",
     "Faces",
     "Float",
+    "FramesOfBodyVertices",
     "FramesOfVertices",
     "Int",
     "Joints",
@@ -54,5 +66,6 @@ __all__ = [
     "Points",
     "Quaternions",
     "Transforms",
+    "UInt",
     "Vertices",
 ]

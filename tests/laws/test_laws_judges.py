@@ -1,4 +1,4 @@
-"""Our simulator beside Blender's cloth and Newton; how to get them, and all their figures: `docs/truth.md`."""
+"""Our simulator beside Blender's cloth and Newton; how to get them, and all their figures: `docs/ground_truth.md`."""
 
 import sys
 from dataclasses import replace
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow
 
 
 def judge(name):
-    reason = f"{ENVIRONMENTS[name]} is not set: see docs/truth.md"
+    reason = f"{ENVIRONMENTS[name]} is not set: see docs/ground_truth.md"
     return pytest.param(name, marks=pytest.mark.skipif(not present(name), reason=reason))
 
 

@@ -19,7 +19,7 @@ from .scene import JudgedScene
 
 HERE = Path(__file__).parent
 ENVIRONMENTS = {"blender": "HEMLINE_BLENDER_PYTHON", "newton": "HEMLINE_NEWTON_PYTHON"}
-"""Environment variables that name each judge's Python; `docs/truth.md` says how to make them."""
+"""Environment variables that name each judge's Python; `docs/ground_truth.md` says how to make them."""
 DEFAULTS: dict[str, dict[str, Any]] = {
     "blender": {
         "quality": 10,

@@ -1,4 +1,4 @@
-"""The pictures of docs/truth.md: all engines side by side."""
+"""The pictures of docs/ground_truth.md: all engines side by side."""
 
 from pathlib import Path
 

@@ -56,7 +56,7 @@ def fill_with_balls(shaped: BodyShape) -> Balls:
         shaped: The body.
 
     Source: Ma, Bae, Choi, "3D medial axis point approximation using nearest neighbors and the normal field",
-        The Visual Computer 28, 2012 (the largest ball at a point, by shrinking).
+        2012 (the largest ball at a point, by shrinking).
     """
     part, areas = part_of_vertex(shaped.body), _vertex_areas(shaped)
     chosen = []

@@ -39,7 +39,7 @@ class Part:
     """
 
     faces: Int[np.ndarray, "faces 3"]
-    rims: tuple[Int[np.ndarray, " rim"], ...]
+    rims: tuple[Int[np.ndarray, " _rim"], ...]
     tested: Int[np.ndarray, " tested"]
 
 

@@ -21,7 +21,7 @@ def pose_offsets(posedirs: Float[np.ndarray, "features verts 3"], rotations: Qua
     Returns:
         Offsets, float32 [m].
 
-    Source: Loper et al., "SMPL: A skinned multi-person linear model", SIGGRAPH Asia 2015, Eq. 9.
+    Source: Loper et al., "SMPL: A skinned multi-person linear model", 2015, Eq. 9.
     """
     matrices = to_matrix(rotations[1:].astype(np.float64))
     features = (matrices - np.eye(3)).reshape(-1).astype(np.float32)

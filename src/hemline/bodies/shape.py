@@ -76,7 +76,7 @@ class BodyShape:
         return transforms, positions
 
 
-def _full_betas(body: BodyModel, betas: Betas | tuple[float, ...] | list[float]) -> Betas:
+def _full_betas(body: BodyModel, betas: Betas | tuple[float, ...] | list[float]) -> Float[np.ndarray, " all_betas"]:
     count = len(body.shapedirs)
     try:
         given = np.asarray(betas, dtype=np.float32)

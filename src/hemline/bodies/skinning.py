@@ -38,7 +38,7 @@ def skin_points(
     Returns:
         Points posed [m].
 
-    Source: Kavan, Collins, Zara, O'Sullivan, "Skinning with dual quaternions", I3D 2007, algorithm 1.
+    Source: Kavan, Collins, Zara, O'Sullivan, "Skinning with dual quaternions", 2007, algorithm 1.
     """
     posed = np.empty(points.shape, dtype=np.float32)
     if blending == "linear":

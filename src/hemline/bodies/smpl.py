@@ -48,8 +48,9 @@ def read_smpl(path: str | Path) -> Body:
         BadBody: Missing, damaged, another kind of file, arrays that contradict each other, or anything in a pickle
             that is refused.
 
-    Source: Loper et al., "SMPL: A skinned multi-person linear model", SIGGRAPH Asia 2015; Romero et al., "Embodied
-        hands" (SMPL-H), SIGGRAPH Asia 2017; Pavlakos et al., "Expressive body capture" (SMPL-X), CVPR 2019.
+    Source: Loper et al., "SMPL: A skinned multi-person linear model", 2015; Romero et al., "Embodied hands: Modeling
+        and capturing hands and bodies together", 2017 (SMPL-H); Pavlakos et al., "Expressive body capture: 3D hands,
+        face, and body from a single image", 2019 (SMPL-X).
         Differs: as said above.
     """
     path = Path(path)

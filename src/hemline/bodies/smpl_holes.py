@@ -4,10 +4,10 @@ import itertools
 
 import numpy as np
 
-from hemline.arrays import Faces
+from hemline.arrays import Faces, Int
 
 
-def without_holes(faces: Faces) -> Faces:
+def without_holes(faces: Faces) -> Int[np.ndarray, "all_faces 3"]:
     """The triangles, and after them a fan over each hole; no vertex is added.
 
     Holes are closed where each vertex of their rims lies on one rim once. Otherwise the triangles are returned as they

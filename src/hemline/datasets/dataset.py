@@ -70,6 +70,7 @@ class Dataset:
 
     @property
     def takes_folder(self) -> Path:
+        """Where the files of takes lie."""
         return self.folder / "takes"
 
     def path(self, name: str) -> Path:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hemline.arrays import Faces, Float, FramesOfVertices, Int, Joints, Vertices
+from hemline.arrays import BodyFaces, Faces, Float, FramesOfBodyVertices, FramesOfVertices, Int, Joints, Vertices
 from hemline.errors import BadInput
 
 
@@ -66,8 +66,8 @@ class Clip:
     vertices: FramesOfVertices
     faces: Faces
     fps: float
-    body_vertices: FramesOfVertices | None = None
-    body_faces: Faces | None = None
+    body_vertices: FramesOfBodyVertices | None = None
+    body_faces: BodyFaces | None = None
     name: str = "garment"
     colour: tuple[float, float, float] = (0.72, 0.23, 0.17)
     body_colour: tuple[float, float, float] = (0.70, 0.68, 0.66)

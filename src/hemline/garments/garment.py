@@ -1,6 +1,6 @@
 """A garment: cloth, where it is pinned, what it is made of."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -50,7 +50,7 @@ class Garment:
     """Vertices that follow the body."""
     key_joint: str
     """The joint whose frame carries the garment as a whole: neck for a cape, pelvis for a skirt."""
-    chains: tuple[tuple[int, ...], ...] = ()
+    chains: Sequence[Sequence[int]] = ()
     """Rope chains by hand, vertex ids from root to tip; empty: laid out automatically."""
     body_name: str = "anny24"
     """The body it was made on."""

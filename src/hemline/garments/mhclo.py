@@ -45,7 +45,7 @@ class BoundClothes:
         Args:
             base: All vertices of the base mesh.
 
-        Source: MakeHuman 1.2, `shared/proxy.py` (`Proxy.getCoords`, `TMatrix`).
+        Source: the team of MakeHuman, "MakeHuman", 2020, version 1.2, `shared/proxy.py` (`Proxy.getCoords`, `TMatrix`).
         """
         spans = np.abs(base[self.spans[:, 0], range(3)] - base[self.spans[:, 1], range(3)])
         return np.einsum("vk,vkx->vx", self.weights, base[self.corners]) + spans / self.lengths * self.offsets

@@ -24,8 +24,8 @@ class Mlp:
     Weights hold values that float16 can hold, so that saving and loading changes no bit.
     """
 
-    weights: tuple[Float[np.ndarray, "outs ins"], ...]
-    biases: tuple[Float[np.ndarray, " outs"], ...]
+    weights: tuple[Float[np.ndarray, "_outs _ins"], ...]
+    biases: tuple[Float[np.ndarray, " _outs"], ...]
 
     @classmethod
     def rounded(cls, weights: list[np.ndarray], biases: list[np.ndarray]) -> Self:

@@ -86,7 +86,7 @@ class ClosestTree:
     def outward(self, closest: ClosestPoints) -> Float[np.ndarray, "points 3"]:
         """Unit pseudo-normal of the mesh at nearest points: of the triangle, edge or vertex that they lie on.
 
-        Source: Bærentzen, Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 2005.
+        Source: Bærentzen, Aanæs, "Signed distance computation using the angle weighted pseudonormal", 2005.
         """
         normal, at_edge, at_vertex = self._pseudonormals
         zero = closest.weights <= 0

@@ -36,8 +36,8 @@ def geodesic_distances(
     Raises:
         BadMesh: No sources, or one that does not exist.
 
-    Source: Kimmel, Sethian, "Computing geodesic paths on manifolds", PNAS 1998 (straight fronts); Novotni, Klein,
-        "Computing geodesic distances on triangular meshes", WSCG 2002 (circular fronts).
+    Source: Kimmel, Sethian, "Computing geodesic paths on manifolds", 1998 (straight fronts); Novotni, Klein,
+        "Computing geodesic distances on triangular meshes", 2002 (circular fronts).
     Differs: Gauss-Seidel sweeps in the order of distance instead of a heap; the choice of front by source.
     """
     sources = np.unique(np.asarray(sources, np.int64))

@@ -7,7 +7,7 @@ from hemline.arrays import Faces, Int
 from .edges import edges
 
 
-def subdivided(faces: Faces, vertex_count: int) -> tuple[Faces, Int[np.ndarray, "middles 2"]]:
+def subdivided(faces: Faces, vertex_count: int) -> tuple[Int[np.ndarray, "finer 3"], Int[np.ndarray, "middles 2"]]:
     """Cut every triangle in four.
 
     Of triangle f = (a, b, c) with middles u of ab, v of bc, w of ca come, in this order, (a, u, w), (u, b, v),

@@ -1,10 +1,10 @@
 """How deep the deepest vertex is inside the body."""
 
-from hemline.arrays import Faces, Mask, Vertices
+from hemline.arrays import BodyFaces, BodyVertices, Mask, Vertices
 from hemline.meshes import closest_points_on_mesh
 
 
-def deepest_mm(body_vertices: Vertices, body_faces: Faces, vertices: Vertices, inside: Mask) -> float:
+def deepest_mm(body_vertices: BodyVertices, body_faces: BodyFaces, vertices: Vertices, inside: Mask) -> float:
     """Largest distance to the body's surface among the vertices inside, in one frame; 0 if none is.
 
     Inside is what has a winding number of the posed mesh above 0.5 (`collide.inside`).

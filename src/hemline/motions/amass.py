@@ -29,7 +29,7 @@ def read_amass(path: str | Path) -> Motion:
     Raises:
         BadMotion: The file is missing, damaged, holds objects (pickles), lacks a key or has wrong shapes.
 
-    Source: Mahmood et al., "AMASS: Archive of motion capture as surface shapes", ICCV 2019.
+    Source: Mahmood et al., "AMASS: Archive of motion capture as surface shapes", 2019.
         Differs: shape and soft-tissue coefficients are not used.
     """
     path = Path(path)

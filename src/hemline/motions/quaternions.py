@@ -62,7 +62,7 @@ def slerp(start: Quaternion, end: Quaternion, share: Float[np.ndarray, "..."] | 
         end: Rotations at share 1.
         share: Where between them; broadcasts against the leading axes.
 
-    Source: Shoemake, "Animating rotation with quaternion curves", SIGGRAPH 1985, section 3.3.
+    Source: Shoemake, "Animating rotation with quaternion curves", 1985, section 3.3.
     """
     cosine = np.sum(start * end, axis=-1, keepdims=True)
     end, cosine = np.where(cosine < 0, -end, end), np.minimum(np.abs(cosine), 1.0)
@@ -97,8 +97,8 @@ def to_matrix(rotation: Quaternion) -> Matrix:
 def from_matrix(matrix: Matrix) -> Quaternion:
     """Unit quaternions, w >= 0, of rotation matrices.
 
-    Source: Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1(3), 1978: the largest of the four
-    candidates is divided by, so that it never loses digits.
+    Source: Shepperd, "Quaternion from rotation matrix", 1978: the largest of the four candidates is divided by, so that
+    it never loses digits.
     """
     m = np.asarray(matrix)
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]

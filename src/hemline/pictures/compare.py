@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.arrays import Faces, Float, Vertices
+from hemline.arrays import BodyFaces, BodyVertices, Faces, Float, Vertices
 from hemline.errors import BadInput
 
 from .camera import frame_points
@@ -23,7 +23,7 @@ def compare(
     truth: Vertices | None,
     faces: Faces,
     *,
-    body: tuple[Vertices, Faces] | None = None,
+    body: tuple[BodyVertices, BodyFaces] | None = None,
     size: tuple[int, int] = (480, 600),
 ) -> None:
     """Write a PNG of one frame from two sides: the truth, ours, and ours coloured by its error.
@@ -48,7 +48,7 @@ def compared(
     truth: Vertices | None,
     faces: Faces,
     *,
-    body: tuple[Vertices, Faces] | None = None,
+    body: tuple[BodyVertices, BodyFaces] | None = None,
     size: tuple[int, int] = (480, 600),
 ) -> Picture:
     """The picture that `compare` writes.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hemline.arrays import Faces, Float, Int, Vertices
+from hemline.arrays import Faces, Float, UInt, Vertices
 from hemline.errors import BadInput
 
 from . import picture_kernels as kernels
@@ -20,7 +20,7 @@ BODY = (0.70, 0.68, 0.66)
 TRUTH = (0.20, 0.42, 0.62)
 """Calm blue, for what was simulated (sRGB, 0 to 1)."""
 
-Picture = Int[np.ndarray, "height width 3"]
+Picture = UInt[np.ndarray, "height width 3"]
 """sRGB bytes, rows from the top."""
 
 _SHADOW_SIZE = 640

@@ -50,7 +50,7 @@ _DEEPEST = 0.05
 class RopeChains:
     """Chains of nodes; the first node of each chain, and all nodes before the first chain, are moved from outside."""
 
-    offsets: Int[np.ndarray, " chains+1"]
+    offsets: Int[np.ndarray, " chains_and_one"]
     """First node of each chain, and the number of nodes; int32."""
     lengths: Values
     """Longest distance of each node to the node above it [m]; not used for kinematic nodes."""

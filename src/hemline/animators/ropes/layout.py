@@ -30,7 +30,7 @@ class _Plan(NamedTuple):
     """Where bones go: unattached first, then chain by chain."""
 
     embedding: Embedding
-    offsets: Int[np.ndarray, " chains+1"]
+    offsets: Int[np.ndarray, " chains_and_one"]
     lengths: Float[np.ndarray, " nodes"]
     pairs: Int[np.ndarray, "pairs 2"]
     pair_lengths: Float[np.ndarray, " pairs"]
@@ -157,7 +157,7 @@ def _by_geodesics(garment: "Garment", chain_count: int, bone_counts: tuple[int, 
     return _Plan(chart.embedding(places), offsets, lengths, pairs, chart.ways_across(places, pairs))
 
 
-def _neighbours(offsets: Int[np.ndarray, " chains+1"], closed: bool) -> Int[np.ndarray, "pairs 2"]:
+def _neighbours(offsets: Int[np.ndarray, " chains_and_one"], closed: bool) -> Int[np.ndarray, "pairs 2"]:
     """Free bones, each with the bone of the next chain at the same share of its way down."""
     chains = [np.arange(first, last) for first, last in pairwise(offsets)]
     following = list(pairwise(chains))

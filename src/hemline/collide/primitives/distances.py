@@ -38,7 +38,7 @@ def rounded_cone(
     With the axis $u$, length $\ell$ and slope $s = (r_0 - r_1) / \ell$, the side is $q \sqrt{1 - s^2} + s t - r_0$ for
     a point at height $t$ and distance $q$ from the axis.
 
-    Source: Quilez, "Rounded cone - exact" (distance functions); derived anew.
+    Source: Quilez, "Distance functions", undated, "rounded cone"; derived anew.
     """
     points, start, end = np.asarray(points, float), np.asarray(start, float), np.asarray(end, float)
     length = float(np.linalg.norm(end - start))

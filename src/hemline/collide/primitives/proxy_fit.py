@@ -86,7 +86,7 @@ def _air(shaped: "ShapedBody") -> Points:
     return above[tree.query(above)[0] > 0.9 * np.repeat(_FREE, len(vertices))]
 
 
-def _fitted_cone(own: Points, air: Points) -> Float[np.ndarray, "8"]:
+def _fitted_cone(own: Points, air: Float[np.ndarray, "air 3"]) -> Float[np.ndarray, "8"]:
     """Least squares of the distances of its own skin, and of the air that it fills."""
     from scipy.optimize import least_squares
 

@@ -27,17 +27,17 @@ class Patches:
     """The body's order of vertices to that one."""
     faces: Faces
     """Renumbered triangles, `LEAF` a leaf; short leaves are filled with points (v, v, v)."""
-    leaf_start: Int[np.ndarray, " leaves+1"]
+    leaf_start: Int[np.ndarray, " leaves_and_one"]
     """Where each leaf's vertices begin in `leaf_vertices`."""
-    leaf_vertices: Int[np.ndarray, " corners"]
+    leaf_vertices: Int[np.ndarray, " leaf_vertices"]
     """Vertices of each leaf, each once."""
-    patch_start: Int[np.ndarray, " patches+1"]
+    patch_start: Int[np.ndarray, " patches_and_one"]
     """Where each patch's leaves begin."""
     patch_limb: Int[np.ndarray, " patches"]
     """Limb that each patch belongs to."""
-    ring_start: Int[np.ndarray, " verts+1"]
+    ring_start: Int[np.ndarray, " verts_and_one"]
     """Where each vertex's incident faces begin in `ring`."""
-    ring: Int[np.ndarray, " corners"]
+    ring: Int[np.ndarray, " ring"]
     """Faces around each vertex."""
     across: Int[np.ndarray, "faces 3"]
     """The face over each edge ab, bc, ca; itself where there is none."""
@@ -93,7 +93,7 @@ def dominant_joints(
 
 
 def limb_of_vertices(body: "Body") -> Int[np.ndarray, " verts"]:
-    """The limb of the joint that moves each vertex of a body most."""
+    """Index of the limb of the joint that moves each vertex of a body most."""
     return limbs(body.parents)[dominant_joints(body.weight_indices, body.weights)]
 
 

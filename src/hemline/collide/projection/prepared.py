@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 
-from hemline.arrays import Bool, Faces, Float, Int, Vertices
+from hemline.arrays import Bool, Faces, Float, Int, UInt, Vertices
 from hemline.errors import BadGarment
 
 from .patches import Patches, dominant_joints, make_patches, vertex_blocks
@@ -45,7 +45,7 @@ class ProjectorState:
     """Displacement in the last frame, in the frame of the key bone [m]."""
     directions: Int[np.ndarray, " groups"]
     """The axis along which each group of vertices sees least of the body."""
-    hidden: Int[np.ndarray, " groups"]
+    hidden: UInt[np.ndarray, " groups"]
     """1 for groups of which no vertex could be certified by boxes, uint8."""
     lively: Bool[np.ndarray, " blocks"]
     """Blocks in which a vertex was displaced."""

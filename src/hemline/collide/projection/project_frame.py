@@ -201,7 +201,7 @@ class ProjectedFrame:
         bad: Int[np.ndarray, " bad"],
         displaced: Points,
         signed: Float[np.ndarray, " near"],
-    ) -> tuple[Int[np.ndarray, " pinched"], Points]:
+    ) -> tuple[Int[np.ndarray, " pinched"], Float[np.ndarray, "pinched 3"]]:
         """Lead vertices out over the places that they have; the others by the nearest skin, else by that of their own
         limb. What is left is pinched.
         """
@@ -226,7 +226,7 @@ class ProjectedFrame:
         starts: Int[np.ndarray, " bad"],
         *,
         own_limb: bool,
-    ) -> tuple[Int[np.ndarray, " still"], Points]:
+    ) -> tuple[Int[np.ndarray, " still"], Float[np.ndarray, "still 3"]]:
         """Try a way out for each vertex, from a face or, -1, from the nearest; those that are not free, and where."""
         trial, otherwise = np.empty((len(bad), 3), np.float32), np.empty((len(bad), 3), np.float32)
         state = self.state

@@ -32,7 +32,8 @@ def winding_numbers(body_vertices: Vertices, faces: Faces, points: Points) -> In
         >>> winding_numbers(corners, faces, np.array([[0.1, 0.1, 0.1], [1, 1, 1]], np.float32)).tolist()
         [1, 0]
 
-    Source: Sunday, "Inclusion of a point in a polygon" (crossings as signed turns), once a triangle in projection.
+    Source: Sunday, "Inclusion of a point in a polygon", 2001 (crossings as signed turns), once a
+        triangle in projection.
     """
     vertices, where = (np.ascontiguousarray(each, np.float64).reshape(-1, 3) for each in (body_vertices, points))
     if not (np.isfinite(vertices).all() and np.isfinite(where).all()):

@@ -1,6 +1,6 @@
 """Bending about the edges of a shape that is not flat at rest.
 
-Source: Grinspun et al., "Discrete shells", SCA 2003, Eq. 4. Differs: 2 sin(angle / 2) in place of the angle, so that a
+Source: Grinspun et al., "Discrete shells", 2003, Eq. 4. Differs: 2 sin(angle / 2) in place of the angle, so that a
 flat rest shape has the energy of `sheet`'s matrix; the Hessian is that matrix whatever the rest angles are.
 """
 

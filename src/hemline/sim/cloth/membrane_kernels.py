@@ -1,6 +1,7 @@
 """Membrane of St. Venant-Kirchhoff triangles: strains, forces at the corners, blocks of the Hessian.
 
-Source: Volino, Magnenat-Thalmann, Faure, "A simple approach to nonlinear tensile stiffness", ACM TOG 28(4), 2009.
+Source: Volino, Magnenat-Thalmann, Faure, "A simple approach to nonlinear tensile stiffness for accurate cloth
+simulation", 2009.
 Differs: isotropic and linear in the strain; in the Hessian, compression beyond what inertia makes harmless is left out.
 """
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import UInt
 
 
 class Rows(NamedTuple):
@@ -12,8 +12,8 @@ class Rows(NamedTuple):
     Unsigned, so that compiled code need not ask whether an index counts from the end: a third of the time.
     """
 
-    starts: Int[np.ndarray, " rows_and_one"]
-    columns: Int[np.ndarray, " entries"]
+    starts: UInt[np.ndarray, " rows_and_one"]
+    columns: UInt[np.ndarray, " entries"]
 
 
 def incidence(rows: np.ndarray, values: np.ndarray, count: int) -> Rows:

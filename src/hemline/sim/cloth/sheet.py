@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt
 
 from hemline.arrays import Faces
 from hemline.errors import BadMesh
@@ -73,7 +73,7 @@ class Sheet:
         piece: Which piece of cloth each vertex belongs to, uint32, counted from the skin outwards.
     """
 
-    faces: Faces
+    faces: UInt[np.ndarray, "faces 3"]
     shape: Float[np.ndarray, "faces 3 2"]
     area: Float[np.ndarray, " faces"]
     vertex_area: Float[np.ndarray, " verts"]
@@ -82,7 +82,7 @@ class Sheet:
     edges: Int[np.ndarray, "edges 2"]
     edge_length: Float[np.ndarray, " edges"]
     edge_corners: Rows
-    edge_slots: Int[np.ndarray, "edges 2"]
+    edge_slots: UInt[np.ndarray, "edges 2"]
     ring: Rows
     ring_bending: Float[np.ndarray, " ring"]
     far: Rows
@@ -97,7 +97,7 @@ class Sheet:
     drag: Float[np.ndarray, " faces"]
     lift: Float[np.ndarray, " faces"]
     friction: Float[np.ndarray, " verts"]
-    piece: Int[np.ndarray, " verts"]
+    piece: UInt[np.ndarray, " verts"]
 
     @property
     def vertex_count(self) -> int:

@@ -33,8 +33,8 @@ class Gusts:
     correlation of two places that move with the mean wind, on average over the three components, is
     $\exp(-r^2 / 2 L^2 - t^2 / 2 T^2)$.
 
-    Source: Shinozuka, Deodatis, "Simulation of stochastic processes by spectral representation", Applied Mechanics
-    Reviews 44(4), 1991. Differs: a Gaussian spectrum with one length and one time, not that of the atmosphere, whose
+    Source: Shinozuka, Deodatis, "Simulation of stochastic processes by spectral representation", 1991.
+    Differs: a Gaussian spectrum with one length and one time, not that of the atmosphere, whose
     large eddies a garment cannot tell from another mean wind.
 
     Example:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt
 
 from hemline.collide import limbs
 from hemline.motions.motion import JOINT_NAMES
@@ -60,7 +60,7 @@ class Capsules:
     def rows(
         self,
         start: Float[np.ndarray, "verts 3"],
-        faces: Int[np.ndarray, "faces 3"],
+        faces: UInt[np.ndarray, "faces 3"],
         limb_of_face: Int[np.ndarray, " faces"],
         then: Float[np.ndarray, "joints 3"],
         now: Float[np.ndarray, "joints 3"],

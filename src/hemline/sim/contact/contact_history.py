@@ -6,8 +6,8 @@ keeps the place that it came from, which slides over the skin with it. Another p
 vertex, or where it leads back to the limb that the vertex lies on at rest. The place that was left so becomes the
 second one and holds the vertex off too, until it is far.
 
-Baraff, Witkin and Kass, "Untangling Cloth", SIGGRAPH 2003, let pinched cloth follow the nearer part of the body; here
-it is held between both.
+Source: Baraff, Witkin, Kass, "Untangling cloth", 2003. Differs: they let pinched cloth follow the nearer part of the
+body; here it is held between both.
 """
 
 from dataclasses import dataclass

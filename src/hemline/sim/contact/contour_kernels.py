@@ -1,7 +1,7 @@
 """How to pull crossed cloth apart: the direction in which the curve along which it crosses itself becomes shorter.
 
-Source: Volino and Magnenat-Thalmann, "Resolving surface collisions through intersection contour minimization",
-ACM TOG 25(3), 2006, Eq. 7.
+Source: Volino, Magnenat-Thalmann, "Resolving surface collisions through intersection contour minimization", 2006,
+Eq. 7.
 """
 
 from hemline.compiled import kernel, prange

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import llvmlite.ir as ir
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, UInt
 
 from hemline.compiled import intrinsic, kernel, prange, types
 
@@ -36,8 +36,8 @@ class Lanes(NamedTuple):
         blocks: Their numbers, ROWS of them, as `fill_lanes` lays them out.
     """
 
-    starts: Int[np.ndarray, " patches_and_one"]
-    elements: Int[np.ndarray, "blocks lanes"]
+    starts: UInt[np.ndarray, " patches_and_one"]
+    elements: UInt[np.ndarray, "blocks lanes"]
     blocks: Float[np.ndarray, "blocks rows lanes"]
 
 

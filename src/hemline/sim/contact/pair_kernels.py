@@ -11,7 +11,7 @@ laid anew in each Newton step.
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, UInt
 
 from hemline.compiled import kernel, prange
 from hemline.sim.cloth.rows import Rows
@@ -40,7 +40,7 @@ class PairRows(NamedTuple):
         limit: Friction that each can bear, by its load at the step's start [N].
     """
 
-    corners: Int[np.ndarray, "pairs 4"]
+    corners: UInt[np.ndarray, "pairs 4"]
     weights: Float[np.ndarray, "pairs 4"]
     normal: Float[np.ndarray, "pairs 3"]
     reach: Float[np.ndarray, " pairs"]

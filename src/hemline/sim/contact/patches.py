@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, UInt
 
 from hemline.meshes import components
 from hemline.sim.cloth.rows import Rows, incidence
@@ -43,8 +43,8 @@ class Patches:
     vertices: Rows
     edges: Rows
     faces: Rows
-    joined: Int[np.ndarray, "patches patches"]
-    opposite: Int[np.ndarray, "edges 2"]
+    joined: UInt[np.ndarray, "patches patches"]
+    opposite: UInt[np.ndarray, "edges 2"]
     radius: Float[np.ndarray, " verts"]
 
     @property

@@ -59,9 +59,10 @@ class Sensitivities:
     Raises:
         SimulationFailed: The equilibrium is not isolated (cloth that nothing holds in some direction).
 
-    Source: AgentDress (Wu et al. 2021), section 3.4, the sensitivities of Eq. 7, after Xu et al.,
-        "Sensitivity-optimized rigging for example-based real-time clothing synthesis", ACM TOG 33(4), 2014. Differs:
-        they difference simulations of turned joints; this is the limit of that.
+    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible
+        Deformations", 2021, section 3.4, the sensitivities of Eq. 7; Xu et al., "Sensitivity-optimized rigging for
+        example-based real-time clothing synthesis", 2014. Differs: they difference simulations of turned joints; this
+        is the limit of that.
     """
 
     def __init__(self, rest: Rest):

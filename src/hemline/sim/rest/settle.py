@@ -109,7 +109,8 @@ def settle(
         SimulationFailed: No equilibrium was found; the message says how large the residual stayed. Or the garment
             crosses itself; the message says where.
 
-    Source: AgentDress (Wu et al. 2021), section 3.2: "a simulation for one-second to drape the clothing".
+    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible
+        Deformations", 2021, section 3.2: a simulation of one second drapes the clothing.
         Differs: equilibrium by default, `draping` as they did.
     """
     if not (np.isfinite(tolerance) and tolerance > 0):

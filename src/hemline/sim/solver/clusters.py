@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, UInt
 
 from hemline.sim.cloth.rows import Rows, incidence
 from hemline.sim.cloth.sheet import Sheet
@@ -27,7 +27,7 @@ class Clusters:
         width: Entries in a row of the banded coarse matrix.
     """
 
-    label: Int[np.ndarray, " verts"]
+    label: UInt[np.ndarray, " verts"]
     members: Rows
     width: int
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, UInt
 
 from hemline.sim.cloth.rows import Rows
 from hemline.sim.cloth.sheet import Sheet
@@ -34,15 +34,15 @@ class Layout(NamedTuple):
         far_bending: The sheet's, in that order.
     """
 
-    slot: Int[np.ndarray, " verts"]
-    vertex: Int[np.ndarray, " slots"]
-    begin: Int[np.ndarray, " clusters"]
-    end: Int[np.ndarray, " clusters"]
-    cluster: Int[np.ndarray, " slots"]
+    slot: UInt[np.ndarray, " verts"]
+    vertex: UInt[np.ndarray, " slots"]
+    begin: UInt[np.ndarray, " clusters"]
+    end: UInt[np.ndarray, " clusters"]
+    cluster: UInt[np.ndarray, " slots"]
     width: int
     ring: Rows
     ring_bending: Float[np.ndarray, " ring"]
-    edge_slots: Int[np.ndarray, "edges 2"]
+    edge_slots: UInt[np.ndarray, "edges 2"]
     far: Rows
     far_bending: Float[np.ndarray, " far"]
 

@@ -1,0 +1,98 @@
+"""pyproject, its pins, docs/dependencies.md and the imports of the package name the same libraries."""
+
+import ast
+import re
+import sys
+import tomllib
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires
+from pathlib import Path
+
+import pytest
+from import_graph import files
+from packaging.requirements import Requirement
+
+import hemline
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+ROWS = re.findall(r"^\| ([\w.-]+) \| ([^|]+) \|", (ROOT / "docs/dependencies.md").read_text(), re.MULTILINE)[1:]
+MODULES = {"libigl": "igl", "usd-core": "pxr", "pillow": "PIL"}
+"""Names of modules that differ from those of their packages."""
+TOOLS = {"pytest", "pyright", "ruff", "pre-commit"}
+"""Run as programs; all but pytest are imported by nobody."""
+
+
+def normal(name: str) -> str:
+    """A package's name as indexes compare it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def asked() -> dict[str, str]:
+    """Packages of pyproject, each with its extra or `base`."""
+    extras = {"base": PROJECT["dependencies"]} | PROJECT["optional-dependencies"]
+    return {normal(Requirement(line).name): extra for extra, lines in extras.items() for line in lines}
+
+
+def imported(paths) -> dict[str, set[Path]]:
+    """Modules that are no part of Python and not ours, each with the files that import it."""
+    found: dict[str, set[Path]] = {}
+    for path in paths:
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = [each.name for each in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module] if isinstance(node, ast.ImportFrom) and node.module and not node.level else []
+            for name in (name.split(".")[0] for name in names):
+                if name not in sys.stdlib_module_names and name != "hemline":
+                    found.setdefault(name, set()).add(path)
+    return found
+
+
+def test_every_dependency_is_imported():
+    for name, extra in asked().items():
+        module = MODULES.get(name, name.replace("-", "_"))
+        if name not in TOOLS:
+            paths = sorted((ROOT / "tests").rglob("*.py")) if extra == "dev" else files()
+            assert module in imported(paths), f"nothing imports {name}: take it out of pyproject.toml"
+
+
+def test_every_import_is_a_dependency():
+    modules = {MODULES.get(name, name.replace("-", "_")) for name, extra in asked().items() if extra != "dev"}
+    apart = {name for name, extra in ROWS if extra == "none"}
+    for module, paths in imported(files()).items():
+        if module in apart:
+            assert all("make" in path.parts for path in paths), f"{module} is imported outside of models/make"
+        else:
+            assert module in modules, f"{module} is imported by {paths}: name it in pyproject.toml"
+
+
+def test_all_pages_tell_the_same_version():
+    cited = re.findall(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    assert cited == [PROJECT["version"]] == [hemline.__version__]
+
+
+def test_the_page_lists_what_pyproject_asks_for():
+    page = {name: extra.strip("` ") for name, extra in ROWS}
+    assert {name: extra for name, extra in page.items() if extra != "none"} == asked()
+
+
+def test_every_pin_is_reached_from_what_pyproject_asks_for():
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    pins = {normal(line.split("==")[0]) for line in lines if line and not line.startswith("#")}
+    queue, reached = list(asked()), set()
+    while queue:
+        name = queue.pop()
+        if name in reached:
+            continue
+        reached.add(name)
+        try:
+            needs = [Requirement(line) for line in requires(name) or []]
+        except PackageNotFoundError:
+            pytest.skip(f"{name} is not installed here")
+        queue += [normal(need.name) for need in needs if need.marker is None or need.marker.evaluate({"extra": ""})]
+    assert pins <= reached, f"pinned, but nothing asks for them: {sorted(pins - reached)}"
+    assert set(asked()) <= pins, f"asked for, but not pinned: {sorted(set(asked()) - pins)}"
+
+
+def test_the_reader_knows_what_a_module_belongs_to():
+    owners = packages_distributions()
+    for package, module in MODULES.items():
+        assert package in {normal(each) for each in owners.get(module, [package])}
