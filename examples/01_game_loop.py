@@ -10,7 +10,7 @@ import hemline
 
 body = hemline.bodies.load("anny24").shaped()
 cape = hemline.load("cape")
-turn = body.placed(hemline.motions.load("turn"))  # scaled to this body's legs, feet on the ground
+turn = hemline.motions.load("turn")  # the player scales it to the body's legs and puts its feet on the ground
 rng = np.random.default_rng(0)
 
 player = hemline.Player.prepare(cape, body)
@@ -29,7 +29,6 @@ print(f"rolled back to {seconds:.2f} s; the hem is {moved * 100:.1f} cm further 
 
 bodies = [hemline.bodies.load("anny24").shaped(betas) for betas in ([0.0], [1.0], [0.0, 1.0])]
 players = [hemline.Player.prepare(cape, each) for each in bodies]
-clips = [each.placed(hemline.motions.load("turn")) for each in bodies]
-states = [player.start(clip.at(0.0)) for player, clip in zip(players, clips, strict=True)]
-states, frames = hemline.crowd(players, states, [clip.at(1 / 60) for clip in clips], dt=1 / 60)
+states = [player.start(turn.at(0.0)) for player in players]
+states, frames = hemline.crowd(players, states, [turn.at(1 / 60)] * 3, dt=1 / 60)
 print(f"{len(frames)} bodies at once, {len(frames[0].vertices)} vertices each")

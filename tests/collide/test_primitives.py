@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hemline.collide.primitives.distances import distances as primitives
+from hemline.collide.primitives import distances as primitives
 from hemline.collide.primitives.primitive_kernels import primitive_distance, primitive_distances, round_cone_gap
 from hemline.errors import BadInput
 

@@ -32,8 +32,8 @@ class Placement:
     leg_length: float
 
     def of(self, pose: Pose) -> Pose:
-        """One frame of the clip on the body: bit for bit that frame of `of_motion`."""
-        return replace(pose, translation=self._moved(pose.translation))
+        """One frame of the clip on the body: bit for bit that frame of `of_motion`, of no clip any more."""
+        return replace(pose, translation=self._moved(pose.translation), clip=None)
 
     def of_motion(self, motion: Motion) -> Motion:
         """The clip, or a stretch of it, on the body."""

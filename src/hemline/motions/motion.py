@@ -1,7 +1,7 @@
 """Poses of the 24-joint skeleton, and clips of them."""
 
 import operator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import overload
 
@@ -56,6 +56,7 @@ class Pose:
         rotations: Local rotation of each joint relative to its parent, unit quaternions wxyz; identity is the T-pose:
             arms along x, legs straight down, facing +z.
         translation: Position of the pelvis joint in the world [m].
+        clip: The motion that it is a frame of, as read; None: it is on its body already. A `Player` places it by this.
 
     Raises:
         BadMotion: Wrong shape, NaN or infinity, or a quaternion that is not of length one.
@@ -63,6 +64,7 @@ class Pose:
 
     rotations: Quaternions
     translation: Float[np.ndarray, "3"]
+    clip: "Motion | None" = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         rotations, translation = _checked(self.rotations, self.translation, ())
@@ -110,11 +112,11 @@ class Motion:
         rotations, translations = _checked(self.rotations, self.translations, frames)
         object.__setattr__(self, "rotations", rotations)
         object.__setattr__(self, "translations", translations)
-        for field in ("fps", "leg_length"):
-            value = float(getattr(self, field))
+        for name in ("fps", "leg_length"):
+            value = float(getattr(self, name))
             if not (np.isfinite(value) and value > 0):
-                raise BadMotion(f"{field} of motion '{self.name}' must be positive", value, "give a number above 0")
-            object.__setattr__(self, field, value)
+                raise BadMotion(f"{name} of motion '{self.name}' must be positive", value, "give a number above 0")
+            object.__setattr__(self, name, value)
         object.__setattr__(self, "notes", tuple(self.notes))
 
     def __len__(self) -> int:
@@ -128,7 +130,7 @@ class Motion:
         """Pose of one frame, or the motion of a stretch; a step of 2 halves the rate."""
         if not isinstance(index, slice):
             index = operator.index(index)
-            return Pose(self.rotations[index], self.translations[index])
+            return Pose(self.rotations[index], self.translations[index], self)
         if index.step is not None and index.step < 1:
             raise BadMotion("a stretch of a motion must go forward", f"step {index.step}", "use a step of 1 or more")
         return replace(
@@ -151,7 +153,7 @@ class Motion:
     def at(self, seconds: float) -> Pose:
         """Pose at any time, by slerp; before the start the first, after the end the last."""
         rotations, translations = self._between_frames(np.array([seconds], dtype=np.float64))
-        return Pose(rotations[0], translations[0])
+        return Pose(rotations[0], translations[0], self)
 
     def resampled(self, fps: float) -> "Motion":
         """The same motion at another rate, by slerp; it starts at the first frame and ends at or just before the last.

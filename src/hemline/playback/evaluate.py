@@ -72,7 +72,7 @@ def evaluate(
 ) -> Evaluation:
     """Play a motion and measure.
 
-    Everything is compiled before the first frame is timed; how long that took is a figure of its own, `warm_up_s`.
+    Everything is compiled before the first frame is timed; how long that took is a figure of its own, `compile_s`.
 
     Args:
         animator: A fitted animator.
@@ -101,7 +101,7 @@ def evaluate(
         raise BadInput("drive 'truth' needs simulated takes", "none", "name a dataset with --truth")
     takes = None if truth is None else takes_of(truth, motion, body.betas)
     fps = fps if takes is None else takes[0].motion.fps
-    warm_up_s = Player.prepare(animator, body, clip=motion, guarantee=guarantee).warm_up(motion[0])
+    compile_s = Player.prepare(animator, body, guarantee=guarantee).warm_up(motion[0])
     tally = Tally(animator, keep)
     last = math.inf if seconds is None else start + seconds
     for index, (frame, reference) in enumerate(_frames(animator, body, motion, takes, drive, fps, guarantee, untangle)):
@@ -110,7 +110,7 @@ def evaluate(
         if index / fps >= start - 1e-9:
             tally.add(frame, reference, fps)
     worst_index, worst, worst_truth = tally.worst_frame()
-    figures = {"animator": animator.name, "drive": drive, "fps": fps, "warm_up_s": warm_up_s} | tally.figures()
+    figures = {"animator": animator.name, "drive": drive, "fps": fps, "compile_s": compile_s} | tally.figures()
     return Evaluation(figures, worst, worst_index, worst_truth)
 
 

@@ -52,7 +52,7 @@ def play(
     """
     if fps is not None and not 0 < fps <= 1000:
         raise BadInput("fps must lie between 0 and 1000", fps, "leave it out for 30")
-    player = Player.prepare(animator, body, guarantee=guarantee, measure=measure)
+    player = Player.prepare(animator, body, guarantee=guarantee, measure=measure, placed=True)
     motion = motion if placed else body.placed(motion)
     motion = motion if fps is None or fps == motion.fps else motion.resampled(fps)
     motion = body.untangled_motion(motion) if untangle else motion

@@ -6,7 +6,7 @@ cloth inside the body" holds for all of them.
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
 from typing import Any, Self
@@ -17,7 +17,7 @@ from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
 from hemline.collide import Guarantee, Projector, ProjectorState
 from hemline.errors import BadInput, BadModel
-from hemline.motions.motion import Motion, Pose
+from hemline.motions.motion import Pose
 
 from .frame import Frame
 
@@ -42,12 +42,12 @@ class Player:
         animator: What moves the garment.
         body: The body that wears it.
         projector: What moves vertices out of the body in each frame.
-        placement: How poses are brought onto this body; None: they are for it already.
+        placed: Whether poses of a motion are on this body already.
 
     Example:
         >>> import hemline
         >>> body, run = hemline.bodies.load("anny24").shaped(), hemline.motions.load("run")
-        >>> player = hemline.Player.prepare(hemline.load("cape"), body, clip=run)
+        >>> player = hemline.Player.prepare(hemline.load("cape"), body)
         >>> state = player.start(run[0])
         >>> state, frame = player.step(state, run[1], 1 / 30)
         >>> frame.vertices.shape
@@ -57,7 +57,9 @@ class Player:
     animator: Animator
     body: ShapedBody
     projector: Projector
-    placement: Placement | None
+    placed: bool
+    _placements: dict[str, Placement] = field(default_factory=dict, init=False, repr=False)
+    """Of clips by their hash: found once."""
 
     @classmethod
     def prepare(
@@ -65,19 +67,22 @@ class Player:
         animator: Animator,
         body: ShapedBody,
         *,
-        clip: Motion | None = None,
         guarantee: Guarantee = "exact",
         measure: bool = False,
+        placed: bool = False,
     ) -> Self:
         """Put a garment on a body: half a second of work, once.
+
+        A pose of a motion (`motion[0]`, `motion.at(0.5)`) is placed when it is played: scaled to the body's legs, and
+        lifted so that the soles of its clip are on the floor. A pose that one makes, as an engine does, is taken as it
+        is: `Pose(rotations, translation)` of this body, where it stands in the world.
 
         Args:
             animator: A fitted animator.
             body: A body of the kind that it was fitted on, of any shape.
-            clip: The motion that the poses come from: each is scaled to the body's legs and lifted so that the clip's
-                soles are on the floor. None: poses are for this body, in the world where it stands.
             guarantee: `exact`: no vertex inside the body, tested in every frame; `fast`: not tested.
             measure: Let reports say how many vertices were inside before, and how deep.
+            placed: Poses of motions are on this body already (`body.placed(motion)`).
 
         Raises:
             BadModel: The animator was fitted on another kind of body.
@@ -90,7 +95,7 @@ class Player:
             )
         garment = animator.garment
         projector = Projector.prepare(body, garment.vertices, garment.faces, guarantee=guarantee, measure=measure)
-        return cls(animator, body, projector, None if clip is None else placement(body, clip))
+        return cls(animator, body, projector, placed)
 
     def start(self, pose: Pose, *, pre_roll: float = 1.0, dt: float = 1 / 30) -> PlayerState:
         """The state before the first frame, in which the garment has settled.
@@ -144,7 +149,12 @@ class Player:
         return time.perf_counter() - began
 
     def _posed(self, pose: Pose) -> PosedBody:
-        return self.body.posed(pose if self.placement is None else self.placement.of(pose))
+        clip = pose.clip
+        if self.placed or clip is None:
+            return self.body.posed(pose)
+        if clip.hash not in self._placements:
+            self._placements[clip.hash] = placement(self.body, clip)
+        return self.body.posed(self._placements[clip.hash].of(pose))
 
     def _stepped(
         self, state: PlayerState, pose: Pose, dt: float, animate: Callable[..., tuple[Any, Vertices]]

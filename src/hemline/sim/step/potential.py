@@ -70,9 +70,7 @@ class Potential:
     def evaluate(self, x: Positions) -> None:
         """Energy, gradient and residual at a place."""
         self.x = x
-        energy = self.membrane.evaluate(x)
-        energy += self.bending.evaluate(x)
-        self._elastic_energy = float(energy)
+        self._elastic_energy = float(sum((self.membrane.evaluate(x), *self.bending.evaluate(x))))
         self.evaluate_contact()
 
     def evaluate_contact(self) -> None:

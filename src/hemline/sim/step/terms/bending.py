@@ -30,8 +30,8 @@ class Bending:
     model: ClothModel
     workspace: Workspace
 
-    def evaluate(self, x: Positions) -> float:
-        """The energy [J]; the gradient is added to that of the membrane at the vertices, `workspace.elastic` [N].
+    def evaluate(self, x: Positions) -> tuple[float, float]:
+        """The energies of hinges and of the matrix [J]; the gradient is added to that of the membrane at the vertices, `workspace.elastic` [N].
 
         Both are gathered in one pass over the vertices, `elastic_kernels.elastic_at_vertices`.
         """
@@ -44,4 +44,4 @@ class Bending:
         elastic_at_vertices(
             x, sheet.corners, work.stretch.corner, model.bending, work.bent, work.elastic, work.bending_energy
         )
-        return work.hinge_energy.sum() + work.bending_energy.sum()
+        return work.hinge_energy.sum(), work.bending_energy.sum()
