@@ -50,6 +50,7 @@ def test_missing_betas_are_zero():
         ([[0.5]], "has 16 betas"),
         ([np.nan], "betas must be finite"),
         ([np.inf], "betas must be finite"),
+        ([0.0, -20.5], "betas must be from -20 to 20; got .*-20.5"),
         (["tall"], "betas must be numbers"),
     ],
 )

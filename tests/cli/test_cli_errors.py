@@ -5,8 +5,10 @@ import pickle
 import numpy as np
 import pytest
 
+from hemline import bodies, garments
 from hemline.cli import main
 from hemline.cli.main import VERBS
+from hemline.datasets import create
 
 BVH = """HIERARCHY
 ROOT Hips
@@ -35,6 +37,9 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "nan.obj").write_text("v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n")
     (tmp_path / "past.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")
     (tmp_path / "points.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
+    (tmp_path / "triangle.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder.obj").mkdir()
     (tmp_path / "model.safetensors").write_bytes(pickle.dumps({"weights": [1, 2]}))
     (tmp_path / "text.safetensors").write_text("not a model")
     np.savez(tmp_path / "other.npz", a=np.zeros(3))
@@ -83,6 +88,54 @@ CASES = {
     "no such excerpt": (["animate", "cape", "-m", "rum", "-o", "a.glb"], "run"),
     "drive truth without one": (["evaluate", "cape", "-m", "run", "--drive", "truth"], "--truth"),
     "truth that is none": (["evaluate", "cape", "-m", "run", "--truth", "nothing"], "is no dataset"),
+    "nothing at all": (["simulate"], "simulate needs GARMENT and --motion and --output; got no arguments"),
+    "a flag without its value": (["drape", "cape-light", "-o"], "drape: --output needs a value; got cape-light -o"),
+    "seconds in words": (
+        ["simulate", "cape-light", "-m", "run", "-o", "d", "--seconds", "ten"],
+        "--seconds must be a number; got ten",
+    ),
+    "seconds that are none": (
+        ["simulate", "cape-light", "-m", "run", "-o", "d", "--seconds", "nan"],
+        "--seconds must be positive; got nan",
+    ),
+    "endless seconds": (["simulate", "cape-light", "-m", "run", "-o", "d", "--seconds", "inf"], "got inf"),
+    "far too many frames": (["simulate", "cape-light", "-m", "run", "-o", "d", "--fps", "1e9"], "from 1 to 1000"),
+    "betas in words": (
+        ["simulate", "cape-light", "-m", "run", "-o", "d", "--betas", "tall"],
+        "--betas must be a list of numbers; got tall",
+    ),
+    "betas that are none": (["simulate", "cape-light", "-m", "run", "-o", "d", "--betas", "nan"], "must be finite"),
+    "betas of no body": (["simulate", "cape-light", "-m", "run", "-o", "d", "--betas", "1e9"], "from -20 to 20"),
+    "half a wind": (["simulate", "cape-light", "-m", "run", "-o", "d", "--wind", "1", "2"], "--wind needs 3 values"),
+    "no clips": (["simulate", "cape-light", "-m", "-o", "d"], "no clips"),
+    "a clip without a name": (["simulate", "cape-light", "-m", "", "-o", "d"], "no motion of that name ships; got ''"),
+    "a folder as a clip": (["simulate", "cape-light", "-m", "folder", "-o", "d"], "no motion of that name ships"),
+    "a misspelt clip": (
+        ["simulate", "cape-light", "-m", "rum", "-o", "d"],
+        "the nearest name is 'run'; or name a .bvh",
+    ),
+    "a folder as a garment": (["simulate", "folder", "-m", "run", "-o", "d"], "unknown garment; got 'folder'"),
+    "a folder that ends as a mesh": (["drape", "folder.obj", "-o", "d"], "cannot read folder.obj"),
+    "a missing mesh": (["drape", "no.obj", "-o", "d"], "cannot read no.obj; got No such file"),
+    "a mesh of no known kind": (["simulate", "skirt.fbx", "-m", "run", "-o", "d"], "no known mesh ending; got '.fbx'"),
+    "a file as a dataset": (["drape", "cape-light", "-o", "empty.bvh"], "cannot make empty.bvh"),
+    "a dataset in a file": (["simulate", "cape-light", "-m", "run", "-o", "empty.bvh/d"], "cannot make empty.bvh/d"),
+    "a dataset nowhere": (["simulate", "cape-light", "-m", "run", "-o", "/proc/d"], "cannot make /proc/d"),
+    "seed": (["drape", "cape-light", "-o", "d", "--seed", "-1"], "--seed must not be negative"),
+    "spread in words": (["drape", "cape-light", "-o", "d", "--spread", "x"], "--spread must be a whole number; got x"),
+    "a missing mesh to try on": (["tryon", "no.obj", "-o", "a.safetensors"], "cannot read no.obj"),
+    "a misspelt garment to try on": (["tryon", "capee", "-o", "a.safetensors"], "did you mean 'cape'"),
+    "a wrong ending": (["tryon", "past.obj", "-o", "a.obj"], "must end in .safetensors; got .obj"),
+    "a picture of a wrong ending": (
+        ["tryon", "past.obj", "-o", "a.safetensors", "--picture", "a.gif"],
+        "must end in .png; got .gif",
+    ),
+    "an unknown unit": (["tryon", "triangle.obj", "-o", "a.safetensors", "--unit", "parsec"], "got 'parsec'; use one"),
+    "a misspelt flag": (["export", "d", "--taek", "1", "--take", "1", "-o", "a.glb"], "did you mean '--take'"),
+    "no take": (["export", "d", "-o", "a.glb"], "export needs --take; got d -o a.glb"),
+    "a take in words": (["export", "d", "--take", "x", "-o", "a.glb"], "--take must be a whole number; got x"),
+    "an unknown format": (["export", "d", "--take", "0", "-o", "a.fbx"], "got the ending '.fbx'; choose one of .glb"),
+    "a take of a file": (["export", "empty.bvh", "--take", "0", "-o", "a.glb"], "is no dataset"),
     "export from nothing": (["export", "nothing", "--take", "0", "-o", "a.glb"], "is no dataset"),
     "no such benchmark": (["bench", "capes"], "projection-cape"),
 }
@@ -98,6 +151,14 @@ def test_bad_input_is_one_line_status_two_and_nothing_written(folder, capsys, na
     assert err.startswith("hemline: ") and err.count("\n") == 1, err
     assert said in err
     assert sorted(path.name for path in folder.rglob("*")) == before
+
+
+@pytest.mark.parametrize("take", ["1", "-1"])
+def test_a_take_that_is_not_there(take, folder, capsys):
+    garments.make_cape(bodies.load().shaped(), rows=6, columns=10, name="napkin").save("napkin.safetensors")
+    create("data", garments.read("napkin.safetensors"))
+    assert main(["export", "data", f"--take={take}", "-o", "a.glb"]) == 2
+    assert f"data has no takes of clips; got --take {take}" in capsys.readouterr().err
 
 
 def test_help_and_version(capsys):

@@ -6,9 +6,9 @@ import trimesh
 from projection_samples import Skintight, clip, sheet_behind
 from scipy.spatial import cKDTree
 
+from hemline.collide.projection.displace_kernels import lifted
 from hemline.collide.projection.project import Projector
 from hemline.collide.projection.project_frame import SKYLINE_MARGIN, ProjectedFrame
-from hemline.collide.projection.push_kernels import lifted
 from hemline.collide.projection.ray_kernels import certify, into_frame
 from hemline.collide.projection.surface_kernels import nearest_weights, seek_place
 from hemline.collide.winding.numbers import winding_numbers
@@ -83,24 +83,7 @@ def test_sought_places_are_nearest(frame):
     bound = np.empty(len(patches.patch_limb), np.float32)
 
     def distances(limb):
-        rows = [
-            seek_place(
-                frame.body,
-                patches.faces,
-                patches.leaf_start,
-                patches.leaf_vertices,
-                patches.patch_start,
-                frame.patch_box,
-                patches.patch_limb,
-                patches.across,
-                patches.ring_start,
-                patches.ring,
-                limb,
-                *point,
-                bound,
-            )
-            for point in points
-        ]
+        rows = [seek_place(frame.skin, limb, *point, bound) for point in points]
         return np.sqrt([squared for _, _, _, squared in rows])
 
     limb = patches.limb[0]

@@ -187,13 +187,13 @@ def test_a_displacement_fades_when_it_is_no_longer_needed():
     shaped, posed = two_balls(1.0)
     point = np.array([[0, 0.09, 0]], np.float32)
     projector = Projector.prepare(shaped, point, NO_FACES)
-    state, pushed, _ = projector.project(projector.start(), posed, point, dt=1 / 60)
+    state, displaced, _ = projector.project(projector.start(), posed, point, dt=1 / 60)
     away = np.array([[0, 0.12, 0]], np.float32)
     lifts = []
     for _ in range(40):
         state, out, _ = projector.project(state, posed, away, dt=1 / 60)
         lifts.append(float(out[0, 1] - away[0, 1]))
-    first = pushed[0, 1] - point[0, 1]
+    first = displaced[0, 1] - point[0, 1]
     assert lifts[0] == pytest.approx(first * np.exp(-1 / 60 / 0.05), rel=0.05)
     assert np.diff(lifts).max() <= 0
     assert lifts[-1] == 0
@@ -233,7 +233,7 @@ def test_unmeasured_gives_the_same_bits(loose):
     assert all(report.inside_before is None and np.isnan(report.deepest_mm) for report in reports)
 
 
-def test_fast_pushes_but_does_not_claim(tight):
+def test_fast_displaces_but_does_not_claim(tight):
     shaped, poses, frames, *_ = tight
     projector = Projector.prepare(shaped, frames[0], NO_FACES, guarantee="fast")
     projected, fast = run(projector, poses[:3], frames[:3], 30)

@@ -44,7 +44,7 @@ def test_a_patch_before_the_chest_is_seen_from_the_front_and_one_behind_from_the
 
 def test_the_cape_is_seen_from_behind_and_other_clothes_from_the_front(body):
     cape = garments.load("cape-light")
-    assert clearest_view([([(cape.vertices, cape.faces)], [body])]) == "back"
+    assert clearest_view([([(cape.vertices, cape.faces)], [body])]) == "back_three_quarter"
     for name in ("tshirt-light", "skirt-light", "dress-light"):
         garment = garments.load(name)
         assert clearest_view([([(garment.vertices, garment.faces)], [body])]) == PREFERRED[0]
@@ -60,9 +60,9 @@ def test_pictures_take_it_unless_a_view_is_named(body):
     cape = garments.load("cape-light")
     meshes = [(*body, "body"), (cape.vertices, cape.faces, "cloth")]
     size = (60, 80)
-    assert np.array_equal(picture_of(meshes, size=size), picture_of(meshes, "back", size=size))
+    assert np.array_equal(picture_of(meshes, size=size), picture_of(meshes, "back_three_quarter", size=size))
     both = picture_of(meshes, [AUTO, "front"], size=size)
-    assert np.array_equal(both, picture_of(meshes, ["back", "front"], size=size))
+    assert np.array_equal(both, picture_of(meshes, ["back_three_quarter", "front"], size=size))
     assert not np.array_equal(both[:, :60], both[:, 60:])
     assert picture_of([(*body, "body")], size=size).shape == (80, 60, 3)
 

@@ -163,7 +163,7 @@ def test_what_a_growing_body_does_to_the_points_is_in_the_derivatives(monkeypatc
             rest.positions,
             rest.pinched,
             Scene(np.zeros((0, 3)), skin),
-            rest.grip,
+            rest.friction_anchors,
             held=rest.face,
         )
         ends.append(step.potential.workspace.pressed.copy())

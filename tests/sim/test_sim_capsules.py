@@ -69,8 +69,8 @@ def test_rows_are_those_of_a_search_triangle_by_triangle(shaped, capsules):
     now = then + [[0.02, 0.01, 0.0], [-0.03, 0.06, 0.2]]
     x, faces = scattered(400, then, 4)
     limb = np.where(np.arange(400) % 3 == 0, -1, capsules.limb[SHIN])
-    push = np.random.default_rng(5).uniform(100, 200, len(x))
-    rows = capsules.rows(x, faces, limb, with_shin(shaped, then), with_shin(shaped, now), push)
+    stiffness = np.random.default_rng(5).uniform(100, 200, len(x))
+    rows = capsules.rows(x, faces, limb, with_shin(shaped, then), with_shin(shaped, now), stiffness)
     radius, way = capsules.radius[SHIN], then[1] - then[0]
     across = np.cross(way, now[1] - now[0])
     turn = Rotation.align_vectors([now[1] - now[0], across], [way, across])[0]
@@ -98,7 +98,7 @@ def test_rows_are_those_of_a_search_triangle_by_triangle(shaped, capsules):
         outward = turn.apply((on - then[0] - at * way) / np.linalg.norm(on - then[0] - at * way))
         assert np.abs(rows.normal[row] - outward).max() < 1e-6
         assert rows.reach[row] == pytest.approx(rows.normal[row] @ rows.carried[row] + rows.thickness[row])
-        assert rows.stiffness[row] == pytest.approx(STIFFNESS * rows.weights[row] @ push[rows.corners[row]])
+        assert rows.stiffness[row] == pytest.approx(STIFFNESS * rows.weights[row] @ stiffness[rows.corners[row]])
     assert expected == len(found) > 100 and not rows.limit.any()
 
 
@@ -161,7 +161,7 @@ def test_a_bone_carries_the_cloth_of_its_limb_and_no_other(square, shaped, capsu
     home = np.full(len(x), capsules.limb[SHIN] if worn != "on another" else 0)
     stepper = Stepper(sheet, capsules=capsules, home=home, settings=SimSettings(self_contact=False))
     state = stepper.start(x - [0.12, 0, 0.12])
-    state = replace(state, sides=None) if worn == "being dressed" else state
+    state = replace(state, contact_history=None) if worn == "being dressed" else state
     ends, steps, h = np.array([[0.0, -0.04, -0.2], [0.0, -0.04, 0.2]]), 24, 1 / 240
 
     def shin(time):

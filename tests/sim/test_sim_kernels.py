@@ -11,7 +11,7 @@ from hemline.sim.cloth.air_kernels import air_at_vertices, air_by_triangle
 from hemline.sim.cloth.rows import Rows
 from hemline.sim.contact.body_contact import NEAR, Contact
 from hemline.sim.contact.load_kernels import contact_terms, slip_terms
-from hemline.sim.contact.planes import Anchors
+from hemline.sim.contact.planes import ClosestPoints
 from hemline.sim.contact.touch_kernels import BLOCK, STRIDE, turned_inside
 from hemline.sim.solver.conjugate_kernels import factorise, solve_band
 from hemline.sim.step.newton import newton
@@ -160,12 +160,12 @@ def test_closest_points_are_libigls(count):
     rng = np.random.default_rng(5)
     direction = rng.normal(size=(count, 3))
     points = direction / np.linalg.norm(direction, axis=1, keepdims=True) * rng.uniform(0.26, 0.34, (count, 1))
-    anchors = surface.anchors(points, skin, np.zeros(count, bool))
-    weights = np.column_stack([1 - anchors.weights.sum(axis=1), anchors.weights])
-    corners = skin.vertices[surface.faces[anchors.face]].astype(float)
+    closest = surface.closest(points, skin, np.zeros(count, bool))
+    weights = np.column_stack([1 - closest.weights.sum(axis=1), closest.weights])
+    corners = skin.vertices[surface.faces[closest.face]].astype(float)
     found = np.einsum("pc,pcx->px", weights, corners)
     squared = igl.point_mesh_squared_distance(points, skin.vertices.astype(float), surface.faces.astype(np.int64))[0]
-    assert (anchors.face >= 0).all()
+    assert (closest.face >= 0).all()
     assert np.linalg.norm(found - points, axis=1) == pytest.approx(np.sqrt(squared), abs=1e-9)
 
 
@@ -173,11 +173,11 @@ def test_points_out_of_reach_have_no_anchor_and_earlier_ones_change_nothing():
     _, skin, surface = sphere()
     points = np.array([[0.0, 0.31, 0], [0, 0.5, 0], [0, 0, 0], [0.29, 0, 0.01], [5, 5, 5]])
     fixed = np.array([False, False, False, True, False])
-    first = surface.anchors(points, skin, fixed)
+    first = surface.closest(points, skin, fixed)
     assert (first.face >= 0).tolist() == [True, False, False, False, False]
     moved = points + 0.01
-    known = surface.anchors(moved, skin, fixed, first)
-    afresh = surface.anchors(moved, skin, fixed)
+    known = surface.closest(moved, skin, fixed, first)
+    afresh = surface.closest(moved, skin, fixed)
     assert np.array_equal(known.face, afresh.face)
     assert np.array_equal(known.weights, afresh.weights)
 
@@ -186,8 +186,8 @@ def test_the_surface_is_sought_again_only_under_points_that_moved():
     _, skin, surface = sphere()
     direction = np.random.default_rng(7).normal(size=(200, 3))
     points = 0.31 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
-    fixed, push = np.arange(200) < 20, np.full(200, 7.0)
-    contact = Contact(surface, skin, skin, points, points, fixed, push)
+    fixed, stiffness = np.arange(200) < 20, np.full(200, 7.0)
+    contact = Contact(surface, skin, skin, points, points, fixed, stiffness)
     before = contact.planes
     assert not contact.move(points + 0.5 * NEAR), "nobody moved far enough"
     moved = np.arange(200) >= 150
@@ -196,7 +196,7 @@ def test_the_surface_is_sought_again_only_under_points_that_moved():
     assert contact.move(later)
     for name in ("normal", "point"):
         assert np.array_equal(getattr(contact.planes, name)[~farther], getattr(before, name)[~farther])
-    afresh = surface.planes(surface.anchors(later, skin, fixed), points, skin, skin, push)
+    afresh = surface.planes(surface.closest(later, skin, fixed), points, skin, skin, stiffness)
     assert np.array_equal(contact.planes.point[farther & ~fixed], afresh.point[farther & ~fixed])
     assert not contact.move(later), "they have been sought where they are"
     assert (contact.planes.stiffness[fixed] == 0).all()
@@ -217,8 +217,8 @@ def test_planes_are_carried_by_the_surface():
     _, skin, surface = sphere()
     points = np.array([[0.0, 0.31, 0.0]])
     later = Skin(skin.vertices + np.float32([0.1, 0.2, 0.3]), skin.normals)
-    anchors = surface.anchors(points, skin, np.zeros(1, bool))
-    planes = surface.planes(anchors, points, skin, later, np.array([7.0]))
+    closest = surface.closest(points, skin, np.zeros(1, bool))
+    planes = surface.planes(closest, points, skin, later, np.array([7.0]))
     assert planes.carried[0] == pytest.approx(points[0] + [0.1, 0.2, 0.3], abs=1e-6)
     assert planes.normal[0] == pytest.approx([0, 1, 0], abs=1e-2)
     assert planes.gap(planes.carried)[0] == pytest.approx(0.01, abs=5e-4)
@@ -261,7 +261,7 @@ def test_the_search_for_the_body_stays_within_its_grid(axis, side):
     # near the last rows of the grid in the other two axes, which lie at the end of its array
     x = np.full((1, 3), 0.2)
     x[0, axis] = side * 0.9
-    found = Anchors(np.full(1, -1, np.int32), np.empty(1, np.int32), np.zeros((1, 2)))
+    found = ClosestPoints(np.full(1, -1, np.int32), np.empty(1, np.int32), np.zeros((1, 2)))
     mesh = surface.mesh(Skin(vertices, vertices))
     closest_faces.py_func(x, mesh, grid, 0.04, np.zeros(1, bool), found)
     assert found.face[0] == -1

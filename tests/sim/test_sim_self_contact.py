@@ -13,7 +13,7 @@ from hemline.sim import Elastic, Scene, SimSettings, Stepper, make_sheet
 from hemline.sim.contact.pair_kernels import pair_forces
 from hemline.sim.contact.pair_search_kernels import _edge_edge, _vertex_face
 from hemline.sim.contact.self_contact import MARGIN
-from hemline.sim.contact.self_search import PULL, SelfSearch
+from hemline.sim.contact.self_search import UNTANGLING, SelfSearch
 
 vertex_face, edge_edge = _vertex_face.py_func, _edge_edge.py_func
 
@@ -284,17 +284,17 @@ def test_what_pulls_a_crossing_apart_pulls_all_ends_of_its_edges_one_way_and_by_
     x = np.concatenate([first[0], tilted])
     x += 0.004 * np.random.default_rng(1).normal(size=x.shape)
     contact = search_of(sheet).find(x, x)
-    _, pulls = contact.lay(x)
-    assert pulls.size > 20
-    between = np.einsum("pc,pcx->px", pulls.weights, x[pulls.corners])
-    height = np.einsum("px,px->p", between, pulls.normal)
-    assert height.min() < -2 * PULL and height.max() > 2 * PULL
-    forces, energy = np.empty((pulls.size, 3)), np.empty(1 + pulls.size // 64)
-    pair_forces(x, pulls, 1.0, forces, energy)
-    load = -np.einsum("px,px->p", forces, pulls.normal)
-    assert load == pytest.approx(pulls.stiffness * PULL)
+    _, untangling = contact.lay(x)
+    assert untangling.size > 20
+    between = np.einsum("pc,pcx->px", untangling.weights, x[untangling.corners])
+    height = np.einsum("px,px->p", between, untangling.normal)
+    assert height.min() < -2 * UNTANGLING and height.max() > 2 * UNTANGLING
+    forces, energy = np.empty((untangling.size, 3)), np.empty(1 + untangling.size // 64)
+    pair_forces(x, untangling, 1.0, forces, energy)
+    load = -np.einsum("px,px->p", forces, untangling.normal)
+    assert load == pytest.approx(untangling.stiffness * UNTANGLING)
     # nothing is left once they have gone that far
-    pair_forces(x, pulls._replace(reach=height), 1.0, forces, energy)
+    pair_forces(x, untangling._replace(reach=height), 1.0, forces, energy)
     assert np.abs(forces).max() < 1e-12
 
 

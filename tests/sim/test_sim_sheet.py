@@ -88,8 +88,8 @@ def test_clusters_partition_the_free_vertices(square):
     fixed[:30] = True
     clusters = make_clusters(sheet, fixed)
     assert np.array_equal(np.sort(clusters.members.columns), np.flatnonzero(~fixed))
-    patches = np.repeat(np.arange(len(clusters.members.starts) - 1), np.diff(clusters.members.starts))
-    assert np.array_equal(clusters.label[clusters.members.columns], patches)
+    numbers = np.repeat(np.arange(len(clusters.members.starts) - 1), np.diff(clusters.members.starts))
+    assert np.array_equal(clusters.label[clusters.members.columns], numbers)
     pairs = clusters.label[sheet.edges[~fixed[sheet.edges].any(axis=1)]].astype(int)
     assert 3 * (np.abs(pairs[:, 0] - pairs[:, 1]).max() + 1) <= clusters.width
 
@@ -101,11 +101,11 @@ def test_the_solver_keeps_the_sheets_matrix_in_its_own_order(square):
     layout = make_layout(sheet, fixed)
     slot = layout.slot.astype(int)
     assert len(np.unique(slot)) == sheet.vertex_count and np.array_equal(layout.vertex[slot], np.arange(len(slot)))
-    # each patch is one stretch of slots from a cache line's start; fixed vertices are behind all of them
+    # each cluster is one stretch of slots from a cache line's start; fixed vertices are behind all of them
     assert not (layout.begin % LINE).any() and (layout.end[:-1] <= layout.begin[1:]).all()
     held = np.concatenate([np.arange(*ends) for ends in zip(layout.begin, layout.end, strict=True)])
     assert np.array_equal(np.sort(layout.vertex[held]), np.flatnonzero(~fixed))
-    assert slot[fixed].min() >= layout.end.max() and (layout.patch[slot[fixed]] == len(layout.begin)).all()
+    assert slot[fixed].min() >= layout.end.max() and (layout.cluster[slot[fixed]] == len(layout.begin)).all()
     for own, laid, values, laid_values in (
         (sheet.ring, layout.ring, sheet.ring_bending, layout.ring_bending),
         (sheet.far, layout.far, sheet.far_bending, layout.far_bending),

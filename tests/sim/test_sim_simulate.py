@@ -242,12 +242,14 @@ def test_poses_between_two_meet_them():
 def test_the_end_state_brings_back_all_that_the_next_step_depends_on():
     rng = np.random.default_rng(0)
     arrays = (rng.normal(size=(4, 3)) for _ in range(3))
-    sides = np.array([[3, -1], [-1, -1], [7, 2], [1, 0]], np.int32)
-    state = ClothState(*arrays, rng.uniform(size=4), np.array([True, False, False, True]), sides, time=0.3)
+    history = np.array([[3, -1], [-1, -1], [7, 2], [1, 0]], np.int32)
+    state = ClothState(*arrays, rng.uniform(size=4), np.array([True, False, False, True]), history, time=0.3)
     pose = bodies.load("anny24").shaped().rest_pose
     end = _end_state(state, pose)
     back = _state(end)
     for each in fields(state):
         assert np.array_equal(getattr(back, each.name), getattr(state, each.name)), each.name
-    # takes made before cloth remembered its sides can be gone on with
-    assert (_state({name: array for name, array in end.items() if name != "sides"}).sides == -1).all()
+    # takes made before cloth had a contact history can be gone on with
+    assert (
+        _state({name: array for name, array in end.items() if name != "contact_history"}).contact_history == -1
+    ).all()

@@ -117,7 +117,7 @@ def pairs(square, depths, limit, count=3 * FEW):
     carried = between + 0.004 * rng.normal(size=between.shape)
     rows = PairRows(corners, weights, normal, reach, carried, thickness, stiffness, np.full(count, limit))
     made.potential.contact = made.potential.contact._replace(creep=0.003)
-    made.potential.press(Pairs.of([rows], len(made.x)))
+    made.potential.replace_pairs(Pairs.of([rows], len(made.x)))
     return made
 
 

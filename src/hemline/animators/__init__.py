@@ -9,6 +9,7 @@ from .base import Driven as Driven
 from .base import Progress as Progress
 from .base import Wearable as Wearable
 from .model_file import load as load
+from .model_file import model_path as model_path
 from .model_file import shipped_models as shipped_models
 from .registry import animator_kind as animator_kind
 from .registry import animator_names as animator_names
@@ -57,5 +58,6 @@ __all__ = [
     "animator_names",
     "fit",
     "load",
+    "model_path",
     "shipped_models",
 ]

@@ -31,6 +31,16 @@ def shipped_models(folder: Path = SHIPPED) -> list[str]:
     return found
 
 
+def model_path(name: str | Path) -> Path:
+    """The file of a model: the path itself, or that of a shipped model by its name.
+
+    Raises:
+        BadModel: No shipped model has that name.
+    """
+    by_name = isinstance(name, str) and not Path(name).suffix and not Path(name).exists()
+    return _shipped(str(name)) if by_name else Path(name)
+
+
 def load(path: str | Path) -> Any:
     """Load a fitted animator, or a `Wearable` that was fitted on many garments.
 
@@ -44,8 +54,7 @@ def load(path: str | Path) -> Any:
         BadModel: No shipped model has that name; or the file is missing, truncated, a pickle, of another kind or of a
             future version, lacks a key, or holds an array of the wrong type or shape, or NaN.
     """
-    if isinstance(path, str) and not Path(path).suffix and not Path(path).exists():
-        path = _shipped(path)
+    path = model_path(path)
     arrays, metadata = read_tensors(path, "model", error=BadModel)
     with named(path):
         return animator_kind(entry(metadata, "animator", str), error=BadModel).of(arrays, metadata)

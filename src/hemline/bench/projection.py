@@ -14,8 +14,8 @@ from hemline.collide.projection.project_frame import ProjectedFrame
 from hemline.metrics import frame_ms
 from hemline.playback.play import play
 
-STAGES = {"uncertified": "certify", "pushed": "push", "tested": "test", "led_out": "lead_out"}
-"""Stages of a frame by method; `frame` is what comes before them, `settle` what comes after."""
+STAGES = {"uncertified": "certify", "displaced": "displace", "tested": "test", "led_out": "lead_out"}
+"""Stages of a frame by method; `frame` is what comes before them, `write_back` what comes after."""
 UPPER = [
     joint
     for joint, name in enumerate(motions.JOINT_NAMES)
@@ -133,7 +133,7 @@ def _timed(body: ShapedBody, rest: Vertices, clips: Any) -> dict[str, Any]:
             timed = _TimedFrame(projector, state, posed, vertices)
             state, _, report = timed.projected(1 / 30)
             total, skinning = (time.perf_counter() - between) * 1e3, (between - began) * 1e3
-            frames.append({"body": skinning} | timed.spans | {"settle": total - sum(timed.spans.values())})
+            frames.append({"body": skinning} | timed.spans | {"write_back": total - sum(timed.spans.values())})
             if number % 10 == 0:
                 before.append(inside(posed.vertices, posed.faces, vertices).mean())
             moved.append(report.moved)

@@ -18,6 +18,9 @@ from hemline.motions.quaternions import inverse, multiply
 from .model import BodyModel
 from .skinning_kernels import area_normals, pose_joints
 
+LARGEST_BETA = 20
+"""Beyond it a shape is no body."""
+
 
 @dataclass(frozen=True, eq=False)
 class BodyShape:
@@ -81,10 +84,14 @@ def _full_betas(body: BodyModel, betas: Betas | tuple[float, ...] | list[float])
         raise BadBody("betas must be numbers", betas, f"give at most {count} numbers") from reason
     if given.ndim != 1 or len(given) > count:
         raise BadBody(
-            f"body '{body.name}' has {count} betas", f"shape {given.shape}", f"give a list of at most {count} numbers"
+            f"body '{body.name}' has {count} betas",
+            len(given) if given.ndim == 1 else f"shape {given.shape}",
+            f"give a list of at most {count} numbers",
         )
     if not np.isfinite(given).all():
         raise BadBody("betas must be finite", given.tolist(), "give numbers of about -3 to 3")
+    if np.abs(given).max(initial=0) > LARGEST_BETA:
+        raise BadBody(f"betas must be from -{LARGEST_BETA} to {LARGEST_BETA}", given.tolist(), "give about -3 to 3")
     full = np.zeros(count, dtype=np.float32)
     full[: len(given)] = given
     return full

@@ -18,21 +18,21 @@ class Arguments:
     """Settle a garment on bodies of many shapes, at rest."""
 
     garment: Annotated[str, tyro.conf.Positional]
-    """A garment by name, or a file."""
+    """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...), or a file."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The dataset, a folder; made when missing, continued when there."""
     tryon: bool = True
-    """Try a mesh on that does not sit on the body; otherwise refuse it."""
+    """A mesh that does not sit on the body is tried on first (see hemline tryon); --no-tryon refuses it."""
     spread: int = 0
-    """Also on bodies where one of so many betas is -2, -1, 1 or 2; 4: the 17 shapes of AgentDress."""
+    """Besides the mean body, bodies where one of the first so many betas is -2, -1, 1 or 2: four for each."""
     random: int = 0
-    """Also on so many random bodies, betas of one standard deviation."""
+    """Besides these, so many random bodies."""
     seed: int = 0
-    """Which of all such bodies."""
+    """Another number gives other random bodies."""
     body: str = "anny24"
-    """The body by name, or a body file."""
+    """The body: anny24, or a file (.safetensors, SMPL .npz or .pkl)."""
     json: bool = False
-    """Print a JSON list of drapes and nothing else on stdout."""
+    """Print the drapes as a JSON list instead of a table."""
 
 
 def run(arguments: Arguments) -> int:

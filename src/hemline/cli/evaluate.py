@@ -45,9 +45,11 @@ class Arguments:
 def run(arguments: Arguments) -> int:
     """Measure and print; status 1 if a vertex was inside the body after the projection."""
     from hemline import datasets, motions
+    from hemline.animators import model_path
     from hemline.compiled import use_threads
     from hemline.errors import BadInput
     from hemline.files import check_writable
+    from hemline.metrics import model_mb
     from hemline.playback import evaluate
     from hemline.playback.worst import draw_worst
 
@@ -73,7 +75,8 @@ def run(arguments: Arguments) -> int:
         start=0.0 if truth is None else arguments.start,
         seconds=None if truth is None else arguments.seconds,
     )
-    figures: dict[str, Any] = {"model": arguments.model} | evaluation.figures
+    size = model_mb(model_path(arguments.model))
+    figures: dict[str, Any] = {"model": arguments.model, "model_mb": size} | evaluation.figures
     if arguments.picture is not None:
         draw_worst(arguments.picture, evaluation, animator.garment.faces)
     print(json.dumps(figures) if arguments.json else table(figures))

@@ -16,11 +16,11 @@ class Arguments:
     dataset: Annotated[Path, tyro.conf.Positional]
     """The folder that `hemline simulate` made."""
     take: int
-    """Which of its takes, counted from 0 in the order of the index (clips by name and part)."""
+    """Which of its takes, counted from 0: clips in the order of their names, long ones in parts of ten seconds."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """The file; its ending chooses the format."""
+    """The file; its ending chooses the format: .glb .usdc .obj .npz .pc2 .mdd, or a picture: .png .webp."""
     lead_in: bool = False
-    """The frames before the clip as well."""
+    """Also the frames before the clip, in which the cloth is led into its first pose."""
 
 
 def run(arguments: Arguments) -> int:
@@ -33,7 +33,8 @@ def run(arguments: Arguments) -> int:
     dataset = open_dataset(arguments.dataset)
     rows = [row for row in dataset.rows() if row.kind == "clip"]
     if not 0 <= arguments.take < len(rows):
-        raise BadInput(f"{arguments.dataset} has {len(rows)} takes", f"--take {arguments.take}", "count from 0")
+        there = f"the takes 0 to {len(rows) - 1}" if rows else "no takes of clips"
+        raise BadInput(f"{arguments.dataset} has {there}", f"--take {arguments.take}", "name one of them")
     take = dataset.take(rows[arguments.take])
     body = bodies.load(dataset.garment.body_name).shaped(take.betas)
     for path in export.write(arguments.output, recorded_take(take, dataset.garment, body, lead_in=arguments.lead_in)):

@@ -4,11 +4,12 @@ import contextlib
 import importlib
 import io
 import os
-import re
 import sys
 from collections.abc import Sequence
 
 from hemline.errors import BadInput, HemlineError, SimulationFailed
+
+from .misread import misread
 
 VERBS = {
     "tryon": "a garment made on another body onto this one, or why it cannot be worn",
@@ -79,12 +80,7 @@ def _parsed(schema: type, verb: str, words: list[str]):
     except SystemExit as stop:
         if stop.code in (0, None):
             raise
-        text = re.sub(r"\x1b\[[0-9;]*m", "", errors.getvalue())
-        lines = [re.sub(r"[─│╭╮╰╯]+", " ", line).strip() for line in text.splitlines()]
-        said = " ".join(line for line in lines if line and line != "Parsing error")
-        raise BadInput(
-            f"hemline {verb}: {said}"[:400], " ".join(words)[:200] or "no arguments", f"see 'hemline {verb} --help'"
-        ) from None
+        raise misread(schema, verb, words, errors.getvalue()) from None
 
 
 def _overview() -> str:

@@ -1,6 +1,7 @@
 """`hemline simulate GARMENT --motion FILE... -o DATASET`."""
 
 import json
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +12,9 @@ from hemline.errors import BadInput
 
 from .garment import open_garment
 from .progress import bars, note
+
+FASTEST = 1000
+"""Frames a second beyond which nobody simulates on purpose."""
 
 
 @dataclass(frozen=True)
@@ -24,35 +28,35 @@ class Arguments:
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The dataset, a folder; made when missing, continued when there."""
     over: tuple[str, ...] = ()
-    """Garments worn over it, from the skin outwards."""
+    """More garments, worn over the first one, from the skin outwards."""
     tryon: bool = True
-    """Try a mesh on that does not sit on the body; otherwise refuse it."""
+    """A mesh that does not sit on the body is tried on first (see hemline tryon); --no-tryon refuses it."""
     betas: tuple[float, ...] = ()
-    """Shape of the body; what is left out is 0."""
+    """Shape of the body: a few numbers of about -3 to 3; what is left out is 0, the mean."""
     jobs: int = 1
-    """Processes; the takes do not depend on it."""
+    """Clips that are simulated at the same time, each in a process of its own; the result does not depend on it."""
     seconds: float | None = None
-    """Only so much of each clip [s]."""
+    """Only the first so many seconds of each clip; all of it unless given."""
     fps: float = 30.0
-    """Frames a second."""
+    """Frames a second that are stored, 1 to 1000."""
     body: str = "anny24"
-    """The body by name, or a body file."""
+    """The body: anny24, or a file (.safetensors, SMPL .npz or .pkl)."""
     untangle: bool = True
-    """Lift limbs out of each other first."""
+    """First move limbs out of each other where they overlap in the clip."""
     whole: bool = False
-    """The whole clip; otherwise its longest stretch without jumps."""
+    """Take the whole clip, jumps and all; otherwise its longest stretch without jumps."""
     quantised: bool = False
-    """Store vertices in steps of 10 micrometres."""
+    """Store vertices in steps of 10 micrometres: smaller files."""
     explain: bool = False
     """Say what was guessed about garment and clips, and why."""
     json: bool = False
-    """Print a JSON list of takes and nothing else on stdout."""
+    """Print the takes as a JSON list instead of a table."""
     wind: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
-    """Wind, or its mean where there are gusts [m/s]."""
+    """Wind along x, y (up) and z [m/s]; its mean where there are gusts."""
     gusts: float = 0.0
-    """Standard deviation of the wind in each direction; 0: it is constant [m/s]."""
+    """How strong gusts are: standard deviation of the wind in each direction [m/s]; 0 for none."""
     gust_seed: int = 0
-    """Which of all such gusts."""
+    """Another number gives other gusts of that strength."""
 
 
 def run(arguments: Arguments) -> int:
@@ -62,7 +66,9 @@ def run(arguments: Arguments) -> int:
 
     if arguments.jobs < 1:
         raise BadInput("--jobs must be at least 1", arguments.jobs, "leave it out for 1")
-    if arguments.seconds is not None and arguments.seconds <= 0:
+    if not 1 <= arguments.fps <= FASTEST:
+        raise BadInput(f"--fps must be from 1 to {FASTEST}", arguments.fps, "leave it out for 30 frames a second")
+    if arguments.seconds is not None and not 0 < arguments.seconds < math.inf:
         raise BadInput("--seconds must be positive", arguments.seconds, "leave it out for the whole clip")
     if not arguments.motion:
         raise BadInput("no clips", "--motion without a file", "name BVH or npz files after --motion")

@@ -16,17 +16,17 @@ class Arguments:
     garment: Annotated[Path, tyro.conf.Positional]
     """A mesh, a TOML that names one, a .mhclo; or a garment by name, to see it on a body."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """The garment on the body, .safetensors: what simulate takes."""
+    """Where the worn garment is written, .safetensors: 'hemline simulate' and 'drape' take it."""
     picture: Path | None = None
-    """A picture of it, settled, .png."""
+    """Where a picture of it on the body is written, .png; none unless given."""
     betas: tuple[float, ...] = ()
-    """Shape of the body; what is left out is 0."""
+    """Shape of the body: a few numbers of about -3 to 3; what is left out is 0, the mean."""
     body: str = "anny24"
-    """The body by name, or a body file."""
+    """The body: anny24, or a file (.safetensors, SMPL .npz or .pkl)."""
     unit: str | None = None
-    """Unit of the mesh (m, dm, cm, mm, in, ft); guessed unless given."""
+    """Unit of the mesh (m, dm, cm, mm, in, ft); guessed from its size unless given."""
     scaled: bool = True
-    """Change its size when it was plainly made for a body of another size."""
+    """Change its size, by up to 40 %, where it was plainly made for a body of another size; --no-scaled keeps it."""
 
 
 def run(arguments: Arguments) -> int:

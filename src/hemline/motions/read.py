@@ -45,6 +45,6 @@ def read(path: str | Path, *, unit: str | None = None) -> Motion:
 
 def open_motion(path_or_name: str | Path) -> Motion:
     """Load a shipped clip by its name, or read a file."""
-    if Path(path_or_name).suffix or Path(path_or_name).exists():
+    if Path(path_or_name).suffix or Path(path_or_name).is_file():
         return read(path_or_name)
     return load(str(path_or_name))

@@ -31,6 +31,6 @@ def load(name: str) -> Motion:
     """
     if name not in names():
         near = difflib.get_close_matches(name, names(), n=1, cutoff=0.0)[0]
-        cure = f"the nearest name is '{near}'; a file is read with motions.read"
+        cure = f"the nearest name is '{near}'; or name a .bvh, .npz or .safetensors file"
         raise BadMotion("no motion of that name ships", f"'{name}'", cure)
     return _excerpts()[name]

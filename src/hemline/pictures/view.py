@@ -15,7 +15,7 @@ AUTO = "auto"
 PREFERRED = ("three_quarter", "front", "back_three_quarter", "back", "side")
 """Views in the order in which they are taken where they show alike."""
 
-ALIKE = 0.9
+ALIKE = 0.75
 """Share of the largest area seen from which on a view shows as much."""
 
 _GRID = 96
@@ -27,7 +27,7 @@ Mesh = tuple[Vertices, Faces]
 def clearest_view(frames: Sequence[tuple[Sequence[Mesh], Sequence[Mesh]]]) -> str:
     """The name of the view from which most of a garment is seen, over some frames.
 
-    Of the views that show at least 90 % of what the best one does, the first in `PREFERRED`.
+    Of the views that show at least three quarters of what the best one does, the first in `PREFERRED`.
 
     Args:
         frames: In each frame the meshes of the garment, and those that may hide it.

@@ -14,6 +14,9 @@ from hemline.errors import BadInput
 
 from .frame import Frame
 
+CROSSINGS_EVERY = 10
+"""Frames from one count of cloth through cloth to the next."""
+
 
 class Tally:
     """Figures gathered frame by frame: what is kept of a frame is a few numbers, and rows of errors and of strains.
@@ -47,6 +50,8 @@ class Tally:
         self._milliseconds.append(dict(frame.milliseconds))
         self._add_inside(frame)
         self._add("area", metrics.area_change_percent(frame.vertices, garment.faces, garment.rest_edges))
+        if (len(self._milliseconds) - 1) % CROSSINGS_EVERY == 0:
+            self._add("crossing", metrics.self_crossings(frame.vertices, garment.faces)["edge_percent"])
         strains = metrics.edge_strains(frame.vertices, garment.faces, garment.rest_edges)
         self._strains.append(strains.astype(np.float32))
         if truth is not None:
@@ -79,6 +84,7 @@ class Tally:
             "inside_percent": metrics.inside_figures(values["before"], values["after"], values["pinched"]),
             "behind_nearest_percent": metrics.mean_and_worst(values["behind"]),
             "deepest_mm": {"before": max(values["deepest_before"]), "after": max(values["deepest_after"])},
+            "self_crossing_percent": metrics.mean_and_worst(values["crossing"]),
             "edge_strain": metrics.edge_strain(np.stack(self._strains)),
             "area_change_percent": metrics.mean_and_worst(values["area"]),
             "vertex_error_mm": metrics.vertex_error_mm(np.stack(self._errors_mm)) if errors else None,

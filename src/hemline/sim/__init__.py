@@ -1,4 +1,4 @@
-"""The offline simulator: the truth that everything else is fitted to and measured against."""
+"""The offline simulator: the ground truth that everything else is fitted to and measured against."""
 
 from .cloth.joined import joined as joined
 from .cloth.sheet import Elastic as Elastic

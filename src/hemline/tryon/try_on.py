@@ -14,7 +14,7 @@ from hemline.garments.garment_toml import GarmentFile, read_garment_toml
 from hemline.garments.material import Material
 from hemline.garments.pin_rules import NO_PINS
 from hemline.garments.read import cloth_of, read
-from hemline.garments.shipped import names, open_garment
+from hemline.garments.shipped import open_garment
 from hemline.garments.up_axis import TURNED
 from hemline.motions.motion import JOINT_NAMES
 
@@ -88,7 +88,7 @@ def try_on(
         BadMesh: The mesh cannot be read, or no cloth can be made of it.
     """
     path = Path(path)
-    if str(path) in names() or path.suffix.lower() == ".safetensors":
+    if path.suffix.lower() in ("", ".safetensors"):
         if unit is not None:
             raise BadGarment(f"{path} is in metres", f"unit '{unit}'", "leave out the unit")
         garment = open_garment(path, shaped, dressed=False)

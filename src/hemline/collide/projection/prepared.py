@@ -24,7 +24,7 @@ class ProjectionSettings:
     margin: float = 0.0045
     """Vertices nearer to the skin than this are moved outward [m]."""
     gap: float = 0.0015
-    """No vertex that is pushed ends nearer to the skin than this [m]."""
+    """No vertex that is displaced ends nearer to the skin than this [m]."""
     far: float = 0.02
     """Vertices that were farther outside than this are tested, but looked at only in every fourth frame [m]."""
     release: float = 0.05
@@ -86,7 +86,7 @@ class PreparedProjection:
             shaped: The body.
             garment_vertices_rest: The garment at rest, in the world of the body's rest pose [m].
             garment_faces: Its triangles.
-            guarantee: `exact` tests every vertex in every frame; `fast` only pushes, and reports inside as unknown.
+            guarantee: `exact` tests every vertex in every frame; `fast` only displaces, and reports inside as unknown.
             settings: Distances and times.
             measure: Report how many vertices were inside before, and how deep: costs a test more of each vertex near.
 

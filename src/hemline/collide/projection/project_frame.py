@@ -7,9 +7,10 @@ import numpy as np
 
 from hemline.arrays import Bool, Float, Int, Points, Vertices
 
+from .displace_kernels import deepest, displace, judge, list_doubtful, seek_ways_out, take_ways_out, write_back
 from .prepared import PreparedProjection, ProjectorState
-from .push_kernels import deepest, judge, list_doubtful, push, seek_ways_out, settle, take_ways_out
 from .ray_kernels import BLOCK, certify, into_frame, surface_boxes, windings
+from .surface_kernels import Skin
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
@@ -69,7 +70,21 @@ class ProjectedFrame:
         reach = float(np.abs(self.patch_box).max())
         far = float(np.abs(self.to_world[:, 3]).max()) + reach
         self.rounding = np.float32(np.finfo(np.float32).eps * (TURNS * reach + 2 * far))
-        self.known, self.normals = np.zeros(len(self.body), np.bool_), np.empty_like(self.body)
+        self.skin = Skin(
+            body=self.body,
+            faces=patches.faces,
+            across=patches.across,
+            ring_start=patches.ring_start,
+            ring=patches.ring,
+            leaf_start=patches.leaf_start,
+            leaf_vertices=patches.leaf_vertices,
+            leaf_box=self.leaf_box,
+            patch_start=patches.patch_start,
+            patch_box=self.patch_box,
+            patch_limb=patches.patch_limb,
+            known=np.zeros(len(self.body), np.bool_),
+            normals=np.empty_like(self.body),
+        )
         self.state = replace(
             state,
             frame=state.frame + 1,
@@ -88,15 +103,15 @@ class ProjectedFrame:
         """The next state, the garment outside of the body, and the report."""
         exact = self.projector.guarantee == "exact"
         ids = self.uncertified()
-        pushed, signed = self.pushed(ids, dt)
+        displaced, signed = self.displaced(ids, dt)
         pinched, anchors = np.empty(0, np.int32), np.empty((0, 3), np.float32)
         if exact:
-            bad = self.tested(ids, pushed, signed)
+            bad = self.tested(ids, displaced, signed)
             if len(bad):
-                pinched, anchors = self.led_out(ids, bad, pushed, signed)
+                pinched, anchors = self.led_out(ids, bad, displaced, signed)
         offsets, lively = np.empty_like(self.state.offsets), np.empty_like(self.state.lively)
         out = self.vertices.copy()
-        moved = settle(self.points, ids, pushed, offsets, lively, self.to_world, self.projector.order, out)
+        moved = write_back(self.points, ids, displaced, self.to_world, self.projector.order, offsets, lively, out)
         before, depth = self.measured(ids, signed) if self.projector.measure else (None, float("nan"))
         report = ProjectionReport(moved, 1000 * depth, pinched, anchors, before, exact)
         return replace(self.state, offsets=offsets, lively=lively), out, report
@@ -118,26 +133,15 @@ class ProjectedFrame:
         )
         return near[:count]
 
-    def pushed(self, ids: Int[np.ndarray, " near"], dt: float) -> tuple[Points, Float[np.ndarray, " near"]]:
+    def displaced(self, ids: Int[np.ndarray, " near"], dt: float) -> tuple[Points, Float[np.ndarray, " near"]]:
         """Where each vertex should go by its anchor, and its signed distance before."""
-        pushed, signed = np.empty((len(ids), 3), np.float32), np.empty(len(ids), np.float32)
-        settings, patches, state = self.projector.settings, self.patches, self.state
+        displaced, signed = np.empty((len(ids), 3), np.float32), np.empty(len(ids), np.float32)
+        settings, state = self.projector.settings, self.state
         decay, far = np.float32(np.exp(-dt / settings.release)), np.float32(settings.far)
-        push(
+        displace(
             self.points,
             ids,
-            self.body,
-            patches.faces,
-            patches.across,
-            patches.ring_start,
-            patches.ring,
-            patches.leaf_start,
-            patches.leaf_vertices,
-            patches.patch_start,
-            self.patch_box,
-            patches.patch_limb,
-            self.known,
-            self.normals,
+            self.skin,
             self.places,
             state.anchors,
             state.heights,
@@ -147,61 +151,42 @@ class ProjectedFrame:
             self.gap,
             far,
             state.frame,
-            pushed,
+            displaced,
             signed,
         )
-        return pushed, signed
+        return displaced, signed
 
     def tested(
-        self, ids: Int[np.ndarray, " near"], pushed: Points, signed: Float[np.ndarray, " near"]
+        self, ids: Int[np.ndarray, " near"], displaced: Points, signed: Float[np.ndarray, " near"]
     ) -> Int[np.ndarray, " bad"]:
-        """Which vertices are free neither where they were nor where they go; those free before go back in `pushed`."""
+        """Which vertices are free neither where they were nor where they go; what was free before stays there."""
         count, state = len(ids), self.state
         doubtful, bad, tests = np.empty(count, np.int32), np.empty(count, np.int32), np.empty((count, 3), np.float32)
-        winding, near = self.windings(pushed, ids)
+        winding, near = self.windings(displaced, ids)
         asked = list_doubtful(
-            self.points, ids, pushed, signed, winding, near, state.offsets, self.margin, state.frame, doubtful, tests
+            self.points, ids, displaced, signed, winding, near, state.offsets, self.margin, state.frame, doubtful, tests
         )
         before, near_before = self.windings(tests[:asked], ids[doubtful[:asked]])
-        bad_count = judge(self.points, ids, winding, near, doubtful[:asked], before, near_before, pushed, bad)
+        bad_count = judge(self.points, ids, winding, near, doubtful[:asked], before, near_before, displaced, bad)
         return bad[:bad_count]
 
     def measured(self, ids: Int[np.ndarray, " near"], signed: Float[np.ndarray, " near"]) -> tuple[int | None, float]:
         """Vertices inside before the projection (None: not tested), and distance to the skin of the deepest [m]."""
-        exact, patches = self.projector.guarantee == "exact", self.patches
+        exact = self.projector.guarantee == "exact"
         inside = self.windings(self.points[ids], ids)[0] > 0.5 if exact else signed < 0
-        depth = deepest(
-            self.points,
-            ids,
-            inside,
-            signed,
-            self.body,
-            patches.faces,
-            patches.leaf_start,
-            patches.leaf_vertices,
-            patches.patch_start,
-            self.patch_box,
-            patches.patch_limb,
-            patches.across,
-            patches.ring_start,
-            patches.ring,
-        )
+        depth = deepest(self.points, ids, inside, signed, self.skin)
         return int(np.count_nonzero(inside)) if exact else None, depth
 
     def windings(
         self, tests: Points, ids: Int[np.ndarray, " tests"]
     ) -> tuple[Int[np.ndarray, " tests"], Bool[np.ndarray, " tests"]]:
         """Winding numbers of points that belong to vertices, ascending; and which are within rounding of the skin."""
-        winding, near, patches = np.empty(len(tests), np.int32), np.empty(len(tests), np.bool_), self.patches
+        winding, near = np.empty(len(tests), np.int32), np.empty(len(tests), np.bool_)
         windings(
             tests,
             ids,
             self.state.directions,
-            self.body,
-            patches.faces,
-            self.leaf_box,
-            patches.patch_start,
-            self.patch_box,
+            self.skin,
             self.rounding,
             self.corners,
             self.gathered,
@@ -214,19 +199,19 @@ class ProjectedFrame:
         self,
         ids: Int[np.ndarray, " near"],
         bad: Int[np.ndarray, " bad"],
-        pushed: Points,
+        displaced: Points,
         signed: Float[np.ndarray, " near"],
     ) -> tuple[Int[np.ndarray, " pinched"], Float[np.ndarray, "pinched 3"]]:
         """Lead vertices out over the places that they have; the others by the nearest skin, else by that of their own
         limb. What is left is pinched.
         """
         held = self.places[ids[bad]] >= 0
-        kept, at_kept = self.tried(ids, bad[held], pushed, signed, self.places[ids[bad[held]]], own_limb=False)
+        kept, at_kept = self.tried(ids, bad[held], displaced, signed, self.places[ids[bad[held]]], own_limb=False)
         # contact goes on holding these off; led out of one part, they would only be deeper in another
-        pushed[kept] = self.points[ids[kept]]
+        displaced[kept] = self.points[ids[kept]]
         free, where = bad[~held], np.empty((0, 3), np.float32)
         for own_limb in (False, True):
-            free, where = self.tried(ids, free, pushed, signed, np.full(len(free), -1, np.int64), own_limb=own_limb)
+            free, where = self.tried(ids, free, displaced, signed, np.full(len(free), -1, np.int64), own_limb=own_limb)
         vertices = self.projector.order[ids[np.concatenate([kept, free])]]
         rank = np.argsort(vertices)
         where = np.concatenate([at_kept, where])[rank]
@@ -236,7 +221,7 @@ class ProjectedFrame:
         self,
         ids: Int[np.ndarray, " near"],
         bad: Int[np.ndarray, " bad"],
-        pushed: Points,
+        displaced: Points,
         signed: Float[np.ndarray, " near"],
         starts: Int[np.ndarray, " bad"],
         *,
@@ -244,7 +229,7 @@ class ProjectedFrame:
     ) -> tuple[Int[np.ndarray, " still"], Float[np.ndarray, "still 3"]]:
         """Try a way out for each vertex, from a face or, -1, from the nearest; those that are not free, and where."""
         trial, otherwise = np.empty((len(bad), 3), np.float32), np.empty((len(bad), 3), np.float32)
-        patches, state = self.patches, self.state
+        state = self.state
         seek_ways_out(
             self.points,
             ids,
@@ -254,18 +239,7 @@ class ProjectedFrame:
             PINCH_OFFSET,
             self.margin,
             self.gap,
-            self.body,
-            patches.faces,
-            patches.leaf_start,
-            patches.leaf_vertices,
-            patches.patch_start,
-            self.patch_box,
-            patches.patch_limb,
-            patches.across,
-            patches.ring_start,
-            patches.ring,
-            self.known,
-            self.normals,
+            self.skin,
             starts,
             state.anchors,
             state.heights,
@@ -275,5 +249,5 @@ class ProjectedFrame:
         )
         winding, near = self.windings(trial, ids[bad])
         still, where = np.empty(len(bad), np.int32), np.empty((len(bad), 3), np.float32)
-        count = take_ways_out(bad, winding, near, trial, otherwise, pushed, still, where)
+        count = take_ways_out(bad, winding, near, trial, otherwise, displaced, still, where)
         return still[:count], where[:count]

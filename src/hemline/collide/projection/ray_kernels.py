@@ -264,11 +264,7 @@ def windings(
     points,
     ids,
     direction,
-    body,
-    faces,
-    leaf_box,
-    patch_start,
-    patch_box,
+    skin,
     rounding,
     corners,
     ready,
@@ -277,11 +273,13 @@ def windings(
 ):
     """Winding numbers of points with respect to the posed body, by rays along the direction of each vertex's group.
 
-    in: points (n,3), ids (n,): vertices that they belong to, ascending; direction (groups,), body (verts,3), faces
-    (faces,3) in leaves, boxes, rounding [m]; in and out: corners (leaves,10,8), ready (leaves,): which are
+    in: points (n,3), ids (n,): vertices that they belong to, ascending; direction (groups,), skin,
+    rounding [m]; in and out: corners (leaves,10,8), ready (leaves,): which are
     gathered; out: winding_out (n,), near_out (n,):
     whether a point is nearer to the surface than `rounding`, which no ray along the axes would tell at a silhouette.
     """
+    body, faces, leaf_box = skin.body, skin.faces, skin.leaf_box
+    patch_start, patch_box = skin.patch_start, skin.patch_box
     leaf_count, patch_count = leaf_box.shape[1], patch_box.shape[1]
     mask, taken = np.zeros((leaf_count + 7) // 8 * 8, np.uint8), np.zeros(6, np.bool_)
     words = mask.view(np.uint64)

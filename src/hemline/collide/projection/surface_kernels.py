@@ -4,12 +4,47 @@ A walk from face to face follows a point from frame to frame; a search over patc
 whole body, or of one limb.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
+from hemline.arrays import Bool, Faces, Float, Int, Normals, Vertices
 from hemline.compiled import kernel
 
 _index = np.uintp
 MOST_STEPS = 100
+"""Faces that a walk passes at most."""
+
+
+class Skin(NamedTuple):
+    """The body's surface in one frame as kernels take it: `patches.Patches` and where its vertices are now."""
+
+    body: Vertices
+    """Its renumbered vertices in the frame of the key bone, float32 [m]."""
+    faces: Faces
+    """Triangles, eight a leaf."""
+    across: Int[np.ndarray, "faces 3"]
+    """The face over each edge ab, bc, ca."""
+    ring_start: Int[np.ndarray, " verts+1"]
+    """Where each vertex's faces begin in `ring`."""
+    ring: Int[np.ndarray, " corners"]
+    """Faces around each vertex."""
+    leaf_start: Int[np.ndarray, " leaves+1"]
+    """Where each leaf's vertices begin in `leaf_vertices`."""
+    leaf_vertices: Int[np.ndarray, " corners"]
+    """Vertices of each leaf, each once."""
+    leaf_box: Float[np.ndarray, "6 leaves"]
+    """Three lowest, then three highest coordinates of each leaf [m]."""
+    patch_start: Int[np.ndarray, " patches+1"]
+    """Where each patch's leaves begin."""
+    patch_box: Float[np.ndarray, "6 patches"]
+    """The same of each patch [m]."""
+    patch_limb: Int[np.ndarray, " patches"]
+    """Limb that each patch belongs to."""
+    known: Bool[np.ndarray, " verts"]
+    """Vertices whose normal was asked for in this frame; kernels write to it."""
+    normals: Normals
+    """Their unit normals; kernels write to it."""
 
 
 @kernel(forceinline=True)
@@ -51,15 +86,15 @@ def nearest_weights(a, b, c):
 
 
 @kernel(forceinline=True)
-def walk(body, faces, across, ring_start, ring, start, most_steps, x, y, z):
+def walk(skin, start, most_steps, x, y, z):
     """Nearest point of the surface reached from a face by going on over the edge or corner that is nearest.
 
     A face that lies wholly beyond the plane through the nearest place, square to the way there, is passed over.
 
-    in: body (verts,3), faces (faces,3), across (faces,3): the face over each edge ab, bc, ca; ring: faces around each
-    vertex; start: a face; most_steps: when to give up; returns face, weights of its second and third corner, squared
+    in: skin; start: a face; most_steps: when to give up; returns face, weights of its second and third corner, squared
     distance [m^2].
     """
+    body, faces, across, ring_start, ring = skin.body, skin.faces, skin.across, skin.ring_start, skin.ring
     best, at_b, at_c, nearest = np.int64(start), np.float32(0), np.float32(0), np.float32(np.inf)
     begin, end, over_edge = np.int64(0), np.int64(1), False
     vertex, edge = _index(0), _index(0)
@@ -126,13 +161,14 @@ def vertex_normal(body, faces, ring_start, ring, vertex, known, normals_out):
 
 
 @kernel(forceinline=True)
-def blended_normal(body, faces, ring_start, ring, face, at_b, at_c, known, normals):
+def blended_normal(skin, face, at_b, at_c):
     """Unit normal at a place of a face, blended from its corners."""
+    faces, known, normals = skin.faces, skin.known, skin.normals
     f = _index(face)
     i, j, k = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2])
     for vertex in (i, j, k):
         if not known[vertex]:
-            vertex_normal(body, faces, ring_start, ring, vertex, known, normals)
+            vertex_normal(skin.body, faces, skin.ring_start, skin.ring, vertex, known, normals)
     at_a = np.float32(1) - at_b - at_c
     nx = at_a * normals[i, 0] + at_b * normals[j, 0] + at_c * normals[k, 0]
     ny = at_a * normals[i, 1] + at_b * normals[j, 1] + at_c * normals[k, 1]
@@ -142,8 +178,9 @@ def blended_normal(body, faces, ring_start, ring, face, at_b, at_c, known, norma
 
 
 @kernel(forceinline=True)
-def place_on(body, faces, face, at_b, at_c):
+def place_on(skin, face, at_b, at_c):
     """Position of a place of a face."""
+    body, faces = skin.body, skin.faces
     f = _index(face)
     i, j, k, at_a = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2]), np.float32(1) - at_b - at_c
     x = at_a * body[i, 0] + at_b * body[j, 0] + at_c * body[k, 0]
@@ -153,8 +190,9 @@ def place_on(body, faces, face, at_b, at_c):
 
 
 @kernel(forceinline=True)
-def plane_height(body, faces, face, x, y, z):
+def plane_height(skin, face, x, y, z):
     """Height of a point over the plane of a face [m]."""
+    body, faces = skin.body, skin.faces
     f = _index(face)
     i, j, k = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2])
     ax, ay, az = body[i, 0], body[i, 1], body[i, 2]
@@ -166,11 +204,13 @@ def plane_height(body, faces, face, x, y, z):
 
 
 @kernel
-def seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, limb, x, y, z, bound):
+def seek(skin, limb, x, y, z, bound):
     """Vertex nearest to a point, of one limb or (limb < 0) of the whole body, and its squared distance.
 
     bound (patches,) is room.
     """
+    body, leaf_start, leaf_vertices = skin.body, skin.leaf_start, skin.leaf_vertices
+    patch_start, patch_box, patch_limb = skin.patch_start, skin.patch_box, skin.patch_limb
     closest, first = np.float32(np.inf), np.int64(0)
     for k in range(len(bound)):
         dx = max(patch_box[0, k] - x, x - patch_box[3, k], np.float32(0))
@@ -193,24 +233,8 @@ def seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, li
 
 
 @kernel
-def seek_place(
-    body,
-    faces,
-    leaf_start,
-    leaf_vertices,
-    patch_start,
-    patch_box,
-    patch_limb,
-    across,
-    ring_start,
-    ring,
-    limb,
-    x,
-    y,
-    z,
-    bound,
-):
+def seek_place(skin, limb, x, y, z, bound):
     """Nearest place of the surface to a point, around the vertex that `seek` finds; as from `walk`."""
-    vertex, _ = seek(body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, limb, x, y, z, bound)
-    start = np.int64(ring[ring_start[vertex]])
-    return walk(body, faces, across, ring_start, ring, start, MOST_STEPS, x, y, z)
+    vertex, _ = seek(skin, limb, x, y, z, bound)
+    start = np.int64(skin.ring[skin.ring_start[vertex]])
+    return walk(skin, start, MOST_STEPS, x, y, z)

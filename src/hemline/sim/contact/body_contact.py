@@ -5,7 +5,7 @@ from copy import copy
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .planes import Anchors, Planes
+from .planes import ClosestPoints, Planes
 from .surface import Skin, Surface
 from .touch_kernels import strayed, turned_inside
 
@@ -30,8 +30,8 @@ class Contact:
         start: The cloth at the step's start [m].
         guess: Where the cloth is taken to go without contact [m].
         fixed: Vertices without contact.
-        push: Stiffness of each vertex in contact [N/m].
-        known: Anchors of an earlier step; they speed the search and do not change its result.
+        stiffness: Of each vertex in contact [N/m].
+        known: Closest points of an earlier step; they speed the search and do not change its result.
     """
 
     def __init__(
@@ -42,18 +42,18 @@ class Contact:
         start: Float[np.ndarray, "verts 3"],
         guess: Float[np.ndarray, "verts 3"],
         fixed: Bool[np.ndarray, " verts"],
-        push: Float[np.ndarray, " verts"],
-        known: Anchors | None = None,
+        stiffness: Float[np.ndarray, " verts"],
+        known: ClosestPoints | None = None,
     ):
         self.surface, self.then, self.now = surface, then, now
-        self.start, self.fixed, self.push = start, fixed, push
-        anchors = surface.anchors(start, then, fixed, known)
-        self.ahead, self._sought = surface.anchors(guess, now, fixed, anchors), guess.copy()
-        surprised = (anchors.face < 0) & (self.ahead.face >= 0)
+        self.start, self.fixed, self.stiffness = start, fixed, stiffness
+        closest = surface.closest(start, then, fixed, known)
+        self.ahead, self._sought = surface.closest(guess, now, fixed, closest), guess.copy()
+        surprised = (closest.face < 0) & (self.ahead.face >= 0)
         if surprised.any():
-            wide = surface.anchors(start, then, ~surprised, reach=WIDE * surface.reach)
-            anchors = _chosen(surprised, wide, anchors)
-        self._begin(anchors)
+            wide = surface.closest(start, then, ~surprised, reach=WIDE * surface.reach)
+            closest = _chosen(surprised, wide, closest)
+        self._begin(closest)
 
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> bool:
         """Find the planes again, where the cloth is at the step's end; whether a vertex moved far enough for that."""
@@ -62,37 +62,37 @@ class Contact:
         planes, before = self.laid(self.ahead), self.planes
         kept = np.empty(len(positions), bool)
         turned_inside(positions, before.normal, before.stiffness, planes.normal, planes.point, planes.stiffness, kept)
-        self.anchors = _chosen(kept, self.anchors, self.ahead)
+        self.places = _chosen(kept, self.places, self.ahead)
         self.planes = _chosen(kept, self.planes, planes)
         return True
 
-    def _begin(self, anchors: Anchors) -> None:
+    def _begin(self, closest: ClosestPoints) -> None:
         """Lay the planes at the closest places to the cloth at the step's start."""
-        self.anchors, self.planes = anchors, self.laid(anchors)
+        self.places, self.planes = closest, self.laid(closest)
 
     def _sought_again(self, positions: Float[np.ndarray, "verts 3"]) -> bool:
         """Look for the closest places where vertices have moved; whether any has."""
         asked = np.empty(len(positions), bool)
         if not strayed(positions, self.fixed, NEAR, self._sought, asked):
             return False
-        self.ahead = self.surface.anchors(positions, self.now, self.fixed, self.ahead, asked=asked)
+        self.ahead = self.surface.closest(positions, self.now, self.fixed, self.ahead, asked=asked)
         return True
 
     def of(self, which: Bool[np.ndarray, " verts"]) -> "Contact":
         """That of some of the vertices."""
         part = copy(self)
-        part.start, part.fixed, part.push = self.start[which], self.fixed[which], self.push[which]
+        part.start, part.fixed, part.stiffness = self.start[which], self.fixed[which], self.stiffness[which]
         part._sought = self._sought[which]
-        part.anchors, part.ahead, part.planes = (_rows(each, which) for each in (self.anchors, self.ahead, self.planes))
+        part.places, part.ahead, part.planes = (_rows(each, which) for each in (self.places, self.ahead, self.planes))
         return part
 
-    def laid(self, anchors: Anchors) -> Planes:
-        """The planes at those anchors."""
-        return self.surface.planes(anchors, self.start, self.then, self.now, self.push)
+    def laid(self, closest: ClosestPoints) -> Planes:
+        """The planes at those places."""
+        return self.surface.planes(closest, self.start, self.then, self.now, self.stiffness)
 
 
 def _rows(of, which: Bool[np.ndarray, " verts"]):
-    """Rows of anchors or planes."""
+    """Rows of places or planes."""
     return type(of)(*(each[which] for each in of))
 
 

@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
 
-from .planes import Anchors, Planes
+from .planes import ClosestPoints, Planes
 from .touch_kernels import STRIDE, Grid, SkinMesh, cells_between, closest_on_triangle
 
 INNER = 0.58
@@ -55,7 +55,7 @@ def points_above(
     x,
     faces,
     fixed,
-    ahead: Anchors,
+    ahead: ClosestPoints,
     planes: Planes,
     held,
     skin: SkinMesh,

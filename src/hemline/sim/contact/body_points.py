@@ -13,7 +13,7 @@ from hemline.sim.cloth.sheet import Sheet
 from .body_contact import Contact
 from .body_point_kernels import Found, PointRows, nearest_points, points_above, points_on
 from .pair_kernels import PairRows
-from .planes import Anchors
+from .planes import ClosestPoints
 from .touch_kernels import STRIDE
 
 SHARE = 0.2
@@ -120,7 +120,7 @@ class BodyPointSearch:
         kept = len(points.body_vertex)
         if not kept:
             return None
-        nowhere = Anchors(points.body_vertex, np.full(kept, -1, np.int32), np.zeros((kept, 2)))
+        nowhere = ClosestPoints(points.body_vertex, np.full(kept, -1, np.int32), np.zeros((kept, 2)))
         free = np.zeros(kept, bool)
         meeting = Contact(surface, then, now, points.start, points.ahead, free, points.stiffness, nowhere)
         gap = np.minimum(meeting.planes.gap(points.ahead), meeting.planes.gap(meeting.planes.carried))
@@ -153,7 +153,7 @@ class BodyPointSearch:
             contact.now.vertices,
             contact.start,
             guess,
-            contact.push,
+            contact.stiffness,
             self.friction,
             sheet.vertex_area,
             DEEPEST,

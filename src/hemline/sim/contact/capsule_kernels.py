@@ -1,9 +1,32 @@
 """Triangles of the cloth near capsules that move: compiled code."""
 
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
 from hemline.compiled import kernel
 
 from .pair_search_kernels import closest_on_edges
 from .touch_kernels import closest_on_triangle
+
+
+class Held(NamedTuple):
+    """Triangles that capsules hold off.
+
+    Attributes:
+        corners: Of each triangle, the last of them twice.
+        weights: Of its nearest point.
+        normal: Unit normal at the step's end.
+        point: Of the capsule's axis there [m].
+        radius: Of the capsule there [m].
+    """
+
+    corners: Int[np.ndarray, "room 4"]
+    weights: Float[np.ndarray, "room 4"]
+    normal: Float[np.ndarray, "room 3"]
+    point: Float[np.ndarray, "room 3"]
+    radius: Float[np.ndarray, " room"]
 
 
 @kernel
@@ -58,17 +81,15 @@ def _off_axis(x, a, d, square):
 
 
 @kernel
-def near_capsules(
-    x, faces, limb_of_face, then, now, radius, limb, look, corners_out, weights_out, normal_out, point_out, radius_out
-):
+def near_capsules(x, faces, limb_of_face, then, now, radius, limb, look, out: Held):
     """Which triangles of its limb are within `look` radii of a capsule's axis, and which way it holds them off.
 
     # in:  x (verts, 3): the cloth at the step's start; limb_of_face (faces,), -1 where there is no contact;
     #      then, now (capsules, 2, 3): ends of the axes at the step's start and end; radius (capsules, 2): at the ends;
     #      limb (capsules,)
-    # out: as many as there is room for: corners, the last of them twice, and weights of the triangle's nearest point,
-    #      unit normal at the step's end, point of the axis there, radius. Returns how many there are.
+    # out: as many as there is room for. Returns how many there are.
     """
+    corners_out, weights_out, normal_out, point_out, radius_out = out
     room, count = corners_out.shape[0], 0
     for k in range(then.shape[0]):
         p, q = then[k, 0], then[k, 1]
@@ -115,4 +136,4 @@ def near_capsules(
     return count
 
 
-__all__ = ["near_capsules", "nearest_on_triangle", "pierced"]
+__all__ = ["Held", "near_capsules", "nearest_on_triangle", "pierced"]

@@ -14,7 +14,7 @@ from jaxtyping import Float, Int, UInt
 from hemline.collide import limbs
 from hemline.motions.motion import JOINT_NAMES
 
-from .capsule_kernels import near_capsules
+from .capsule_kernels import Held, near_capsules
 from .pair_kernels import PairRows
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Capsules:
         limb_of_face: Int[np.ndarray, " faces"],
         then: Float[np.ndarray, "joints 3"],
         now: Float[np.ndarray, "joints 3"],
-        push: Float[np.ndarray, " verts"],
+        stiffness: Float[np.ndarray, " verts"],
     ) -> PairRows:
         """What holds the triangles off that are near a bone of their own limb, on the side where they are.
 
@@ -76,21 +76,18 @@ class Capsules:
             limb_of_face: The limb that each is worn on; -1: it has no contact.
             then: The joints at the step's start [m].
             now: The joints at its end [m].
-            push: Stiffness of each vertex in contact with the skin [N/m].
+            stiffness: Of each vertex in contact with the skin [N/m].
         """
         ends = [np.ascontiguousarray(joints[BONES], np.float64) for joints in (then, now)]
         room = 256
         while True:
-            corners, weights, radius = np.empty((room, 4), np.uint32), np.empty((room, 4)), np.empty(room)
-            normal, point = np.empty((room, 3)), np.empty((room, 3))
-            count = near_capsules(
-                start, faces, limb_of_face, *ends, self.radius, self.limb, LOOK, corners, weights, normal, point, radius
-            )
+            shapes = (room, 4), (room, 3), (room, 3), room
+            held = Held(np.empty((room, 4), np.uint32), *(np.empty(shape) for shape in shapes))
+            count = near_capsules(start, faces, limb_of_face, *ends, self.radius, self.limb, LOOK, held)
             if count <= room:
                 break
             room = count
-        corners, weights, radius = corners[:count], weights[:count], radius[:count]
-        normal, point = normal[:count], point[:count]
+        corners, weights, normal, point, radius = (each[:count] for each in held)
         return PairRows(
             corners=corners,
             weights=weights,
@@ -98,7 +95,7 @@ class Capsules:
             reach=np.einsum("rx,rx->r", normal, point) + radius,
             carried=point,
             thickness=radius,
-            stiffness=STIFFNESS * (weights * push[corners]).sum(axis=1),
+            stiffness=STIFFNESS * (weights * stiffness[corners]).sum(axis=1),
             limit=np.zeros(count),
         )
 

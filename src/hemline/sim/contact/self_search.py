@@ -15,7 +15,7 @@ from .patch_kernels import Bounds, Frames, Groups, PatchRows, element_frames, gr
 from .patches import lanes_of, make_patches
 from .self_contact import MARGIN, SelfContact
 
-PULL = 0.003
+UNTANGLING = 0.003
 """How far a crossing is pulled apart in a step, about [m]."""
 
 GROUP = 8
@@ -133,8 +133,8 @@ class SelfSearch:
         weights = np.tile(np.column_stack([np.ones(count), inner.sum(axis=1) - 1, -inner]), (2, 1))
         normal = np.tile(direction, (2, 1))
         between = np.einsum("pc,pcx->px", weights, start[corners])
-        reach = np.einsum("px,px->p", between, normal) + PULL
+        reach = np.einsum("px,px->p", between, normal) + UNTANGLING
         stiffness = self.stiffness[corners].mean(axis=1) * np.concatenate([1 - share, share])
         return PairRows(
-            corners, weights, normal, reach, between, np.full(2 * count, PULL), stiffness, np.zeros(2 * count)
+            corners, weights, normal, reach, between, np.full(2 * count, UNTANGLING), stiffness, np.zeros(2 * count)
         )

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 from hemline.arrays import Faces, Normals, Vertices
 from hemline.sim.cloth.rows import Rows, incidence
 
-from .planes import Anchors, Planes
+from .planes import ClosestPoints, Planes
 from .touch_kernels import Grid, SkinMesh, closest_faces, contact_planes, fill_grid
 
 
@@ -56,25 +56,25 @@ class Surface:
         """The surface at one moment, as kernels take it."""
         return SkinMesh(skin.vertices, skin.normals, self.faces, self.star)
 
-    def anchors(
+    def closest(
         self,
         positions: Float[np.ndarray, "verts 3"],
         skin: Skin,
         fixed: Bool[np.ndarray, " verts"],
-        known: Anchors | None = None,
+        known: ClosestPoints | None = None,
         *,
         reach: float | None = None,
         asked: Bool[np.ndarray, " verts"] | None = None,
-    ) -> Anchors:
+    ) -> ClosestPoints:
         """The closest point on the surface for every cloth vertex that is not fixed, or only for some.
 
         Args:
             positions: The cloth [m].
             skin: The surface.
             fixed: Vertices that need none.
-            known: Earlier anchors; they speed the search and do not change its result.
+            known: Earlier ones; they speed the search and do not change its result.
             reach: How far to look [m]; None: as far as usual.
-            asked: Vertices that are looked for; the others keep their earlier anchors. None: all that are not fixed.
+            asked: Vertices that are looked for; the others keep their earlier ones. None: all that are not fixed.
         """
         count = len(positions)
         grid = skin.grid(self.reach)
@@ -83,28 +83,28 @@ class Surface:
             face, weights, asked = np.full(count, -1, np.int32), np.zeros((count, 2)), ~fixed
         else:
             face, weights = known.face.copy(), known.weights.copy()
-        found = Anchors(nearest, face, weights)
+        found = ClosestPoints(nearest, face, weights)
         closest_faces(positions, self.mesh(skin), grid, reach or self.reach, asked, found)
         return found
 
     def planes(
         self,
-        anchors: Anchors,
+        closest: ClosestPoints,
         start: Float[np.ndarray, "verts 3"],
         then: Skin,
         now: Skin,
-        push: Float[np.ndarray, " verts"],
+        stiffness: Float[np.ndarray, " verts"],
     ) -> Planes:
-        """Contact planes at the end of a step, from anchors found at its start or at its end.
+        """Contact planes at the end of a step, from places found at its start or at its end.
 
         Args:
-            anchors: Closest points.
+            closest: Closest points.
             start: The cloth at the step's start [m].
             then: The surface at the step's start.
             now: The surface at its end.
-            push: Stiffness of each vertex in contact [N/m].
+            stiffness: Of each vertex in contact [N/m].
         """
         count = len(start)
         planes = Planes(*(np.empty(shape) for shape in ((count, 3), (count, 3), (count, 3), count)))
-        contact_planes(start, anchors, then.vertices, self.mesh(now), push, planes)
+        contact_planes(start, closest, then.vertices, self.mesh(now), stiffness, planes)
         return planes

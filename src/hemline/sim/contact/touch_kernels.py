@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 from hemline.compiled import kernel, prange
 from hemline.sim.cloth.rows import Rows
 
-from .planes import Anchors, Planes
+from .planes import ClosestPoints, Planes
 
 BLOCK = 32
 """Vertices that are searched for one after the other."""
@@ -145,7 +145,7 @@ def closest_around(px, py, pz, vertex, vertices, faces, star_starts, star):
 
 
 @kernel(parallel=True)
-def closest_faces(x, skin: SkinMesh, grid: Grid, reach, asked, out: Anchors):
+def closest_faces(x, skin: SkinMesh, grid: Grid, reach, asked, out: ClosestPoints):
     """For each cloth vertex that is asked for the closest face within reach and the weights of its corners; -1: none.
 
     # in:  x (verts, 3) float64; reach [m]; asked (verts,) bool; out.nearest holds the last nearest body vertices: they
@@ -196,13 +196,13 @@ def closest_faces(x, skin: SkinMesh, grid: Grid, reach, asked, out: Anchors):
 
 
 @kernel(parallel=True)
-def contact_planes(start, anchors: Anchors, vertices_then, now: SkinMesh, push, out: Planes):
+def contact_planes(start, closest: ClosestPoints, vertices_then, now: SkinMesh, stiffness, out: Planes):
     """Plane of the body under each vertex at the step's end, and where the body carries the vertex's start.
 
-    # in:  start (verts, 3): the cloth then; vertices_then: the body's; push (verts,): stiffness of each [N/m]
+    # in:  start (verts, 3): the cloth then; vertices_then: the body's; stiffness (verts,): of each vertex [N/m]
     # out: unit normal (interpolated), point on the body, start + motion of that point, stiffness; all 0: no contact
     """
-    face, weights = anchors.face, anchors.weights
+    face, weights = closest.face, closest.weights
     vertices_now, normals_now, faces = now.vertices, now.normals, now.faces
     normal_out, point_out, carried_out, stiffness_out = out
     for i in prange(start.shape[0]):
@@ -225,7 +225,7 @@ def contact_planes(start, anchors: Anchors, vertices_then, now: SkinMesh, push, 
             normal_out[i, k] = n
             length += n * n
         if length > 1e-12:
-            stiffness_out[i] = push[i]
+            stiffness_out[i] = stiffness[i]
             over = 1.0 / length**0.5
             for k in range(3):
                 normal_out[i, k] *= over

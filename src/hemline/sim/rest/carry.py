@@ -8,7 +8,7 @@ from jaxtyping import Float
 from hemline.arrays import Faces
 from hemline.garments.clearance import smoothed_field
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.grip import Grip
+from hemline.sim.contact.friction_anchors import FrictionAnchors
 from hemline.sim.contact.surface import Skin, Surface
 
 if TYPE_CHECKING:
@@ -39,12 +39,12 @@ def carried(
     """
     skins = [Skin(each.vertices, each.normals) for each in (first, second)]
     nowhere = np.zeros(len(positions), bool)
-    anchors = surface.anchors(positions, skins[0], nowhere, reach=REACH)
-    riding = Grip.at(positions, anchors.face, skins[0], surface.faces).points(skins[1], surface.faces)
-    distance = np.linalg.norm(positions - first.vertices[anchors.nearest], axis=1)
-    trust = np.where(anchors.face < 0, 0.0, np.exp(-((distance / NEAR) ** 2))) + 1e-3
+    closest = surface.closest(positions, skins[0], nowhere, reach=REACH)
+    riding = FrictionAnchors.at(positions, closest.face, skins[0], surface.faces).points(skins[1], surface.faces)
+    distance = np.linalg.norm(positions - first.vertices[closest.nearest], axis=1)
+    trust = np.where(closest.face < 0, 0.0, np.exp(-((distance / NEAR) ** 2))) + 1e-3
     rigid = _with_pelvis(positions, first, second)
-    way = np.where((anchors.face < 0)[:, None], 0.0, riding - rigid)
+    way = np.where((closest.face < 0)[:, None], 0.0, riding - rigid)
     return rigid + smoothed_field(way, faces, trust, (NEAR / spacing) ** 2 / 4)
 
 

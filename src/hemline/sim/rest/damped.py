@@ -56,11 +56,11 @@ def swung(
     settings = dressed.settings
     state, step, frames, irons = dressed.stepper.start(positions), 1 / settings.fps, round(seconds * settings.fps), 0
     # what is being dressed is to find the places that are closest, not to keep those that it had
-    state = replace(state, sides=None) if kept < 1 else state
+    state = replace(state, contact_history=None) if kept < 1 else state
 
     def still_frame(state: ClothState, seconds: float, substeps: int | None) -> ClothState:
         state, _, _ = dressed.frame(state, posed.pose, posed.pose, substeps=substeps, seconds=seconds)
-        cleaned = end.clean(posed, state.positions, seconds, state.sides)
+        cleaned = end.clean(posed, state.positions, seconds, state.contact_history)
         return dressed.fed_back(state, cleaned.positions, cleaned.pinched)
 
     try:

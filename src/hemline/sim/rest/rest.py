@@ -12,7 +12,7 @@ from hemline.datasets.take import Take
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion, Pose
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.grip import Grip
+from hemline.sim.contact.friction_anchors import FrictionAnchors
 from hemline.sim.settings import SimSettings
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class Rest:
         load: Force with which the body presses on each vertex [N].
         face: Triangle of the body that each vertex is held off from, -1 for none.
         held: Triangle that each vertex in a crease of the body keeps to, -1 for the others.
-        grip: Where static friction holds each vertex.
+        friction_anchors: Where static friction holds each vertex.
         pinched: Vertices that have no free place, as the body cuts through itself there; their contact yields.
         residual_share: Mean size of `forces` over the mean weight of a vertex.
         worst_share: The largest of `forces` over the mean weight of a vertex.
@@ -53,7 +53,7 @@ class Rest:
     load: Float[np.ndarray, " verts"]
     face: Int[np.ndarray, " verts"]
     held: Int[np.ndarray, " verts"]
-    grip: Grip
+    friction_anchors: FrictionAnchors
     pinched: Bool[np.ndarray, " verts"]
     residual_share: float
     worst_share: float

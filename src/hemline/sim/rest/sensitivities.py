@@ -15,7 +15,7 @@ from hemline.garments.material import Material
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.grip import Grip
+from hemline.sim.contact.friction_anchors import FrictionAnchors
 from hemline.sim.contact.surface import Skin
 from hemline.sim.step.dressed_body import DressedBody
 
@@ -158,7 +158,9 @@ class Sensitivities:
         dressed = DressedBody(garment, rest.shaped, settings)
         scene = dressed.scene(self._posed)
         model, workspace = dressed.model, dressed.stepper.workspace
-        return StaticStep(model, workspace, rest.positions, rest.pinched, scene, rest.grip, held=rest.face).forces
+        return StaticStep(
+            model, workspace, rest.positions, rest.pinched, scene, rest.friction_anchors, held=rest.face
+        ).forces
 
     def _pins_between(self, first: "PosedBody", second: "PosedBody", way: float) -> Positions:
         """How pins move, by central differences."""
@@ -225,7 +227,9 @@ class Sensitivities:
         rest, dressed = self.rest, self._dressed
         scene = dressed.scene(self._posed)
         model, workspace = dressed.model, dressed.stepper.workspace
-        return StaticStep(model, workspace, rest.positions, rest.pinched, scene, rest.grip, whole=True, held=rest.face)
+        return StaticStep(
+            model, workspace, rest.positions, rest.pinched, scene, rest.friction_anchors, whole=True, held=rest.face
+        )
 
     def _point_forces(self, skin: Skin) -> Positions:
         """Forces of the body's vertices on the cloth, each with its triangle of the cloth and one of the body."""
@@ -238,7 +242,7 @@ class Sensitivities:
         closest_on_faces(vertices, np.arange(len(points), dtype=np.int32), x, corners, weights)
         weights = np.column_stack([1 - weights.sum(axis=1), weights])
         at = np.einsum("pc,pci->pi", weights, x[corners])
-        point, normal = _planes(at, points.contact.anchors.face, skin, self._posed.faces)
+        point, normal = _planes(at, points.contact.places.face, skin, self._posed.faces)
         depth = points.distance - np.einsum("pi,pi->p", normal, at - point)
         load = rows.stiffness * np.clip(depth, 0, rows.thickness) ** 2 / rows.thickness
         np.add.at(result, corners, weights[:, :, None] * (load[:, None] * normal)[:, None])
@@ -253,10 +257,12 @@ class Sensitivities:
         settings = rest.settings
         point, normal = _planes(positions, rest.face[which], skin, faces)
         depth = settings.thickness - np.einsum("vi,vi->v", normal, positions - point)
-        push = self._dressed.model.contact_stiffness[which] * np.where(rest.pinched[which], settings.pinched_share, 1.0)
-        load = push * np.clip(depth, 0, settings.contact_depth)
-        grip = Grip(rest.grip.face[which], rest.grip.local[which])
-        slip = positions - grip.points(skin, faces)
+        stiffness = self._dressed.model.contact_stiffness[which] * np.where(
+            rest.pinched[which], settings.pinched_share, 1.0
+        )
+        load = stiffness * np.clip(depth, 0, settings.contact_depth)
+        friction_anchors = FrictionAnchors(rest.friction_anchors.face[which], rest.friction_anchors.local[which])
+        slip = positions - friction_anchors.points(skin, faces)
         slip -= np.einsum("vi,vi->v", slip, normal)[:, None] * normal
         size = np.linalg.norm(slip, axis=1)
         over = np.where(size < STICK, (2 - size / STICK) / STICK, 1 / np.maximum(size, 1e-12))

@@ -14,7 +14,7 @@ from hemline.garments.garment import Garment
 from hemline.motions.motion import Pose
 from hemline.sim.cloth.figures import strain_figures
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.grip import Grip
+from hemline.sim.contact.friction_anchors import FrictionAnchors
 from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
@@ -194,27 +194,27 @@ class _Settling:
     def run(self, method: Method, *, refuse: bool = True) -> Rest:
         """Settle from station to station; not `refuse`: where no balance is found, where damped dynamics end."""
         self.refuse = refuse
-        posed, positions, grip = self._origin()
+        posed, positions, friction_anchors = self._origin()
         stations = self._stations(posed, positions)
         if method == "draping":
             for station in stations:
                 positions, posed = self._carried(positions, posed, station), station
-            return self._draped(posed, positions, grip)
+            return self._draped(posed, positions, friction_anchors)
         if self.start is None:
             positions = self._swung(posed, positions, self.settings.settle, KEPT_SPEED).positions
         if self.start is None or not stations:
-            search, found = self._balanced(posed, positions, grip, last=not stations)
-            positions, grip = found.positions, found.grip
+            search, found = self._balanced(posed, positions, friction_anchors, last=not stations)
+            positions, friction_anchors = found.positions, found.friction_anchors
         for station in stations:
             positions, posed = self._carried(positions, posed, station), station
-            search, found = self._balanced(posed, positions, grip, last=station is stations[-1])
-            positions, grip = found.positions, found.grip
+            search, found = self._balanced(posed, positions, friction_anchors, last=station is stations[-1])
+            positions, friction_anchors = found.positions, found.friction_anchors
         return self._rest(posed, found, search.pinched, self.method)
 
-    def _origin(self) -> tuple["PosedBody", Positions, Grip | None]:
+    def _origin(self) -> tuple["PosedBody", Positions, FrictionAnchors | None]:
         """Where the cloth is known, and how it lies there."""
         if self.start is not None:
-            return self.start.shaped.posed(self.start.pose), self.start.positions, self.start.grip
+            return self.start.shaped.posed(self.start.pose), self.start.positions, self.start.friction_anchors
         shaped = self.shaped
         if not self.laid.is_on(shaped):
             shaped = shaped.body.shaped(self.laid.body_betas)
@@ -247,7 +247,7 @@ class _Settling:
         return carried(positions, self.garment.faces, spacing, self.dressed.surface, first, second)
 
     def _balanced(
-        self, posed: "PosedBody", positions: Positions, grip: Grip | None, *, last: bool
+        self, posed: "PosedBody", positions: Positions, friction_anchors: FrictionAnchors | None, *, last: bool
     ) -> tuple[Search, Equilibrium]:
         """Newton's method, then dynamics and again; and again while the pinched vertices change.
 
@@ -262,7 +262,7 @@ class _Settling:
         attempts, tangled = ATTEMPTS if self.refuse else 1, False
         for attempt in range(attempts):
             search = self._search(pinched, scene, held)
-            found = search.run(positions, grip, tolerance=tolerance, newton_steps=NEWTON_STEPS)
+            found = search.run(positions, friction_anchors, tolerance=tolerance, newton_steps=NEWTON_STEPS)
             self.newton_steps, self.solver_steps = (
                 self.newton_steps + search.newton_steps,
                 self.solver_steps + search.solver_steps,
@@ -322,15 +322,15 @@ class _Settling:
         )
         return swung(dressed, self._end(posed), posed, positions, seconds=seconds, kept=kept, still=still)
 
-    def _draped(self, posed: "PosedBody", positions: Positions, grip: Grip | None) -> Rest:
+    def _draped(self, posed: "PosedBody", positions: Positions, friction_anchors: FrictionAnchors | None) -> Rest:
         state = self._swung(posed, positions, DRAPING, 1.0)
         search = self._search(state.pinched, self.dressed.scene(posed))
-        found = search.run(state.positions, grip, tolerance=np.inf, newton_steps=0)
+        found = search.run(state.positions, friction_anchors, tolerance=np.inf, newton_steps=0)
         return self._rest(posed, found, state.pinched, "draping")
 
     def _rest(self, posed: "PosedBody", found: Equilibrium, pinched: Mask, method: str) -> Rest:
         sheet = self.dressed.sheet
-        assert found.grip is not None
+        assert found.friction_anchors is not None
         positions, stuck = found.positions, pinched
         if not self.refuse:
             # as at the end of each frame of a take; it excuses no tangle
@@ -352,7 +352,7 @@ class _Settling:
             load=found.load,
             face=found.face,
             held=found.held,
-            grip=found.grip,
+            friction_anchors=found.friction_anchors,
             pinched=stuck,
             residual_share=found.residual_share,
             worst_share=float(np.linalg.norm(found.forces, axis=1).max()) / self.dressed.model.mean_weight,

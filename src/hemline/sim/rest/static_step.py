@@ -6,8 +6,8 @@ from jaxtyping import Bool, Float, Int
 from hemline.sim.cloth.inertia_kernels import Inertia
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.body_contact import Contact
-from hemline.sim.contact.grip import Grip
-from hemline.sim.contact.planes import Anchors, Planes, no_planes
+from hemline.sim.contact.friction_anchors import FrictionAnchors
+from hemline.sim.contact.planes import ClosestPoints, Planes, no_planes
 from hemline.sim.step.meeting import Meeting
 from hemline.sim.step.model import ClothModel
 from hemline.sim.step.newton import newton
@@ -41,7 +41,7 @@ class StaticStep:
     """All forces on the cloth where it is, and a Newton step from there with m / h^2 added to the Hessian.
 
     The potential has the terms of a step in time: its inertia is about where the cloth is, its air is the weight, its
-    friction refers to the grip, and its load is that of the iterate. So its gradient is minus the resultant force.
+    friction refers to its anchors, and its load is that of the iterate. So its gradient is minus the resultant force.
 
     Args:
         model: The sheet; wind does not act.
@@ -49,7 +49,7 @@ class StaticStep:
         positions: Where the cloth is [m]; pins are put where the scene has them.
         pinched: Vertices whose contact yields.
         scene: What drives the cloth.
-        grip: Friction's points; vertices that touch without one get theirs here.
+        friction_anchors: Friction anchors; vertices that touch without one get theirs here.
         h: Regularisation [s].
         soft: Share of the contact stiffness.
         whole: Whether the Hessian keeps all compression; otherwise what the regularisation makes harmless.
@@ -74,14 +74,14 @@ class StaticStep:
         positions: Positions,
         pinched: Bool[np.ndarray, " verts"],
         scene: Scene,
-        grip: Grip | None,
+        friction_anchors: FrictionAnchors | None,
         *,
         h: float = WEAKEST,
         soft: float = 1.0,
         whole: bool = False,
         held: Held | None = None,
         pressed: Float[np.ndarray, " verts"] | None = None,
-        known: Anchors | None = None,
+        known: ClosestPoints | None = None,
     ):
         self.model, self.soft = model, soft
         settings, sheet = model.settings, model.sheet
@@ -93,12 +93,16 @@ class StaticStep:
         self.depth = np.clip(settings.thickness - planes.gap(x), 0, settings.contact_depth)
         self.load = planes.stiffness * self.depth
         self.pressed = self.load if pressed is None else 0.5 * (self.load + pressed)
-        self.grip = grip
+        self.friction_anchors = friction_anchors
         if self.contact is not None and scene.skin is not None:
             faces = self.contact.surface.faces
-            fresh = Grip.at(x, self.face, scene.skin, faces)
-            self.grip = fresh if grip is None else grip.kept(fresh, (grip.face >= 0) | (self.load == 0))
-            planes = planes._replace(carried=self.grip.points(scene.skin, faces))
+            fresh = FrictionAnchors.at(x, self.face, scene.skin, faces)
+            self.friction_anchors = (
+                fresh
+                if friction_anchors is None
+                else friction_anchors.kept(fresh, (friction_anchors.face >= 0) | (self.load == 0))
+            )
+            planes = planes._replace(carried=self.friction_anchors.points(scene.skin, faces))
         self._normal = planes.normal
         self.potential = Potential(
             model,
@@ -110,7 +114,7 @@ class StaticStep:
             air=constant_force(x, sheet.mass[:, None] * np.array(settings.gravity)),
             contact=skin_contact(planes, sheet.friction * self.pressed, settings, STICK),
         )
-        self.potential.press(self.meeting.lay(x))
+        self.potential.replace_pairs(self.meeting.lay(x))
         self.potential.evaluate(x)
         self._lean()
         self.forces = np.where(model.fixed[:, None], 0.0, -workspace.gradient)
@@ -147,19 +151,19 @@ class StaticStep:
         potential.x, potential.energy = kept, energy
         return taken.solver_steps
 
-    def slipped(self) -> Grip | None:
-        """The grip as friction leaves it: points beyond the smoothed slip are dragged along, idle ones go."""
-        if self.grip is None or self.contact is None:
+    def slipped(self) -> FrictionAnchors | None:
+        """The friction anchors as slip leaves them: those beyond the smoothed slip are dragged along, idle ones go."""
+        if self.friction_anchors is None or self.contact is None:
             return None
         normal, carried = self._normal, self.planes.carried
         slip = self.x - carried
         slip = slip - np.einsum("vi,vi->v", slip, normal)[:, None] * normal
         size = np.linalg.norm(slip, axis=1, keepdims=True)
         points = carried + np.maximum(1 - STICK / np.maximum(size, 1e-12), 0.0) * slip
-        moved = Grip.at(points, self.grip.face, self.contact.now, self.contact.surface.faces)
-        return Grip(np.where(self.load > 0, moved.face, -1).astype(np.int32), moved.local)
+        moved = FrictionAnchors.at(points, self.friction_anchors.face, self.contact.now, self.contact.surface.faces)
+        return FrictionAnchors(np.where(self.load > 0, moved.face, -1).astype(np.int32), moved.local)
 
-    def _contact(self, x: Positions, pinched: np.ndarray, scene: Scene, known: Anchors | None) -> Contact | None:
+    def _contact(self, x: Positions, pinched: np.ndarray, scene: Scene, known: ClosestPoints | None) -> Contact | None:
         """Contact of the vertices with the body where both are, if there is one."""
         model = self.model
         if model.surface is None or scene.skin is None:
@@ -176,7 +180,7 @@ class StaticStep:
             return contact.planes, contact.ahead.face
         face, weights = np.where(held >= 0, held, contact.ahead.face), contact.ahead.weights.copy()
         closest_on_faces(x, face, contact.now.vertices, contact.surface.faces, weights)
-        return contact.laid(Anchors(contact.ahead.nearest, face, weights)), face
+        return contact.laid(ClosestPoints(contact.ahead.nearest, face, weights)), face
 
     def _lean(self) -> None:
         """Turn the contact planes onto the triangles, the forces unchanged.

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.grip import Grip
-from hemline.sim.contact.planes import Anchors
+from hemline.sim.contact.friction_anchors import FrictionAnchors
+from hemline.sim.contact.planes import ClosestPoints
 from hemline.sim.step.model import ClothModel
 from hemline.sim.step.state import Scene, StepRejected
 from hemline.sim.step.workspace import Workspace
@@ -53,7 +53,7 @@ class Equilibrium:
         load: Force with which the body presses on each vertex [N].
         face: Triangle of the body that each vertex is held off from, -1 for none.
         held: Triangle that each vertex in a crease keeps to, -1 for the others.
-        grip: Friction's points from here on; None without a body.
+        friction_anchors: Friction anchors from here on; None without a body.
         residual_share: Mean size of the forces over the mean weight of a vertex.
         newton_steps: Newton steps taken.
         solver_steps: Steps of conjugate gradients in all of them.
@@ -64,7 +64,7 @@ class Equilibrium:
     load: Float[np.ndarray, " verts"]
     face: Int[np.ndarray, " verts"]
     held: Held
-    grip: Grip | None
+    friction_anchors: FrictionAnchors | None
     residual_share: float
     newton_steps: int = 0
     solver_steps: int = 0
@@ -104,24 +104,28 @@ class Search:
         self.flips = np.zeros(len(pinched), np.int32)
         self.held = np.full(len(pinched), -1, np.int32) if held is None else held
         self.last: StaticStep | None = None
-        self._known: Anchors | None = None
+        self._known: ClosestPoints | None = None
 
-    def run(self, positions: Positions, grip: Grip | None, *, tolerance: float, newton_steps: int) -> Equilibrium:
+    def run(
+        self, positions: Positions, friction_anchors: FrictionAnchors | None, *, tolerance: float, newton_steps: int
+    ) -> Equilibrium:
         """Search from there.
 
         Args:
             positions: Where to start [m].
-            grip: Friction's points.
+            friction_anchors: Friction anchors.
             tolerance: Mean residual force that is small enough, over the mean weight of a vertex.
             newton_steps: How many to take at most.
 
         Returns:
             The best that was found; its `residual_share` says whether it is an equilibrium.
         """
-        step = self._step(positions, grip)
+        step = self._step(positions, friction_anchors)
         if step.potential.residual_share > FAR:
-            step = self._descend(self._step(positions, grip, soft=SOFT), max(tolerance, ENOUGH), newton_steps)
-            step = self._step(step.x + ((1 - SOFT) * step.depth)[:, None] * step.planes.normal, step.grip)
+            step = self._descend(
+                self._step(positions, friction_anchors, soft=SOFT), max(tolerance, ENOUGH), newton_steps
+            )
+            step = self._step(step.x + ((1 - SOFT) * step.depth)[:, None] * step.planes.normal, step.friction_anchors)
         step = self._descend(step, tolerance, newton_steps)
         return Equilibrium(
             positions=step.x,
@@ -129,17 +133,19 @@ class Search:
             load=step.load,
             face=step.face,
             held=self.held,
-            grip=step.slipped(),
+            friction_anchors=step.slipped(),
             residual_share=step.potential.residual_share,
             newton_steps=self.newton_steps,
             solver_steps=self.solver_steps,
         )
 
-    def _step(self, positions: Positions, grip: Grip | None, *, by_halves: bool = True, **options: Any) -> StaticStep:
+    def _step(
+        self, positions: Positions, friction_anchors: FrictionAnchors | None, *, by_halves: bool = True, **options: Any
+    ) -> StaticStep:
         last = self.last
         pressed = last.pressed if by_halves and last is not None and last.potential.residual_share > NEAR else None
         options = {"h": FIRST, "held": self.held, "pressed": pressed, "known": self._known} | options
-        step = StaticStep(self.model, self.workspace, positions, self.pinched, self.scene, grip, **options)
+        step = StaticStep(self.model, self.workspace, positions, self.pinched, self.scene, friction_anchors, **options)
         self._known = None if step.contact is None else step.contact.ahead
         if self.last is not None:
             turned = np.einsum("vi,vi->v", step.planes.normal, self.last.planes.normal) < TURNED
@@ -153,9 +159,14 @@ class Search:
     def _descend(self, step: StaticStep, tolerance: float, newton_steps: int) -> StaticStep:
         """Newton steps until the residual is small, or falls no more; the best place, evaluated."""
         soft, h, since, mark = step.soft, FIRST, 0, step.potential.residual_share
-        least, best, grip, low = mark, step.x, step.grip, mark
+        least, best, friction_anchors, low = mark, step.x, step.friction_anchors, mark
         while least > tolerance and self.newton_steps < newton_steps and since < PATIENCE and h > LEAST:
-            start, residual, gripped, touching = step.x, step.potential.residual_share, step.grip, step.load > 0
+            start, residual, anchored, touching = (
+                step.x,
+                step.potential.residual_share,
+                step.friction_anchors,
+                step.load > 0,
+            )
             try:
                 spent = step.newton()
             except StepRejected:
@@ -164,7 +175,7 @@ class Search:
             taken = spent and math.isfinite(step.potential.energy) and 0 < np.abs(step.x - start).max() < FARTHEST
             h = min((2.0 if step.stretch else 0.5) * h, MOST) if taken else 0.25 * h
             whole, foreseen = soft == 1.0 and residual < NEAR, step.foreseen
-            step = self._step(step.x if taken else start, step.grip, h=h, soft=soft, whole=whole)
+            step = self._step(step.x if taken else start, step.friction_anchors, h=h, soft=soft, whole=whole)
             if taken and step.potential.residual_share > GROWTH * residual:
                 if np.array_equal(step.load > 0, touching) and step.potential.residual_share <= GROWTH * foreseen:
                     # into another valley, which is as high at first
@@ -172,14 +183,14 @@ class Search:
                     since = 0
                 elif h > SHORT:
                     h *= 0.125
-                    step = self._step(start, gripped, h=h, soft=soft, whole=whole)
+                    step = self._step(start, anchored, h=h, soft=soft, whole=whole)
             if step.potential.residual_share <= tolerance and step.pressed is not step.load:
-                step = self._step(step.x, step.grip, by_halves=False, h=h, soft=soft, whole=whole)
+                step = self._step(step.x, step.friction_anchors, by_halves=False, h=h, soft=soft, whole=whole)
             if step.potential.residual_share < least:
-                least, best, grip = step.potential.residual_share, step.x, step.grip
+                least, best, friction_anchors = step.potential.residual_share, step.x, step.friction_anchors
             low = min(low, step.potential.residual_share)
             if low < 0.9 * mark:
                 mark, since = low, 0
         if step.x is best and step.pressed is step.load:
             return step
-        return self._step(best, grip, by_halves=False, soft=soft)
+        return self._step(best, friction_anchors, by_halves=False, soft=soft)

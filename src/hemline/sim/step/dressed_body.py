@@ -134,9 +134,9 @@ class DressedBody:
         direction = moved / np.maximum(length, 1e-12)[:, None]
         now, then = self._now.skin, self._then.skin
         assert now is not None and then is not None
-        anchors = self.surface.anchors(positions, now, length < 1e-7)
-        planes = self.surface.planes(anchors, positions, then, now, np.ones(len(positions)))
-        body_velocity = np.where((anchors.face >= 0)[:, None], (planes.carried - positions) / self._step, 0.0)
+        closest = self.surface.closest(positions, now, length < 1e-7)
+        planes = self.surface.planes(closest, positions, then, now, np.ones(len(positions)))
+        body_velocity = np.where((closest.face >= 0)[:, None], (planes.carried - positions) / self._step, 0.0)
         inward = np.minimum(np.einsum("vi,vi->v", state.velocities - body_velocity, direction), 0.0)
         velocities = state.velocities - np.where(length < 1e-7, 0.0, inward)[:, None] * direction
         mask = np.zeros(len(positions), bool)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.collide import ProjectionSettings, Projector, ProjectorState, inside, winding_numbers
-from hemline.sim.contact.sides import SideFaces
+from hemline.sim.contact.contact_history import HistoryFaces
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
@@ -69,7 +69,7 @@ class FrameEnd:
         posed: "PosedBody",
         positions: Float[np.ndarray, "verts 3"],
         seconds: float,
-        sides: SideFaces | None = None,
+        contact_history: HistoryFaces | None = None,
     ) -> Cleaned:
         """Project one frame.
 
@@ -77,10 +77,10 @@ class FrameEnd:
             posed: The body at the end of the frame.
             positions: The cloth there [m].
             seconds: Length of the frame [s].
-            sides: Where the body held the cloth off in it; None: the cloth has no past.
+            contact_history: Where the body held the cloth off in it; None: the cloth has no past.
         """
         before = positions.astype(np.float32)
-        places = None if sides is None else sides[:, 0]
+        places = None if contact_history is None else contact_history[:, 0]
         self.state, after, report = self.projector.project(self.state, posed, before, dt=seconds, places=places)
         kept = self._caught(posed, before, after)
         after[kept] = before[kept]

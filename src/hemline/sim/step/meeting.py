@@ -2,9 +2,9 @@
 
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.body_contact import Contact
+from hemline.sim.contact.contact_with_history import ContactWithHistory
 from hemline.sim.contact.pair_kernels import PairRows
 from hemline.sim.contact.pairs import Pairs
-from hemline.sim.contact.sided_contact import SidedContact
 
 from .model import ClothModel
 from .workspace import Workspace
@@ -40,7 +40,7 @@ class Meeting:
         parts = [] if self.itself is None else self.itself.lay(positions)
         if self.points is not None:
             parts.append(self.points.lay())
-        if isinstance(self.contact, SidedContact):
+        if isinstance(self.contact, ContactWithHistory):
             parts += self.contact.second(self.model.settings.thickness, self.model.sheet.friction)
         if self._off_bones is not None:
             parts.append(self._off_bones)

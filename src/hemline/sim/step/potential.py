@@ -62,7 +62,7 @@ class Potential:
         self.pairs: ContactPairs | None = None
         green_strain(start, model.sheet.faces, model.sheet.shape, workspace.strain_start)
 
-    def press(self, pairs: Pairs | None) -> None:
+    def replace_pairs(self, pairs: Pairs | None) -> None:
         """Take other pairs from the next evaluation on; None: keep those that there are."""
         if pairs is not None:
             self.pairs = ContactPairs(pairs, self.contact.creep)

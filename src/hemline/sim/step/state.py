@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.sides import SideFaces
+from hemline.sim.contact.contact_history import HistoryFaces
 from hemline.sim.contact.surface import Skin
 
 
@@ -20,8 +20,8 @@ class ClothState:
         change: Of the velocities in the last step [m/s]; where the next step starts to look.
         load: Force with which the body pressed on each vertex in the last step [N].
         pinched: Vertices that have no free place, as the body cuts through itself there.
-        sides: Where the body held each vertex off. None: the cloth has no past, as where it is dressed or no time
-            passes, and the body holds it off from where it is closest.
+        contact_history: Where the body held each vertex off. None: the cloth has no past, as where it is dressed or no
+            time passes, and the body holds it off from where it is closest.
         time: Since the start [s].
     """
 
@@ -30,7 +30,7 @@ class ClothState:
     change: Positions
     load: Float[np.ndarray, " verts"]
     pinched: Bool[np.ndarray, " verts"]
-    sides: SideFaces | None
+    contact_history: HistoryFaces | None
     time: float = 0.0
 
 

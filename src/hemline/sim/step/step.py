@@ -5,10 +5,10 @@ import math
 import numpy as np
 
 from hemline.sim.contact.body_contact import Contact
+from hemline.sim.contact.contact_history import ContactHistory
+from hemline.sim.contact.contact_with_history import ContactWithHistory, Wearing
 from hemline.sim.contact.pair_kernels import PairRows
-from hemline.sim.contact.planes import Anchors, no_planes
-from hemline.sim.contact.sided_contact import SidedContact, Wearing
-from hemline.sim.contact.sides import Sides
+from hemline.sim.contact.planes import ClosestPoints, no_planes
 
 from .meeting import Meeting
 from .model import ClothModel
@@ -49,7 +49,7 @@ class Step:
         h: float,
         then: Scene,
         now: Scene,
-        known: Anchors | None = None,
+        known: ClosestPoints | None = None,
     ):
         self.model, self.state, self.h = model, state, h
         settings, sheet = model.settings, model.sheet
@@ -70,7 +70,7 @@ class Step:
             air=air,
             contact=skin_contact(planes, sheet.friction * state.load, settings, settings.creep * h),
         )
-        self.potential.press(self.meeting.lay(guess))
+        self.potential.replace_pairs(self.meeting.lay(guess))
         self.potential.evaluate(guess)
 
     def solve(self) -> StepReport:
@@ -99,33 +99,35 @@ class Step:
         self._check()
         x, state, planes, settings = self.potential.x, self.state, self.potential.contact.planes, self.model.settings
         penetration = np.clip(settings.thickness - planes.gap(x), 0, settings.contact_depth)
-        velocities = (x - state.positions) / self.h
+        velocities, history = (x - state.positions) / self.h, state.contact_history
+        if isinstance(self.contact, ContactWithHistory):
+            history = self.contact.history.faces
         return ClothState(
             positions=x,
             velocities=velocities,
             change=velocities - state.velocities,
             load=planes.stiffness * penetration,
             pinched=state.pinched,
-            sides=self.contact.sides.faces if isinstance(self.contact, SidedContact) else state.sides,
+            contact_history=history,
             time=state.time + self.h,
         )
 
-    def _contact(self, then: Scene, now: Scene, guess: np.ndarray, known: Anchors | None) -> Contact | None:
+    def _contact(self, then: Scene, now: Scene, guess: np.ndarray, known: ClosestPoints | None) -> Contact | None:
         """Contact of the vertices with the body, if there is one."""
         model, state, share = self.model, self.state, self.model.settings.pinched_share
         if model.surface is None or then.skin is None or now.skin is None:
             return None
         moment = model.surface, then.skin, now.skin, state.positions, guess, model.fixed
-        push = model.contact_stiffness
-        if state.sides is None:
-            return Contact(*moment, push * np.where(state.pinched, share, 1.0), known)
-        wearing = Wearing(Sides.of(state.sides, model.surface), model.home, state.pinched, share)
-        return SidedContact(*moment, push, known, wearing)
+        stiffness = model.contact_stiffness
+        if state.contact_history is None:
+            return Contact(*moment, stiffness * np.where(state.pinched, share, 1.0), known)
+        wearing = Wearing(ContactHistory.of(state.contact_history, model.surface), model.home, state.pinched, share)
+        return ContactWithHistory(*moment, stiffness, known, wearing)
 
     def _off_bones(self, then: Scene, now: Scene) -> PairRows | None:
         """The pairs of the capsules with worn cloth, if there are any."""
         model = self.model
-        if model.capsules is None or self.state.sides is None or then.joints is None or now.joints is None:
+        if model.capsules is None or self.state.contact_history is None or then.joints is None or now.joints is None:
             return None
         rows = model.capsules.rows(
             self.state.positions,
@@ -146,7 +148,7 @@ class Step:
             if meeting.points is not None:
                 meeting.points.move(potential.x)
         if pressed or meeting.itself is not None:
-            potential.press(meeting.lay(potential.x))
+            potential.replace_pairs(meeting.lay(potential.x))
             potential.evaluate_contact()
 
     def _check(self) -> None:

@@ -10,7 +10,7 @@ from hemline.errors import BadInput, SimulationFailed
 from hemline.sim.cloth.sheet import Positions, Sheet
 from hemline.sim.cloth.wind import Wind
 from hemline.sim.contact.capsules import Capsules
-from hemline.sim.contact.planes import Anchors
+from hemline.sim.contact.planes import ClosestPoints
 from hemline.sim.contact.surface import Surface
 from hemline.sim.settings import SimSettings
 
@@ -75,7 +75,7 @@ class Stepper:
             wind=wind,
         )
         self.workspace = Workspace(self.model)
-        self.known: Anchors | None = None
+        self.known: ClosestPoints | None = None
 
     def start(self, positions: Positions) -> ClothState:
         """At rest at the given positions.

@@ -94,7 +94,7 @@ def simulate(
             failed = f"frame {index}: {reason}"
             log.warning("take failed: %s", failed)
             break
-        cleaned = end.clean(posed, state.positions, 1 / settings.fps, state.sides)
+        cleaned = end.clean(posed, state.positions, 1 / settings.fps, state.contact_history)
         state, before = dressed.fed_back(state, cleaned.positions, cleaned.pinched), pose
         record.keep(cleaned.positions, len(cleaned.pinched))
         record.inside.append(cleaned.inside)
@@ -165,14 +165,14 @@ class _Record:
 
 
 def _end_state(state: ClothState, pose: Pose) -> dict[str, np.ndarray]:
-    assert state.sides is not None
+    assert state.contact_history is not None
     return {
         "positions": state.positions,
         "velocities": state.velocities,
         "change": state.change,
         "load": state.load,
         "pinched": state.pinched.astype(np.uint8),
-        "sides": state.sides,
+        "contact_history": state.contact_history,
         "time": np.array([state.time]),
         "rotations": pose.rotations,
         "translation": pose.translation,
@@ -183,9 +183,11 @@ def _state(end: EndState) -> ClothState:
     arrays = {
         name: np.ascontiguousarray(end[name], np.float64) for name in ("positions", "velocities", "change", "load")
     }
-    # takes of older versions say nothing of sides: the closest skin is where they go on
-    sides = end.get("sides", np.full((len(arrays["positions"]), 2), -1, np.int32))
-    return ClothState(**arrays, pinched=end["pinched"].astype(bool), sides=sides, time=float(end["time"][0]))
+    # takes of older versions have no contact history: the closest skin is where they go on
+    history = end.get("contact_history", np.full((len(arrays["positions"]), 2), -1, np.int32))
+    return ClothState(
+        **arrays, pinched=end["pinched"].astype(bool), contact_history=history, time=float(end["time"][0])
+    )
 
 
 def _joined(first: Motion, second: Motion) -> Motion:

@@ -22,7 +22,7 @@ NO_BLOCKS = PairBlocks(
 
 
 class ContactPairs:
-    r"""The potential of all pairs: `SelfContact`, `BodyPoints`, second places (`SidedContact`) and `Capsules`.
+    r"""The potential of all pairs: `SelfContact`, `BodyPoints`, second places (`ContactWithHistory`) and `Capsules`.
 
     $$E(x) = \sum_p \frac{k_p}{3 t_p} d_p^3 + \mu_p L_p\, f_0(|u_p|), \qquad d = \max(0,\; r_0 - n \cdot r),
       \quad r = \sum_c w_c x_c$$

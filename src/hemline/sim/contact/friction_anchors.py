@@ -12,7 +12,7 @@ from .surface import Skin
 
 
 @dataclass(frozen=True)
-class Grip:
+class FrictionAnchors:
     """One point a cloth vertex, each fixed in the frame of a triangle of the body.
 
     The frame of a triangle a b c has its origin at a, its axes along b - a, across it in the plane, and along the
@@ -27,7 +27,7 @@ class Grip:
     local: Float[np.ndarray, "verts 3"]
 
     @classmethod
-    def at(cls, positions: Positions, face: Int[np.ndarray, " verts"], skin: Skin, faces: Faces) -> "Grip":
+    def at(cls, positions: Positions, face: Int[np.ndarray, " verts"], skin: Skin, faces: Faces) -> "FrictionAnchors":
         """Points that are at `positions` now.
 
         Args:
@@ -44,9 +44,11 @@ class Grip:
         origin, axes = _frames(skin, faces, self.face)
         return origin + np.einsum("vij,vj->vi", axes, self.local)
 
-    def kept(self, other: "Grip", which: Bool[np.ndarray, " verts"]) -> "Grip":
-        """This grip where `which`, the other elsewhere."""
-        return Grip(np.where(which, self.face, other.face), np.where(which[:, None], self.local, other.local))
+    def kept(self, other: "FrictionAnchors", which: Bool[np.ndarray, " verts"]) -> "FrictionAnchors":
+        """These where `which`, the others elsewhere."""
+        return FrictionAnchors(
+            np.where(which, self.face, other.face), np.where(which[:, None], self.local, other.local)
+        )
 
 
 def _frames(

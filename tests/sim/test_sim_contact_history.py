@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from hemline.sim import Scene, SimSettings, Skin, Stepper, Surface
-from hemline.sim.contact.side_kernels import apart, walk
-from hemline.sim.contact.sides import DEEP, FAR, SKEW, Sides
+from hemline.sim.contact.contact_history import DEEP, FAR, SKEW, ContactHistory
+from hemline.sim.contact.history_kernels import apart, walk
 
 STEPS, H = 120, 1 / 240
 
@@ -76,14 +76,14 @@ def test_the_first_place_is_the_closest_one_where_nothing_overlaps():
     direction = rng.normal(size=(300, 3))
     points = 0.31 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
     fixed, home = np.zeros(300, bool), np.zeros(300, np.int64)
-    sides = Sides.of(np.full((300, 2), -1, np.int32), surface)
+    history = ContactHistory.of(np.full((300, 2), -1, np.int32), surface)
     for _ in range(5):
         points = points + rng.normal(scale=0.004, size=points.shape)
-        found = surface.anchors(points, skin, fixed)
-        sides = Sides.of(sides.faces, surface).moved(surface, points, skin, found, home)
-        assert np.array_equal(sides.first.face, found.face)
+        found = surface.closest(points, skin, fixed)
+        history = ContactHistory.of(history.faces, surface).moved(surface, points, skin, found, home)
+        assert np.array_equal(history.first.face, found.face)
         # slid over a ball, a place is the closest one
-        assert not (sides.second.face >= 0).any()
+        assert not (history.second.face >= 0).any()
 
 
 def test_a_place_that_was_left_is_kept_until_it_is_far(square):
@@ -92,12 +92,12 @@ def test_a_place_that_was_left_is_kept_until_it_is_far(square):
     body = Blocks(block(plate, (0, -0.02, 0)), block(plate, (0, 0.03, 0)))
     surface, skin = Surface(body.faces, reach=0.04), body.skin(0.0)
     points, fixed, home = np.zeros((1, 3)), np.zeros(1, bool), np.zeros(1, np.int64)
-    sides = Sides.of(np.full((1, 2), -1, np.int32), surface)
+    history = ContactHistory.of(np.full((1, 2), -1, np.int32), surface)
     seen = []
     for height in (0.0, 0.002, 0.008, 0.009, 0.0145, 0.003):
         points[0, 1] = height
-        sides = sides.moved(surface, points, skin, surface.anchors(points, skin, fixed), home)
-        seen.append([-1 if face < 0 else int(body.limb[face]) for face in sides.faces[0]])
+        history = history.moved(surface, points, skin, surface.closest(points, skin, fixed), home)
+        seen.append([-1 if face < 0 else int(body.limb[face]) for face in history.faces[0]])
     lower, upper, none = 0, 1, -1
     assert seen == [[lower, none], [lower, none], [upper, lower], [upper, lower], [upper, none], [lower, upper]]
 
@@ -108,13 +108,13 @@ def test_only_its_own_limb_takes_a_vertex_back_from_another_one_in_flesh(home):
     body = Blocks(block((0.2, 0.04, 0.2), (0, -0.025, 0)), block((0.3, 0.03, 0.03), (0, 0.04, 0)))
     surface, skin = Surface(body.faces, reach=0.04, limb=body.limb), body.skin(0.055)
     points, fixed = np.array([[0.0, -0.013, 0.0]]), np.zeros(1, bool)
-    found = surface.anchors(points, skin, fixed)
+    found = surface.closest(points, skin, fixed)
     under = np.flatnonzero((body.limb == 1) & (body.low.shape[0] <= body.faces.min(axis=1)))
     centres = skin.vertices[body.faces[under]].mean(axis=1)
     bar = under[np.linalg.norm(centres - [0.0, -0.03, 0.0], axis=1).argmin()]
-    sides = Sides.of(np.array([[bar, -1]], np.int32), surface)
+    history = ContactHistory.of(np.array([[bar, -1]], np.int32), surface)
     assert body.limb[found.face[0]] == 0, "the block's top is closest"
-    moved = sides.moved(surface, points, skin, found, np.array([home]))
+    moved = history.moved(surface, points, skin, found, np.array([home]))
     assert body.limb[moved.first.face[0]] == home
     assert (moved.second.face[0] >= 0) == (home == 0)
 
@@ -126,11 +126,11 @@ def test_a_place_slides_over_the_skin_to_where_it_is_closest():
     direction = np.random.default_rng(9).normal(size=(200, 3))
     points = 0.31 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
     nobody = np.zeros(200, bool)
-    before = surface.anchors(points, skin, nobody)
+    before = surface.closest(points, skin, nobody)
     # 8 cm farther: five edges of the ball
     later = points + 0.08 * np.cross(points, [0.0, 0.0, 1.0]) / 0.31
     later *= 0.31 / np.linalg.norm(later, axis=1, keepdims=True)
-    closest = surface.anchors(later, skin, nobody)
+    closest = surface.closest(later, skin, nobody)
     assert not np.array_equal(before.face, closest.face)
     star = surface.star
     for i, vertex in enumerate(before.nearest):
@@ -142,9 +142,9 @@ def first_after(body, came, point):
     """Whether a vertex that was held off by that face still is where it is now; and whether other skin is closer."""
     surface, skin = Surface(body.faces, reach=0.04), body.skin(0.0)
     points = np.array([point])
-    found = surface.anchors(points, skin, np.zeros(1, bool))
-    sides = Sides.of(np.array([[came, -1]], np.int32), surface)
-    first = sides.moved(surface, points, skin, found, np.zeros(1, np.int64)).first
+    found = surface.closest(points, skin, np.zeros(1, bool))
+    history = ContactHistory.of(np.array([[came, -1]], np.int32), surface)
+    first = history.moved(surface, points, skin, found, np.zeros(1, np.int64)).first
     return not apart(surface.faces, first.face[0], came), apart(surface.faces, found.face[0], came)
 
 
@@ -164,12 +164,12 @@ def test_skin_that_looks_the_same_way_is_not_taken_from_deep_below_it():
     assert first_after(body, came, (0.0, 0.035, 0.0)) == (True, True)
 
 
-def twin_of_moved(surface, points, skin, found, home, sides):
-    """First and second faces of each vertex, one after the other, by the words of `sides`."""
+def twin_of_moved(surface, points, skin, found, home, history):
+    """First and second faces of each vertex, one after the other, by the words of `contact_history`."""
     mesh = skin.vertices, surface.faces, surface.star.starts, surface.star.columns
 
     def slid(i, place):
-        return walk(points, i, sides.nearest[place, i], *mesh)[1:]
+        return walk(points, i, history.nearest[place, i], *mesh)[1:]
 
     def over(i, face, v, w):
         corners, weights = surface.faces[face], np.array([1 - v - w, v, w])
@@ -180,9 +180,9 @@ def twin_of_moved(surface, points, skin, found, home, sides):
     result = []
     for i in range(len(points)):
         closest = (int(found.face[i]), *found.weights[i])
-        came = slid(i, 0) if sides.face[0, i] >= 0 else None
-        left = slid(i, 1) if sides.face[1, i] >= 0 else None
-        jumps = came is not None and apart(surface.faces, sides.face[0, i], closest[0])
+        came = slid(i, 0) if history.face[0, i] >= 0 else None
+        left = slid(i, 1) if history.face[1, i] >= 0 else None
+        jumps = came is not None and apart(surface.faces, history.face[0, i], closest[0])
         jumps = jumps and apart(surface.faces, came[0], closest[0])
         first, second = closest, left
         if jumps:
@@ -209,14 +209,14 @@ def test_sides_are_their_twins():
     surface = Surface(body.faces, reach=0.04, limb=body.limb)
     points = rng.uniform([-0.08, 0.0, -0.08], [0.08, 0.01, 0.08], (300, 3))
     fixed, home = np.zeros(300, bool), rng.integers(0, 2, 300)
-    sides, seen = Sides.of(np.full((300, 2), -1, np.int32), surface), np.zeros(3, int)
+    history, seen = ContactHistory.of(np.full((300, 2), -1, np.int32), surface), np.zeros(3, int)
     for step in range(12):
         skin = body.skin(0.02 + 0.025 * np.sin(step))
         points = points + rng.normal(scale=0.004, size=points.shape)
-        found = surface.anchors(points, skin, fixed)
-        expected = twin_of_moved(surface, points, skin, found, home, sides)
-        sides = sides.moved(surface, points, skin, found, home)
-        assert np.array_equal(sides.faces, expected)
+        found = surface.closest(points, skin, fixed)
+        expected = twin_of_moved(surface, points, skin, found, home, history)
+        history = history.moved(surface, points, skin, found, home)
+        assert np.array_equal(history.faces, expected)
         seen += [(expected[:, 1] >= 0).sum(), (expected[:, 0] != found.face).sum(), (expected[:, 1] < 0).sum()]
     assert (seen > 100).all()
 
@@ -231,7 +231,7 @@ def test_the_other_limb_yields_where_both_press():
     middle = np.array([skin.vertices[body.faces[lower]].mean(axis=0)] * 5, float)
     middle[:, 1] = [-0.002, -0.002, -0.009, -0.002, 0.01]
     pinched = np.array([False, False, False, True, True])
-    sides = Sides.of(faces, surface)
-    sides.weights[:] = 1 / 3
-    pushes = sides.pushes(surface, middle, skin, np.zeros(5, np.int64), pinched, np.full(5, 10.0), 0.02)
-    assert pytest.approx(np.array([[10, 10], [10, 10], [0.2, 10], [10, 0.2], [0.2, 10]])) == pushes.T
+    history = ContactHistory.of(faces, surface)
+    history.weights[:] = 1 / 3
+    shared = history.stiffnesses(surface, middle, skin, np.zeros(5, np.int64), pinched, np.full(5, 10.0), 0.02)
+    assert pytest.approx(np.array([[10, 10], [10, 10], [0.2, 10], [10, 0.2], [0.2, 10]])) == shared.T

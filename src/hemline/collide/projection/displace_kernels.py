@@ -1,4 +1,4 @@
-"""Push garment vertices out of the posed body, in order and smoothly: compiled code."""
+"""Displace garment vertices out of the posed body, in order and smoothly: compiled code."""
 
 import numpy as np
 
@@ -21,21 +21,10 @@ def lifted(distance, margin, gap):
 
 
 @kernel
-def push(
+def displace(
     points,
     ids,
-    body,
-    faces,
-    across,
-    ring_start,
-    ring,
-    leaf_start,
-    leaf_vertices,
-    patch_start,
-    patch_box,
-    patch_limb,
-    known,
-    normals,
+    skin,
     places,
     anchors,
     heights,
@@ -45,28 +34,28 @@ def push(
     gap,
     far,
     turn,
-    pushed_out,
+    displaced_out,
     signed_out,
 ):
     """Where each listed vertex should go to be outside of the surface around its anchor.
 
-    in: points (n,3), ids (k,), body (verts,3), its faces, the faces across their edges and around vertices; places
-    (n,): faces that vertices were held off from, -1 for none: no farther than around them is looked; offsets (n,3) and
-    their decay (0..1); margin, gap [m]; turn: frames, from 1; far [m]: vertices that were farther outside, or keep
-    clear of their anchor, are left alone but in every fourth turn; those farther inside look for a much shorter way
-    out, and in the first turn all do; in and out: anchors (n,), heights (n,): signed distance when last measured,
-    known and normals of the body; out: pushed_out (k,3), signed_out (k,): signed distance before [m].
+    in: points (n,3), ids (k,), skin; places (n,): faces that vertices were held off from, -1 for none: no farther than
+    around them is looked; offsets (n,3) and their decay (0..1); margin, gap [m]; turn: frames, from 1; far [m]:
+    vertices that were farther outside, or keep clear of their anchor, are left alone but in every fourth turn; those
+    farther inside look for a much shorter way out, and in the first turn all do; in and out: anchors (n,), heights
+    (n,): signed distance when last measured; out: displaced_out (k,3), signed_out (k,): signed distance before [m].
     """
     tiny, one, loyalty = np.float32(1e-8), np.float32(1), np.float32(0.1)
-    last, bound = np.int64(-1), np.empty(len(patch_limb), np.float32)
+    last, bound = np.int64(-1), np.empty(len(skin.patch_limb), np.float32)
+    body, faces, ring_start, ring = skin.body, skin.faces, skin.ring_start, skin.ring
     for k in range(len(ids)):
         i = _index(ids[k])
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         ox, oy, oz = offsets[i, 0] * decay, offsets[i, 1] * decay, offsets[i, 2] * decay
         held = ox * ox + oy * oy + oz * oz > tiny
         rest = heights[i] > 2 * margin and not held and (ids[k] + turn) % 4 != 0
-        if rest and (heights[i] > far or plane_height(body, faces, anchors[i], x, y, z) > 2 * margin):
-            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x, y, z
+        if rest and (heights[i] > far or plane_height(skin, anchors[i], x, y, z) > 2 * margin):
+            displaced_out[k, 0], displaced_out[k, 1], displaced_out[k, 2] = x, y, z
             signed_out[k] = heights[i]
             continue
         placed = places[i] >= 0
@@ -80,18 +69,16 @@ def push(
             if px * px + py * py + pz * pz < np.float32(0.25) * (qx * qx + qy * qy + qz * qz):
                 start = last
         for attempt in range(2):
-            last, at_b, at_c, squared = walk(body, faces, across, ring_start, ring, start, most_steps, x, y, z)
-            cx, cy, cz = place_on(body, faces, last, at_b, at_c)
+            last, at_b, at_c, squared = walk(skin, start, most_steps, x, y, z)
+            cx, cy, cz = place_on(skin, last, at_b, at_c)
             rx, ry, rz = x - cx, y - cy, z - cz
-            nx, ny, nz = blended_normal(body, faces, ring_start, ring, last, at_b, at_c, known, normals)
+            nx, ny, nz = blended_normal(skin, last, at_b, at_c)
             height = rx * nx + ry * ny + rz * nz
             distance = np.sqrt(squared) * (one if height >= 0 else -one)
             deep = distance < -far and ((heights[i] > -far and not slow) or (ids[k] + turn) % 16 == 0)
             if attempt == 1 or placed or not (deep or turn == 1):
                 break
-            vertex, nearest = seek(
-                body, leaf_start, leaf_vertices, patch_start, patch_box, patch_limb, np.int32(-1), x, y, z, bound
-            )
+            vertex, nearest = seek(skin, np.int32(-1), x, y, z, bound)
             if nearest > squared * (one if turn == 1 else loyalty):
                 break
             start = np.int64(ring[ring_start[vertex]])
@@ -106,21 +93,21 @@ def push(
                 done = (yx - x) * nx + (yy - y) * ny + (yz - z) * nz
                 more = max(ox * nx + oy * ny + oz * nz - done, np.float32(0))
                 yx, yy, yz = yx + more * nx, yy + more * ny, yz + more * nz
-            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = yx, yy, yz
+            displaced_out[k, 0], displaced_out[k, 1], displaced_out[k, 2] = yx, yy, yz
         elif held:
-            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x + ox, y + oy, z + oz
+            displaced_out[k, 0], displaced_out[k, 1], displaced_out[k, 2] = x + ox, y + oy, z + oz
         else:
-            pushed_out[k, 0], pushed_out[k, 1], pushed_out[k, 2] = x, y, z
+            displaced_out[k, 0], displaced_out[k, 1], displaced_out[k, 2] = x, y, z
 
 
 @kernel
-def list_doubtful(points, ids, pushed, signed, winding, near, offsets, margin, turn, doubtful_out, tests_out):
-    """Pushed vertices that may have been free before, and should then have stayed.
+def list_doubtful(points, ids, displaced, signed, winding, near, offsets, margin, turn, doubtful_out, tests_out):
+    """Displaced vertices that may have been free before, and should then have stayed.
 
     Those that are not free where they went, and those that were taken to be deep inside: the latter only where that is
     new, for what was displaced as far in the last frame is asked again in every fourth turn.
 
-    in: points (n,3), ids (k,), pushed (k,3), signed (k,) distances before, winding and near (k,) of the pushed
+    in: points (n,3), ids (k,), displaced (k,3), signed (k,) distances before, winding and near (k,) of the displaced
     positions, offsets (n,3) of the last frame, margin [m], turn; out: doubtful_out (k,): which, tests_out (k,3): where
     they were. Returns how many.
     """
@@ -128,7 +115,7 @@ def list_doubtful(points, ids, pushed, signed, winding, near, offsets, margin, t
     for k in range(len(ids)):
         i = _index(ids[k])
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        if pushed[k, 0] == x and pushed[k, 1] == y and pushed[k, 2] == z:
+        if displaced[k, 0] == x and displaced[k, 1] == y and displaced[k, 2] == z:
             continue
         if winding[k] == 0 and not near[k]:
             ox, oy, oz = offsets[i, 0], offsets[i, 1], offsets[i, 2]
@@ -142,14 +129,14 @@ def list_doubtful(points, ids, pushed, signed, winding, near, offsets, margin, t
 
 
 @kernel
-def judge(points, ids, winding, near, doubtful, winding_before, near_before, pushed_out, bad_out):
+def judge(points, ids, winding, near, doubtful, winding_before, near_before, displaced_out, bad_out):
     """Send back what was free before, and list what is free in neither position.
 
     Free is what has winding number 0 and is not within rounding of the surface.
 
-    in: points (n,3), ids (k,), winding and near (k,) of the pushed positions; doubtful: which of them were asked where
-    they were, winding_before and near_before of those; in and out: pushed_out (k,3); out: bad_out (k,). Returns how
-    many bad.
+    in: points (n,3), ids (k,), winding and near (k,) of the displaced positions; doubtful: which of them were asked
+    where they were, winding_before and near_before of those; in and out: displaced_out (k,3); out: bad_out (k,).
+    Returns how many bad.
     """
     count, asked = 0, 0
     for k in range(len(ids)):
@@ -158,7 +145,7 @@ def judge(points, ids, winding, near, doubtful, winding_before, near_before, pus
             if winding_before[asked] == 0 and not near_before[asked]:
                 is_free = True
                 for axis in range(3):
-                    pushed_out[k, axis] = points[_index(ids[k]), axis]
+                    displaced_out[k, axis] = points[_index(ids[k]), axis]
             asked += 1
         if not is_free:
             bad_out[count] = k
@@ -176,18 +163,7 @@ def seek_ways_out(
     pinch,
     margin,
     gap,
-    body,
-    faces,
-    leaf_start,
-    leaf_vertices,
-    patch_start,
-    patch_box,
-    patch_limb,
-    across,
-    ring_start,
-    ring,
-    known,
-    normals,
+    skin,
     starts,
     anchors,
     heights,
@@ -198,39 +174,21 @@ def seek_ways_out(
     """Where vertices that are still inside could go: over the nearest place of the surface.
 
     in: points (n,3), ids (k,), bad: which of them, limb (n,) of each vertex, own_limb: only search that and try the
-    place moved outward by `pinch` [m]; the body; starts (bad,): faces around which to look, -1: anywhere; in and out:
+    place moved outward by `pinch` [m]; skin; starts (bad,): faces around which to look, -1: anywhere; in and out:
     anchors, heights (n,); signed_out (k,): distance [m]; out: trial_out (bad,3): what to test; otherwise_out (bad,3):
     outside of the own limb only.
     """
-    bound, one = np.empty(len(patch_limb), np.float32), np.float32(1)
+    bound, one = np.empty(len(skin.patch_limb), np.float32), np.float32(1)
     for k in range(len(bad)):
         i = _index(ids[bad[k]])
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         on = limb[i] if own_limb else np.int32(-1)
         if starts[k] >= 0:
-            face, at_b, at_c, squared = walk(
-                body, faces, across, ring_start, ring, np.int64(starts[k]), np.int64(SLOW_STEPS), x, y, z
-            )
+            face, at_b, at_c, squared = walk(skin, np.int64(starts[k]), np.int64(SLOW_STEPS), x, y, z)
         else:
-            face, at_b, at_c, squared = seek_place(
-                body,
-                faces,
-                leaf_start,
-                leaf_vertices,
-                patch_start,
-                patch_box,
-                patch_limb,
-                across,
-                ring_start,
-                ring,
-                on,
-                x,
-                y,
-                z,
-                bound,
-            )
-        cx, cy, cz = place_on(body, faces, face, at_b, at_c)
-        nx, ny, nz = blended_normal(body, faces, ring_start, ring, face, at_b, at_c, known, normals)
+            face, at_b, at_c, squared = seek_place(skin, on, x, y, z, bound)
+        cx, cy, cz = place_on(skin, face, at_b, at_c)
+        nx, ny, nz = blended_normal(skin, face, at_b, at_c)
         height = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
         distance = np.sqrt(squared) * (one if height >= 0 else -one)
         anchors[i], heights[i] = face, distance
@@ -245,27 +203,12 @@ def seek_ways_out(
 
 
 @kernel
-def deepest(
-    points,
-    ids,
-    inside,
-    signed,
-    body,
-    faces,
-    leaf_start,
-    leaf_vertices,
-    patch_start,
-    patch_box,
-    patch_limb,
-    across,
-    ring_start,
-    ring,
-):
+def deepest(points, ids, inside, signed, skin):
     """Distance to the skin of the deepest vertex [m]: anchors give upper bounds, the largest of which are looked into.
 
-    in: points (n,3), ids (k,), inside (k,), signed (k,): distances to the anchors' surroundings; the body.
+    in: points (n,3), ids (k,), inside (k,), signed (k,): distances to the anchors' surroundings; skin.
     """
-    bound, depth, first = np.empty(len(patch_limb), np.float32), np.float32(0), np.int64(-1)
+    bound, depth, first = np.empty(len(skin.patch_limb), np.float32), np.float32(0), np.int64(-1)
     for k in range(len(ids)):
         if inside[k] and (first < 0 or abs(signed[k]) > abs(signed[first])):
             first = k
@@ -274,38 +217,22 @@ def deepest(
         if k >= 0 and inside[k] and abs(signed[k]) > depth:
             i = _index(ids[k])
             x, y, z = points[i, 0], points[i, 1], points[i, 2]
-            _, _, _, squared = seek_place(
-                body,
-                faces,
-                leaf_start,
-                leaf_vertices,
-                patch_start,
-                patch_box,
-                patch_limb,
-                across,
-                ring_start,
-                ring,
-                np.int32(-1),
-                x,
-                y,
-                z,
-                bound,
-            )
+            _, _, _, squared = seek_place(skin, np.int32(-1), x, y, z, bound)
             depth = max(depth, min(np.sqrt(squared), abs(signed[k])))
     return depth
 
 
 @kernel
-def take_ways_out(bad, winding, near, trial, otherwise, pushed_out, still_out, where_out):
+def take_ways_out(bad, winding, near, trial, otherwise, displaced_out, still_out, where_out):
     """Send vertices where it is free.
 
-    out: pushed_out (k,3); still_out (bad,): those for which it is not, where_out (bad,3): their trials.
+    out: displaced_out (k,3); still_out (bad,): those for which it is not, where_out (bad,3): their trials.
     """
     count = 0
     for k in range(len(bad)):
         is_free = winding[k] == 0 and not near[k]
         for axis in range(3):
-            pushed_out[bad[k], axis] = trial[k, axis] if is_free else otherwise[k, axis]
+            displaced_out[bad[k], axis] = trial[k, axis] if is_free else otherwise[k, axis]
         if not is_free:
             still_out[count] = bad[k]
             for axis in range(3):
@@ -315,7 +242,7 @@ def take_ways_out(bad, winding, near, trial, otherwise, pushed_out, still_out, w
 
 
 @kernel
-def settle(points, ids, final, offsets_out, lively_out, frame, order, vertices_out):
+def write_back(points, ids, final, frame, order, offsets_out, lively_out, vertices_out):
     """Write the final positions back into the world, and remember how far each vertex was moved.
 
     in: points (n,3), ids (k,), final (k,3), frame (3,4): bone to world, order (n,);

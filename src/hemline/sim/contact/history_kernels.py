@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
 
-from .planes import Anchors
+from .planes import ClosestPoints
 from .touch_kernels import SkinMesh, closest_around
 
 FARTHEST_WALK = 16
@@ -78,7 +78,7 @@ def height_over(x, i, vertices, normals, faces, face, v, w):
 
 
 @kernel(parallel=True)
-def move_sides(x, skin: SkinMesh, limb, home, found: Anchors, deep, far, skew, out: Places):
+def move_places(x, skin: SkinMesh, limb, home, found: ClosestPoints, deep, far, skew, out: Places):
     """The first and the second place of each vertex after cloth and body have moved.
 
     # in:  x (verts, 3) float64; limb (faces,), home (verts,); found: the closest places; `deep` and `far` [m], `skew`
@@ -124,29 +124,31 @@ def move_sides(x, skin: SkinMesh, limb, home, found: Anchors, deep, far, skew, o
 
 
 @kernel(parallel=True)
-def share_push(x, skin: SkinMesh, limb, home, pinched, places: Places, push, yielding, pressed, push_out):
+def share_stiffness(
+    x, skin: SkinMesh, limb, home, pinched, places: Places, stiffness, yielding, pressed, stiffness_out
+):
     """Contact stiffness of the first and of the second place of each vertex: what is not its own limb may yield.
 
-    # in:  x (verts, 3) float64; limb (faces,), home (verts,), pinched (verts,) bool; push (verts,) [N/m]; the share
-    #      that yields; `pressed` [m]
-    # out: push_out (2, verts)
+    # in:  x (verts, 3) float64; limb (faces,), home (verts,), pinched (verts,) bool; stiffness (verts,) [N/m]; the
+    #      share that yields; `pressed` [m]
+    # out: stiffness_out (2, verts)
     """
     vertices, normals, faces = skin.vertices, skin.normals, skin.faces
     face, weights = places.face, places.weights
     for i in prange(x.shape[0]):
-        push_out[0, i] = push_out[1, i] = push[i]
+        stiffness_out[0, i] = stiffness_out[1, i] = stiffness[i]
         first, second = face[0, i], face[1, i]
         own_first, own_second = first >= 0 and limb[first] == home[i], second >= 0 and limb[second] == home[i]
         if own_first == own_second or second < 0:
             if pinched[i] and not own_first and not own_second:
-                push_out[0, i] = yielding * push[i]
+                stiffness_out[0, i] = yielding * stiffness[i]
             continue
         own = 0 if own_first else 1
         height, _, _, _, _ = height_over(
             x, i, vertices, normals, faces, face[own, i], weights[own, i, 0], weights[own, i, 1]
         )
         if pinched[i] or height < -pressed:
-            push_out[1 - own, i] = yielding * push[i]
+            stiffness_out[1 - own, i] = yielding * stiffness[i]
 
 
-__all__ = ["Places", "apart", "height_over", "move_sides", "share_push", "walk"]
+__all__ = ["Places", "apart", "height_over", "move_places", "share_stiffness", "walk"]

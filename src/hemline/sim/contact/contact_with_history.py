@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .body_contact import Contact
+from .contact_history import ContactHistory
 from .pair_kernels import PairRows
-from .planes import Anchors
-from .sides import Sides
+from .planes import ClosestPoints
 from .surface import Skin, Surface
 
 
@@ -16,27 +16,27 @@ class Wearing(NamedTuple):
     """What a step knows of each vertex of the cloth.
 
     Attributes:
-        sides: The places of the body that held it off.
+        history: The places of the body that held it off.
         home: The limb that it lies on at rest.
         pinched: Whether it has no free place, as parts of the body are inside each other there.
         yielding: Share of the stiffness that is left to another limb there.
     """
 
-    sides: Sides
+    history: ContactHistory
     home: Int[np.ndarray, " verts"]
     pinched: Bool[np.ndarray, " verts"]
     yielding: float
 
 
-class SidedContact(Contact):
-    """Contact where each vertex keeps to its sides of the body: one plane a vertex, a second one where it has two.
+class ContactWithHistory(Contact):
+    """Contact where each vertex keeps to the places that held it off: one plane each, a second one where it has two.
 
     Args:
-        surface, then, now, start, guess, fixed, push, known: As of `Contact`.
+        surface, then, now, start, guess, fixed, stiffness, known: As of `Contact`.
         wearing: Of the vertices, at the step's start.
 
     Attributes:
-        sides: Of the vertices, where the cloth is.
+        history: Of the vertices, where the cloth is.
     """
 
     def __init__(
@@ -47,19 +47,19 @@ class SidedContact(Contact):
         start: Float[np.ndarray, "verts 3"],
         guess: Float[np.ndarray, "verts 3"],
         fixed: Bool[np.ndarray, " verts"],
-        push: Float[np.ndarray, " verts"],
-        known: Anchors | None,
+        stiffness: Float[np.ndarray, " verts"],
+        known: ClosestPoints | None,
         wearing: Wearing,
     ):
-        self.wearing, self._full = wearing, push
-        super().__init__(surface, then, now, start, guess, fixed, push, known)
+        self.wearing, self._full = wearing, stiffness
+        super().__init__(surface, then, now, start, guess, fixed, stiffness, known)
 
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> bool:
         """Find the planes again, where the cloth is at the step's end; whether a vertex moved far enough for that."""
         if not self._sought_again(positions):
             return False
-        sides = self.sides.moved(self.surface, positions, self.now, self.ahead, self.wearing.home)
-        self._hold(sides, positions, self.now)
+        history = self.history.moved(self.surface, positions, self.now, self.ahead, self.wearing.home)
+        self._hold(history, positions, self.now)
         return True
 
     def second(self, thickness: float, friction: Float[np.ndarray, " verts"]) -> list[PairRows]:
@@ -69,12 +69,12 @@ class SidedContact(Contact):
             thickness: Distance that cloth keeps from the body [m].
             friction: Coulomb's coefficient of each vertex.
         """
-        sides, which = self.sides, np.flatnonzero(self.sides.face[1] >= 0)
+        history, which = self.history, np.flatnonzero(self.history.face[1] >= 0)
         if not (len(which) and thickness):
             return []
-        nearest, face, weights = sides.nearest[1, which], sides.face[1, which], sides.weights[1, which]
+        nearest, face, weights = history.nearest[1, which], history.face[1, which], history.weights[1, which]
         planes = self.surface.planes(
-            Anchors(nearest, face, weights), self.start[which], self.then, self.now, self._push_of_second[which]
+            ClosestPoints(nearest, face, weights), self.start[which], self.then, self.now, self._second_stiffness[which]
         )
         depth = np.clip(thickness - planes.gap(planes.carried), 0, thickness)
         return [
@@ -90,15 +90,15 @@ class SidedContact(Contact):
             )
         ]
 
-    def _begin(self, anchors: Anchors) -> None:
+    def _begin(self, closest: ClosestPoints) -> None:
         wearing = self.wearing
-        sides = wearing.sides.moved(self.surface, self.start, self.then, anchors, wearing.home)
-        self._hold(sides, self.start, self.then)
+        history = wearing.history.moved(self.surface, self.start, self.then, closest, wearing.home)
+        self._hold(history, self.start, self.then)
 
-    def _hold(self, sides: Sides, positions: Float[np.ndarray, "verts 3"], skin: Skin) -> None:
+    def _hold(self, history: ContactHistory, positions: Float[np.ndarray, "verts 3"], skin: Skin) -> None:
         wearing = self.wearing
-        self.sides, self.anchors = sides, sides.first
-        self.push, self._push_of_second = sides.pushes(
+        self.history, self.places = history, history.first
+        self.stiffness, self._second_stiffness = history.stiffnesses(
             self.surface, positions, skin, wearing.home, wearing.pinched, self._full, wearing.yielding
         )
-        self.planes = self.laid(self.anchors)
+        self.planes = self.laid(self.places)

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .planes import Anchors
-from .side_kernels import Places, move_sides, share_push
+from .history_kernels import Places, move_places, share_stiffness
+from .planes import ClosestPoints
 from .surface import Skin, Surface
 
-SideFaces = Int[np.ndarray, "verts 2"]
+HistoryFaces = Int[np.ndarray, "verts 2"]
 """Faces of the body at the first and the second place of each vertex, -1 for none."""
 
 DEEP = 0.005
@@ -36,7 +36,7 @@ PRESSED = 0.002
 
 
 @dataclass(frozen=True)
-class Sides:
+class ContactHistory:
     """The first and the second place of each vertex.
 
     Attributes:
@@ -51,35 +51,35 @@ class Sides:
     weights: Float[np.ndarray, "2 verts 2"]
 
     @classmethod
-    def of(cls, faces: SideFaces, surface: Surface) -> "Sides":
+    def of(cls, faces: HistoryFaces, surface: Surface) -> "ContactHistory":
         """From their faces."""
         face = np.ascontiguousarray(faces.T, np.int32)
         nearest = np.where(face < 0, -1, surface.faces[face, 0]).astype(np.int32)
         return cls(nearest, face, np.zeros((*face.shape, 2)))
 
     @property
-    def faces(self) -> SideFaces:
+    def faces(self) -> HistoryFaces:
         """Their faces: all that the next step needs."""
         return self.face.T.copy()
 
     @property
-    def first(self) -> Anchors:
+    def first(self) -> ClosestPoints:
         """The first places."""
-        return Anchors(self.nearest[0], self.face[0], self.weights[0])
+        return ClosestPoints(self.nearest[0], self.face[0], self.weights[0])
 
     @property
-    def second(self) -> Anchors:
+    def second(self) -> ClosestPoints:
         """The second places."""
-        return Anchors(self.nearest[1], self.face[1], self.weights[1])
+        return ClosestPoints(self.nearest[1], self.face[1], self.weights[1])
 
     def moved(
         self,
         surface: Surface,
         positions: Float[np.ndarray, "verts 3"],
         skin: Skin,
-        found: Anchors,
+        found: ClosestPoints,
         home: Int[np.ndarray, " verts"],
-    ) -> "Sides":
+    ) -> "ContactHistory":
         """The places after body and cloth have moved.
 
         Args:
@@ -91,17 +91,17 @@ class Sides:
         """
         nearest, face, weights = self.nearest.copy(), self.face.copy(), self.weights.copy()
         places = Places(nearest, face, weights)
-        move_sides(positions, surface.mesh(skin), surface.limb, home, found, DEEP, FAR, SKEW, places)
-        return Sides(nearest, face, weights)
+        move_places(positions, surface.mesh(skin), surface.limb, home, found, DEEP, FAR, SKEW, places)
+        return ContactHistory(nearest, face, weights)
 
-    def pushes(
+    def stiffnesses(
         self,
         surface: Surface,
         positions: Float[np.ndarray, "verts 3"],
         skin: Skin,
         home: Int[np.ndarray, " verts"],
         pinched: Bool[np.ndarray, " verts"],
-        push: Float[np.ndarray, " verts"],
+        stiffness: Float[np.ndarray, " verts"],
         yielding: float,
     ) -> Float[np.ndarray, "2 verts"]:
         """Contact stiffness of each place [N/m]. Where its own limb and another one press on a vertex, or it is
@@ -113,11 +113,11 @@ class Sides:
             skin: The body.
             home: Limb of each vertex.
             pinched: Whether it has no free place.
-            push: Stiffness of each vertex in contact [N/m].
+            stiffness: Of each vertex in contact [N/m].
             yielding: Share of it that is left to what yields.
         """
-        shared = np.empty((2, len(push)))
+        shared = np.empty((2, len(stiffness)))
         places = Places(self.nearest, self.face, self.weights)
         mesh = surface.mesh(skin)
-        share_push(positions, mesh, surface.limb, home, pinched, places, push, yielding, PRESSED, shared)
+        share_stiffness(positions, mesh, surface.limb, home, pinched, places, stiffness, yielding, PRESSED, shared)
         return shared
