@@ -1,6 +1,7 @@
 """Works that docstrings name stand in docs/references.bib, by their real titles, and the other way round.
 
-Two forms are read. In a `Source:`: authors, "Title", year; several works are separated by semicolons. Elsewhere, for
+Two forms are read. In a `Source:`: authors, "Title", perhaps where, year; several works are separated by semicolons,
+and of a title what stands before its colon will do. Elsewhere, for
 a work that is known from a `Source:` or from the list alone: `Surname et al. 2020`, `Surname and Surname 1988`.
 """
 
@@ -13,11 +14,9 @@ import pytest
 from import_graph import files, name_of
 
 ROOT = Path(__file__).parents[2]
-SHORT = {"rope chains": "a neural-network-based approach for loose-fitting clothing"}
-"""Short names of works in use."""
 SOURCE = re.compile(r"Source: (.*?)(?=Differs:|Source:|\n\s*\n|\Z)", re.DOTALL)
-WORK = re.compile(r"^(?P<authors>[^\";]+), \"(?P<title>[^\"]+)\", (?P<year>[12]\d{3}|undated)\b")
-MENTION = re.compile(r"\b([A-ZÀ-Ž][\w-]+)(?: et al\.,?| and [A-Z][\w-]+)? ((?:19|20)\d\d)\b")
+WORK = re.compile(r"^(?P<authors>[^\";]+), \"(?P<title>[^\"]+)\",(?: [^\";]+?,?)? (?P<year>[12]\d{3}|undated)\b")
+MENTION = re.compile(r"\b([A-ZÀ-Ž](?=[\w-]*[a-z])[\w-]+)(?: et al\.,?| and [A-Z][\w-]+)? ((?:19|20)\d\d)\b")
 PAGES = [ROOT / "README.md", ROOT / "NOTICE", *sorted((ROOT / "docs").glob("*.md"))]
 
 
@@ -58,7 +57,8 @@ def cited(path: Path) -> list[tuple[str, str, str]]:
             continue  # a remark after a semicolon
         assert match, f'{name_of(path)}: write "Source: Authors, "Title", year", not "{clause}"'
         title = plain(match["title"])
-        works.append((plain(match["authors"]), SHORT.get(title, title), match["year"]))
+        whole = [each for each, year in LISTED if each.startswith(f"{title}: ") and year == match["year"]]
+        works.append((plain(match["authors"]), (whole or [title])[0], match["year"]))
     return works
 
 

@@ -21,7 +21,7 @@ def behind_nearest_percent(vertices: Vertices, body_vertices: Vertices, body_fac
     Returns:
         The share [percent of the vertices]; `mean_and_worst` sums up a clip.
 
-    Source: Li, Shi, Zhu, Kanai, "SwinGar", the signed distance h(X) to the nearest body vertex of Eq. 14.
+    Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, the signed distance h(X) to the nearest body vertex of Eq. 14.
     """
     from scipy.spatial import KDTree
 

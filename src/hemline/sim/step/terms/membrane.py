@@ -28,7 +28,8 @@ class Membrane:
         over_h: 1 / h [1/s]; 0: without damping.
         cap: Compression that stays in the Hessian [N m].
 
-    Source: Volino, Magnenat-Thalmann, Faure, "A simple approach to nonlinear tensile stiffness", ACM TOG 28(4), 2009.
+    Source: Volino, Magnenat-Thalmann, Faure, "A simple approach to nonlinear tensile stiffness for accurate cloth
+        simulation", 2009.
     """
 
     model: ClothModel
