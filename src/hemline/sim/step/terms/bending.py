@@ -31,9 +31,9 @@ class Bending:
     workspace: Workspace
 
     def evaluate(self, x: Positions) -> tuple[float, float]:
-        """The energies of hinges and of the matrix [J]; the gradient is added to that of the membrane at the vertices, `workspace.elastic` [N].
+        """The energies of hinges and of the matrix [J]; the gradient goes to the vertices, `workspace.elastic` [N].
 
-        Both are gathered in one pass over the vertices, `elastic_kernels.elastic_at_vertices`.
+        It and that of the membrane are gathered in one pass over the vertices, `elastic_kernels.elastic_at_vertices`.
         """
         model, work = self.model, self.workspace
         sheet = model.sheet
