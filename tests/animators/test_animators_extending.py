@@ -37,6 +37,7 @@ def installed(tmp_path, monkeypatch):
     yield
     registry._places.cache_clear()
     sys.modules.pop("my_package", None)
+    sys.modules.pop("loose_package", None)
 
 
 class SmallDataset:
@@ -114,6 +115,54 @@ def test_an_unknown_animator_is_named_with_the_nearest():
         animators.animator_kind("rope")
     with pytest.raises(BadModel, match="no such animator"):
         animators.animator_kind("xyz", error=BadModel)
+
+
+WEARABLE = """
+from dataclasses import dataclass
+
+from my_package import AnimatorStiff, StiffConfig
+from hemline.animators.model_file import save_model
+
+
+@dataclass(frozen=True)
+class WearableStiff:
+    figures: dict
+    name, Config = "loose", StiffConfig
+
+    @classmethod
+    def fit(cls, data, config=None, *, seed=0, progress=None, checkpoints=None):
+        return cls({"seed": float(seed)})
+
+    @classmethod
+    def of(cls, arrays, metadata):
+        return cls(metadata["figures"])
+
+    def worn_by(self, garment, body):
+        return AnimatorStiff(garment, body.body.name, body.body.hash, garment.vertices)
+
+    def save(self, path):
+        save_model(path, self.name, {}, garment=None, body={}, config={}, figures=self.figures, licences=[], extra={})
+"""
+
+
+def test_a_wearable_is_loaded_and_given_a_garment(installed, tmp_path):
+    (tmp_path / "loose_package.py").write_text(WEARABLE)
+    (tmp_path / "loose-1.0.dist-info").mkdir()
+    (tmp_path / "loose-1.0.dist-info" / "entry_points.txt").write_text(
+        "[hemline.animators]\nloose = loose_package:WearableStiff\n"
+    )
+    (tmp_path / "loose-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: loose\nVersion: 1.0\n")
+    registry._places.cache_clear()
+    animators.fit(None, "loose", seed=3).save(tmp_path / "loose.safetensors")
+    back = animators.load(tmp_path / "loose.safetensors")
+    assert isinstance(back, animators.Wearable) and not isinstance(back, animators.Animator)
+    assert back.figures == {"seed": 3.0}
+    shaped = bodies.load("anny24").shaped()
+    worn = back.worn_by(garments.load("cape-light"), shaped)
+    assert isinstance(worn, animators.Animator)
+    posed = shaped.posed(shaped.rest_pose)
+    _, vertices = worn.step(worn.start(posed), posed, 1 / 30)
+    np.testing.assert_allclose(vertices, worn.garment.vertices, atol=1e-5)
 
 
 def test_no_entry_point_replaces_an_animator_of_ours(tmp_path, monkeypatch):

@@ -65,7 +65,7 @@ def save_model(
     animator: str,
     arrays: Mapping[str, np.ndarray],
     *,
-    garment: Garment,
+    garment: Garment | None,
     body: Mapping[str, str],
     config: Mapping[str, Any],
     figures: Mapping[str, float],
@@ -78,7 +78,7 @@ def save_model(
         path: The file.
         animator: Name of the animator.
         arrays: The animator's own arrays.
-        garment: Stored in the file, mesh and all.
+        garment: Stored in the file, mesh and all; None for a `Wearable`, which is given one later.
         body: `name` and `hash` of the body that it was fitted on.
         config: Options of the fit.
         figures: What the fit reached.
@@ -92,13 +92,16 @@ def save_model(
         "kind": "model",
         "animator": animator,
         "config": dict(config),
-        "garment": garment.metadata(),
         "body": dict(body),
         "units": UNITS,
         "licences": list(licences),
         "figures": dict(figures),
     } | dict(extra)
-    write_tensors(path, dict(arrays) | {f"garment.{n}": a for n, a in garment.arrays().items()}, metadata)
+    held = dict(arrays)
+    if garment is not None:
+        metadata["garment"] = garment.metadata()
+        held |= {f"garment.{name}": array for name, array in garment.arrays().items()}
+    write_tensors(path, held, metadata)
 
 
 def garment_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Garment:

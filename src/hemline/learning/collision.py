@@ -73,9 +73,9 @@ def missing(offsets: Any, normals: Any, heights: Any, expansion: float) -> Any:
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Sections 7 and 9. Differs: they push a vertex that lies inside an expanded primitive towards
-        the truth. Primitives are off by more than the 3 mm at which cloth rests on the skin, so where it matters most
-        the truth itself lies inside them and nothing is left to be said. A half-space of the mesh at the truth costs no
-        search, is on the truth's side of thin parts, and its gradient is along the normal.
+        the ground truth. Primitives are off by more than the 3 mm at which cloth rests on the skin, so where it
+        matters most the ground truth itself lies inside them and nothing is left to be said. A half-space of the mesh
+        there costs no search, is on its side of thin parts, and its gradient is along the normal.
     """
     return (expansion - heights - (offsets * normals).sum(-1)).clip(0)
 
