@@ -45,7 +45,7 @@ def system(name: str) -> tuple[tuple, Pattern]:
         motion = shaped.placed(motions.load("run"))[:1]
         sim.simulate(garment, shaped, motion, sim.SimSettings(self_contact=False))
     except Caught as caught:
-        return caught.args[0], caught.args[0][PATTERN]
+        return caught.args[0], Pattern(*caught.args[0][PATTERN])
     finally:
         solving.conjugate_gradients = solve
     raise RuntimeError("no step was taken")
@@ -54,7 +54,7 @@ def system(name: str) -> tuple[tuple, Pattern]:
 def copied(value):
     """An argument of the solver, all of its arrays copied."""
     if isinstance(value, tuple):
-        return type(value)(*(copied(each) for each in value))
+        return tuple(copied(each) for each in value)
     return value.copy() if isinstance(value, np.ndarray) else value
 
 
