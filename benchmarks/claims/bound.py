@@ -19,11 +19,11 @@ from hemline.compiled import threads as available
 from hemline.compiled import use_threads
 from hemline.sim.solver import system as solving
 from hemline.sim.solver.conjugate_kernels import solve_band
-from hemline.sim.solver.layout import Layout
+from hemline.sim.solver.layout import Pattern
 
 RESULTS = Path(__file__).parents[1] / "results" / "bound.jsonl"
 REPEATS, ITERATIONS = 15, 100
-LAYOUT, BAND, TOLERANCE, MOST = 0, 2, 5, 6
+PATTERN, BAND, TOLERANCE, MOST = 0, 2, 5, 6
 """Places of those among the arguments of the solver."""
 
 
@@ -31,8 +31,8 @@ class Caught(Exception):
     """The arguments of one solve."""
 
 
-def system(name: str) -> tuple[tuple, Layout]:
-    """The arguments of the first solve of a garment that starts to fall, copied, and its layout."""
+def system(name: str) -> tuple[tuple, Pattern]:
+    """The arguments of the first solve of a garment that starts to fall, copied, and its pattern."""
     garment = garments.load(name)
     shaped = bodies.load(garment.body_name).shaped()
     solve = solving.conjugate_gradients
@@ -45,7 +45,7 @@ def system(name: str) -> tuple[tuple, Layout]:
         motion = shaped.placed(motions.load("run"))[:1]
         sim.simulate(garment, shaped, motion, sim.SimSettings(self_contact=False))
     except Caught as caught:
-        return caught.args[0], caught.args[0][LAYOUT]
+        return caught.args[0], Pattern(*caught.args[0][PATTERN])
     finally:
         solving.conjugate_gradients = solve
     raise RuntimeError("no step was taken")
@@ -54,13 +54,13 @@ def system(name: str) -> tuple[tuple, Layout]:
 def copied(value):
     """An argument of the solver, all of its arrays copied."""
     if isinstance(value, tuple):
-        return type(value)(*(copied(each) for each in value))
+        return tuple(copied(each) for each in value)
     return value.copy() if isinstance(value, np.ndarray) else value
 
 
-def bytes_of(layout: Layout) -> int:
+def bytes_of(pattern: Pattern) -> int:
     """Bytes that an iteration works on: matrix, preconditioner, four vectors; each at least once."""
-    slots, ring, far = len(layout.vertex), len(layout.ring.columns), len(layout.far.columns)
+    slots, ring, far = len(pattern.vertex), len(pattern.ring), len(pattern.far)
     return 40 * ring + 8 * far + 72 * slots + 4 * 16 * slots
 
 
@@ -84,12 +84,12 @@ def seconds(work: Callable[[], object]) -> float:
 
 
 def row(name: str, threads: int) -> dict:
-    arguments, layout = system(name)
+    arguments, pattern = system(name)
     use_threads(threads)
     solve = [*arguments]
     solve[TOLERANCE], solve[MOST] = 1e-30, ITERATIONS
     took = seconds(lambda: solving.conjugate_gradients(*solve))
-    size = bytes_of(layout)
+    size = bytes_of(pattern)
     values = np.zeros((size // 4096, 4, 256), np.float32)
     sums = np.zeros(len(values), np.float32)
     plain = seconds(lambda: [read(values, sums) for _ in range(ITERATIONS)])
@@ -97,7 +97,7 @@ def row(name: str, threads: int) -> dict:
     coarse = seconds(lambda: [solve_band(band, right.copy()) for _ in range(ITERATIONS)])
     return {
         "garment": name,
-        "vertices": len(layout.slot),
+        "vertices": len(pattern.slot),
         "threads": threads,
         "iteration_us": round(1e6 * took, 1),
         "mbytes": round(size / 1e6, 2),

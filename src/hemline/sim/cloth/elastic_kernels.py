@@ -6,7 +6,7 @@ Source: Bergou et al., "A quadratic bending model for inextensible surfaces", SG
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
 
@@ -19,11 +19,16 @@ FAST = {"contract", "nsz", "arcp"}
 
 
 class BendingMatrix(NamedTuple):
-    """Off-diagonal entries q_ij of the bending matrix; each diagonal entry is minus the sum of its row [N/m]."""
+    """Off-diagonal entries q_ij of the bending matrix; each diagonal entry is minus the sum of its row [N/m].
 
-    ring: Rows
+    Flat, as tuples within tuples take kernels microseconds to unpack.
+    """
+
+    ring_starts: Int[np.ndarray, " verts_and_one"]
+    ring: Int[np.ndarray, " ring"]
     ring_bending: Float[np.ndarray, " ring"]
-    far: Rows
+    far_starts: Int[np.ndarray, " verts_and_one"]
+    far: Int[np.ndarray, " far"]
     far_bending: Float[np.ndarray, " far"]
 
 
@@ -36,8 +41,7 @@ def elastic_at_vertices(x, incidence: Rows, corner, bending: BendingMatrix, bent
     #      (verts, 3): gradient of the hinges
     """
     corner_starts, corners = incidence
-    ring_starts, ring, ring_bending = bending.ring.starts, bending.ring.columns, bending.ring_bending
-    far_starts, far, far_bending = bending.far.starts, bending.far.columns, bending.far_bending
+    ring_starts, ring, ring_bending, far_starts, far, far_bending = bending
     count = x.shape[0]
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         energy = 0.0

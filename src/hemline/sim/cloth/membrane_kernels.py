@@ -127,8 +127,8 @@ def membrane_blocks(corner_pairs: Rows, edge_slots, fabric: Fabric, stretch: Str
     # out: blocks, one an entry of the ring, by columns, flat float32
     """
     edge_starts, edge_corners = corner_pairs
-    shape, area, lame, shear, damping = fabric.shape, fabric.area, fabric.lame, fabric.shear, fabric.damping
-    frame, tension = stretch.frame, stretch.tension
+    _, shape, area, lame, shear, damping = fabric
+    _, frame, tension, _ = stretch
     for e in prange(edge_slots.shape[0]):
         ij, ji = edge_slots[e, 0], edge_slots[e, 1]
         xx = yy = zz = ring_bending[ij]

@@ -219,7 +219,7 @@ def nearest_points(
     """
     count, entries, share = found
     vertices_then, normals_then, body_faces = then.vertices, then.normals, then.faces
-    star_starts, star = then.star
+    star_starts, star = then.star_starts, then.star
     body_vertex_out, corners_out, weights_out, start_out, ahead_out, stiffness_out, friction_out = out
     best = np.full(vertices_then.shape[0] * pieces, -1, np.int32)
     for chunk in range(count.shape[0]):

@@ -84,13 +84,7 @@ def move_places(x, skin: SkinMesh, limb, home, found: ClosestPoints, deep, far, 
     # in:  x (verts, 3) float64; limb (faces,), home (verts,); found: the closest places; `deep` and `far` [m], `skew`
     # in and out: the first and second places
     """
-    vertices, normals, faces, star_starts, star = (
-        skin.vertices,
-        skin.normals,
-        skin.faces,
-        skin.star.starts,
-        skin.star.columns,
-    )
+    vertices, normals, faces, star_starts, star = skin
     found_nearest, found_face, found_weights = found
     nearest_out, face_out, weights_out = out
     for i in prange(x.shape[0]):

@@ -14,18 +14,31 @@ class SkinContact(NamedTuple):
     """Contact and friction of each vertex with a plane of the body.
 
     Attributes:
-        planes: Of the body under each vertex, and the stiffness of each.
+        normal, point, carried, stiffness: Of the plane under each vertex, as `Planes` has them; flat, as tuples within
+            tuples take kernels microseconds to unpack.
         limit: Friction that each can bear, by its load at the step's start [N].
         thickness: Distance that cloth keeps from the body [m].
         depth: Penetration from which the load stays constant [m].
         creep: Slip below which friction is smoothed [m].
     """
 
-    planes: Planes
+    normal: Float[np.ndarray, "verts 3"]
+    point: Float[np.ndarray, "verts 3"]
+    carried: Float[np.ndarray, "verts 3"]
+    stiffness: Float[np.ndarray, " verts"]
     limit: Float[np.ndarray, " verts"]
     thickness: float
     depth: float
     creep: float
+
+    @property
+    def planes(self) -> Planes:
+        """Of the body."""
+        return Planes(self.normal, self.point, self.carried, self.stiffness)
+
+    def on(self, planes: Planes) -> "SkinContact":
+        """The same on other planes."""
+        return SkinContact(*planes, self.limit, self.thickness, self.depth, self.creep)
 
 
 @kernel(inline="always")

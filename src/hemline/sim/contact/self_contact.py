@@ -55,7 +55,7 @@ class SelfContact:
         self._normal, thickness = normal, self._thickness
         found = (weights, normal, thickness, carried, thickness, self._stiffness, self._limit)
         out = PairRows(np.empty((len(distance), 4), np.uint32), *(np.empty_like(each) for each in found))
-        count = near_rows(distance, MARGIN, PairRows(corners, *found), out)
+        count = near_rows(distance, MARGIN, (corners, *found), tuple(out))
         near = PairRows(*(each[:count] for each in out))
         rows = near._replace(reach=near.thickness)
         return [rows] if self.untangling is None else [rows, self.untangling]

@@ -54,7 +54,7 @@ class Surface:
 
     def mesh(self, skin: Skin) -> SkinMesh:
         """The surface at one moment, as kernels take it."""
-        return SkinMesh(skin.vertices, skin.normals, self.faces, self.star)
+        return SkinMesh(skin.vertices, skin.normals, self.faces, *self.star)
 
     def closest(
         self,
@@ -84,7 +84,7 @@ class Surface:
         else:
             face, weights = known.face.copy(), known.weights.copy()
         found = ClosestPoints(nearest, face, weights)
-        closest_faces(positions, self.mesh(skin), grid, reach or self.reach, asked, found)
+        closest_faces(positions, tuple(self.mesh(skin)), tuple(grid), reach or self.reach, asked, tuple(found))
         return found
 
     def planes(
@@ -106,5 +106,5 @@ class Surface:
         """
         count = len(start)
         planes = Planes(*(np.empty(shape) for shape in ((count, 3), (count, 3), (count, 3), count)))
-        contact_planes(start, closest, then.vertices, self.mesh(now), stiffness, planes)
+        contact_planes(start, tuple(closest), then.vertices, tuple(self.mesh(now)), stiffness, tuple(planes))
         return planes

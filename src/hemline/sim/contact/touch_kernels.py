@@ -6,7 +6,6 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
-from hemline.sim.cloth.rows import Rows
 
 from .planes import ClosestPoints, Planes
 
@@ -42,13 +41,14 @@ class SkinMesh(NamedTuple):
         vertices: [m]
         normals: Unit normals there.
         faces: Triangles.
-        star: Triangles around each vertex.
+        star_starts, star: Triangles around each vertex.
     """
 
     vertices: Float[np.ndarray, "verts 3"]
     normals: Float[np.ndarray, "verts 3"]
     faces: Int[np.ndarray, "faces 3"]
-    star: Rows
+    star_starts: Int[np.ndarray, " verts_and_one"]
+    star: Int[np.ndarray, " corners"]
 
 
 @kernel
@@ -152,7 +152,7 @@ def closest_faces(x, skin: SkinMesh, grid: Grid, reach, asked, out: ClosestPoint
     #      bound the search, they do not change its result
     # out: of those that are not asked for as they were
     """
-    vertices, faces, star_starts, star = skin.vertices, skin.faces, skin.star.starts, skin.star.columns
+    vertices, _, faces, star_starts, star = skin
     low, cell, size, cell_starts, order = grid
     nearest_out, face_out, weights_out = out
     # garments lie near the body at one end of their numbering: blocks are dealt out so that each thread gets both ends
@@ -202,8 +202,8 @@ def contact_planes(start, closest: ClosestPoints, vertices_then, now: SkinMesh, 
     # in:  start (verts, 3): the cloth then; vertices_then: the body's; stiffness (verts,): of each vertex [N/m]
     # out: unit normal (interpolated), point on the body, start + motion of that point, stiffness; all 0: no contact
     """
-    face, weights = closest.face, closest.weights
-    vertices_now, normals_now, faces = now.vertices, now.normals, now.faces
+    _, face, weights = closest
+    vertices_now, normals_now, faces, _, _ = now
     normal_out, point_out, carried_out, stiffness_out = out
     for i in prange(start.shape[0]):
         f = face[i]

@@ -196,7 +196,7 @@ class StaticStep:
         normal = np.where(length > LEVEL, away / np.maximum(length, LEVEL), planes.normal)
         gap = np.where(planes.stiffness > 0, planes.gap(x), 0.0)[:, None]
         leaned = planes._replace(normal=normal, point=x - gap * normal)
-        potential.contact = potential.contact._replace(planes=leaned)
+        potential.contact = potential.contact.on(leaned)
         potential.evaluate_contact()
         force = potential.air.force + (potential.workspace.gradient - gradient)
         potential.air = potential.air._replace(force=force)

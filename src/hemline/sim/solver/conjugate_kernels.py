@@ -11,10 +11,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
-from hemline.sim.cloth.rows import Rows
 
 from .block_kernels import add_pairs, advance, pair_product, row_product, turn
-from .layout import Layout
+from .layout import Pattern
 
 FAST = {"contract", "nsz", "arcp"}
 
@@ -43,14 +42,15 @@ class PairBlocks(NamedTuple):
         corners: Slots of its four vertices.
         weights: Of the corners, float32.
         block: Flat, nine a pair.
-        at: Pairs of each vertex, 4 pair + corner; empty where pairs are few.
+        starts, entries: Pairs of each vertex, 4 pair + corner; empty where pairs are few.
         product: Working memory, a vector of as many as there are pairs.
     """
 
     corners: Int[np.ndarray, "pairs 4"]
     weights: Float[np.ndarray, "pairs 4"]
     block: Float[np.ndarray, " pairs9"]
-    at: Rows
+    starts: Int[np.ndarray, " verts_and_one"]
+    entries: Int[np.ndarray, " pairs4"]
     product: Float[np.ndarray, " pairs4"]
 
 
@@ -73,12 +73,10 @@ class Sums(NamedTuple):
 
 
 @kernel(parallel=True)
-def coarse_matrix(layout: Layout, matrix: Matrix, band_out):
+def coarse_matrix(pattern: Pattern, matrix: Matrix, band_out):
     """P^T A P, lower half: entry (r, c) lies at band[r, c - r + width - 1]."""
-    begin, end, label = layout.begin, layout.end, layout.cluster
-    ring_starts, ring = layout.ring
-    far_starts, far = layout.far
-    far_bending, blocks, diagonal = layout.far_bending, matrix.blocks, matrix.diagonal
+    _, _, begin, end, label, ring_starts, ring, far_starts, far, far_bending = pattern
+    blocks, diagonal, _ = matrix
     width = band_out.shape[1]
     for cluster in prange(begin.shape[0]):
         for row in range(3 * cluster, 3 * cluster + 3):
@@ -194,7 +192,15 @@ def solve_band(band, values):
 
 @kernel(parallel=True, fastmath=FAST)
 def conjugate_gradients(
-    layout: Layout, matrix: Matrix, band, pairs: PairBlocks, right, tolerance, iterations, vectors: Vectors, sums: Sums
+    pattern: Pattern,
+    matrix: Matrix,
+    band,
+    pairs: PairBlocks,
+    right,
+    tolerance,
+    iterations,
+    vectors: Vectors,
+    sums: Sums,
 ):
     """Solve A x = right for the free vertices, which are those in clusters; the others stay 0.
 
@@ -205,12 +211,9 @@ def conjugate_gradients(
     #      flat and by slots, see `layout` and `block_kernels`
     # Returns the number of iterations.
     """
-    ring_starts, ring = layout.ring
-    far_starts, far = layout.far
-    far_bending, begin, end, vertex = layout.far_bending, layout.begin, layout.end, layout.vertex
+    _, vertex, begin, end, _, ring_starts, ring, far_starts, far, far_bending = pattern
     blocks, diagonal, inverse = matrix
-    pair_corners, pair_weights, pair_block, pair_rows, pressed_out = pairs
-    pair_starts, pair_entries = pair_rows
+    pair_corners, pair_weights, pair_block, pair_starts, pair_entries, pressed_out = pairs
     solution_out, residual_out, search_out, product_out = vectors
     partial_out, cluster_sum_out, coarse_out, shift_out = sums
     count, clusters, pair_count = solution_out.shape[0], begin.shape[0], pair_corners.shape[0]

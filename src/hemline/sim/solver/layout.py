@@ -1,5 +1,6 @@
 """The order in which the solver keeps vertices: cluster by cluster, so that a thread works on memory of its own."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,8 @@ LINE = 4
 """Vertices of a solver's vector in a line of cache: clusters begin at a multiple of it."""
 
 
-class Layout(NamedTuple):
+@dataclass(frozen=True)
+class Layout:
     """Places ("slots") of the vertices in the solver's vectors, and the pattern of its matrix in that order.
 
     Slots that no vertex has fill up a cluster's last line; their rows are empty. Fixed vertices come behind all
@@ -45,6 +47,27 @@ class Layout(NamedTuple):
     edge_slots: UInt[np.ndarray, "edges 2"]
     far: Rows
     far_bending: Float[np.ndarray, " far"]
+
+
+class Pattern(NamedTuple):
+    """A layout as kernels take it: flat, as tuples within tuples take microseconds to unpack."""
+
+    slot: Int[np.ndarray, " verts"]
+    vertex: Int[np.ndarray, " slots"]
+    begin: Int[np.ndarray, " clusters"]
+    end: Int[np.ndarray, " clusters"]
+    cluster: Int[np.ndarray, " slots"]
+    ring_starts: Int[np.ndarray, " slots_and_one"]
+    ring: Int[np.ndarray, " ring"]
+    far_starts: Int[np.ndarray, " slots_and_one"]
+    far: Int[np.ndarray, " far"]
+    far_bending: Float[np.ndarray, " far"]
+
+    @classmethod
+    def of(cls, layout: Layout) -> "Pattern":
+        """That of a layout."""
+        one, two = layout.ring, layout.far
+        return cls(layout.slot, layout.vertex, layout.begin, layout.end, layout.cluster, *one, *two, layout.far_bending)
 
 
 def make_layout(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Layout:

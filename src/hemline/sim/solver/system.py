@@ -4,13 +4,14 @@ import numpy as np
 
 from .block_kernels import blocks_of, vector_of
 from .conjugate_kernels import Matrix, PairBlocks, Sums, Vectors, coarse_matrix, conjugate_gradients, factorise
-from .layout import Layout
+from .layout import Layout, Pattern
 
 
 class System:
     """Working arrays of the solver for one layout; filled, solved and filled anew.
 
     Attributes:
+        pattern: The layout, as kernels take it.
         matrix: The Hessian, without pairs.
         right: Right-hand side, a vector.
         vectors: The solution, and vectors to work with.
@@ -19,7 +20,7 @@ class System:
 
     def __init__(self, layout: Layout):
         slots, clusters = len(layout.vertex), len(layout.begin)
-        self.layout = layout
+        self.pattern = Pattern.of(layout)
         self.matrix = Matrix(*(blocks_of(count) for count in (len(layout.ring.columns), slots, slots)))
         self.right = vector_of(slots)
         self.vectors = Vectors(*(vector_of(slots) for _ in range(4)))
@@ -28,7 +29,7 @@ class System:
 
     def coarsen(self) -> bool:
         """The coarse level of the preconditioner from the matrix as it is; False: it is not positive."""
-        coarse_matrix(self.layout, self.matrix, self.band)
+        coarse_matrix(tuple(self.pattern), tuple(self.matrix), self.band)
         return bool(factorise(self.band))
 
     def solve(self, pairs: PairBlocks, *, share: float, steps: int) -> int:
@@ -39,6 +40,5 @@ class System:
             share: They stop when the preconditioned residual has fallen to this share.
             steps: At most.
         """
-        return conjugate_gradients(
-            self.layout, self.matrix, self.band, pairs, self.right, share, steps, self.vectors, self.sums
-        )
+        what = tuple(self.pattern), tuple(self.matrix), self.band, tuple(pairs), self.right
+        return conjugate_gradients(*what, share, steps, tuple(self.vectors), tuple(self.sums))

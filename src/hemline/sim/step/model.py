@@ -94,7 +94,7 @@ def make_model(
     limb = home[sheet.faces]
     one_limb = (limb == limb[:, :1]).all(axis=1) & ~fixed[sheet.faces].any(axis=1)
     gram = np.einsum("fac,fad->fcd", sheet.shape, sheet.shape)
-    bending = BendingMatrix(sheet.ring, sheet.ring_bending, sheet.far, sheet.far_bending)
+    bending = BendingMatrix(*sheet.ring, sheet.ring_bending, *sheet.far, sheet.far_bending)
     if len(sheet.hinge_rest):
         # where the rest shape is not flat, hinges bring the forces; their Hessian stays that of a flat sheet
         nothing = np.zeros_like(sheet.ring_bending), np.zeros_like(sheet.far_bending)

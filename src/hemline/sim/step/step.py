@@ -144,7 +144,7 @@ class Step:
         contact, potential, meeting = self.contact, self.potential, self.meeting
         pressed = contact is not None and contact.move(potential.x)
         if contact is not None and pressed:
-            potential.contact = potential.contact._replace(planes=contact.planes)
+            potential.contact = potential.contact.on(contact.planes)
             if meeting.points is not None:
                 meeting.points.move(potential.x)
         if pressed or meeting.itself is not None:

@@ -10,7 +10,7 @@ from hemline.sim.cloth.elastic_kernels import CHUNK, FAST
 from hemline.sim.cloth.inertia_kernels import Inertia, inertia_terms
 from hemline.sim.contact.load_kernels import SkinContact, contact_terms, slip_terms
 from hemline.sim.solver.conjugate_kernels import Matrix
-from hemline.sim.solver.layout import Layout
+from hemline.sim.solver.layout import Pattern
 
 
 @kernel(parallel=True, fastmath=FAST)
@@ -23,8 +23,7 @@ def gradient(
     """
     goal, inertial_stiffness = inertia
     start, air_force, air_matrix = air
-    normal, point, carried, stiffness = contact.planes
-    limit, thickness, depth, creep = contact.limit, contact.thickness, contact.depth, contact.creep
+    normal, point, carried, stiffness, limit, thickness, depth, creep = contact
     count = x.shape[0]
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         energy, residual = 0.0, 0.0
@@ -65,7 +64,7 @@ def gradient(
 
 @kernel(parallel=True, fastmath=FAST)
 def diagonal_blocks(
-    x, inertia: Inertia, air: Air, contact: SkinContact, fixed, pair_diagonal, layout: Layout, matrix_out: Matrix
+    x, inertia: Inertia, air: Air, contact: SkinContact, fixed, pair_diagonal, pattern: Pattern, matrix_out: Matrix
 ):
     """Diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine a slot.
 
@@ -73,15 +72,10 @@ def diagonal_blocks(
     #      inverse only; matrix_out.blocks: the entries of the ring
     # out: matrix_out.diagonal, matrix_out.inverse
     """
-    inertial_stiffness, air_matrix = inertia.stiffness, air.matrix
-    normal, point, carried, stiffness = contact.planes
-    limit, thickness, depth, creep = contact.limit, contact.thickness, contact.depth, contact.creep
-    slot, ring_starts, far_starts, far_bending = (
-        layout.slot,
-        layout.ring.starts,
-        layout.far.starts,
-        layout.far_bending,
-    )
+    _, inertial_stiffness = inertia
+    _, _, air_matrix = air
+    normal, point, carried, stiffness, limit, thickness, depth, creep = contact
+    slot, _, _, _, _, ring_starts, _, far_starts, _, far_bending = pattern
     blocks, diagonal_out, inverse_out = matrix_out
     for i in prange(x.shape[0]):
         m, row = air_matrix[i], slot[i]

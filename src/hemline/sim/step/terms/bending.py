@@ -40,8 +40,7 @@ class Bending:
         if len(sheet.hinge_rest):
             gradient, energy = work.hinge_gradient, work.hinge_energy
             hinge_forces(x, sheet.hinges, sheet.hinge_weight, model.hinge_rest, gradient, energy)
-            hinges_at_vertices(model.hinge_corners, gradient, work.bent)
-        elastic_at_vertices(
-            x, sheet.corners, work.stretch.corner, model.bending, work.bent, work.elastic, work.bending_energy
-        )
+            hinges_at_vertices(tuple(model.hinge_corners), gradient, work.bent)
+        corners, matrix = tuple(sheet.corners), tuple(model.bending)
+        elastic_at_vertices(x, corners, work.stretch.corner, matrix, work.bent, work.elastic, work.bending_energy)
         return work.hinge_energy.sum(), work.bending_energy.sum()

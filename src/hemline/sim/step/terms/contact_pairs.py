@@ -3,7 +3,6 @@
 import numpy as np
 from jaxtyping import Float
 
-from hemline.sim.cloth.rows import Rows
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.pair_kernels import CHUNK, pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
 from hemline.sim.contact.pairs import Pairs
@@ -15,7 +14,8 @@ NO_BLOCKS = PairBlocks(
     np.empty((0, 4), np.uint32),
     np.empty((0, 4), np.float32),
     np.empty(0, np.float32),
-    Rows(np.empty(0, np.uint32), np.empty(0, np.uint32)),
+    np.empty(0, np.uint32),
+    np.empty(0, np.uint32),
     np.empty(0, np.float32),
 )
 """Of no pairs."""
@@ -49,8 +49,8 @@ class ContactPairs:
         pairs = self.pairs
         if not len(pairs):
             return 0.0
-        pair_forces(x, pairs.rows, self.creep, self._force, self._energy)
-        pairs_at_vertices(pairs.rows.corners, pairs.rows.weights, pairs.at, self._force, gradient)
+        pair_forces(x, tuple(pairs.rows), self.creep, self._force, self._energy)
+        pairs_at_vertices(pairs.rows.corners, pairs.rows.weights, tuple(pairs.at), self._force, gradient)
         return float(self._energy.sum())
 
     def blocks(self, x: Positions, layout: Layout, diagonal: Float[np.ndarray, "verts 6"]) -> PairBlocks:
@@ -60,6 +60,6 @@ class ContactPairs:
             diagonal[:] = 0
             return NO_BLOCKS
         block, (corners, weights, *_) = blocks_of(len(pairs)), pairs.rows
-        pair_blocks(x, pairs.rows, self.creep, block)
-        pair_diagonal(corners, weights, pairs.at, block, diagonal)
-        return PairBlocks(layout.slot[corners], weights.astype(np.float32), block, pairs.at, vector_of(len(pairs)))
+        pair_blocks(x, tuple(pairs.rows), self.creep, block)
+        pair_diagonal(corners, weights, tuple(pairs.at), block, diagonal)
+        return PairBlocks(layout.slot[corners], weights.astype(np.float32), block, *pairs.at, vector_of(len(pairs)))

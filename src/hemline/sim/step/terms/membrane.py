@@ -40,7 +40,7 @@ class Membrane:
     def evaluate(self, x: Positions) -> float:
         """The energy [J]; the gradient is left at the corners of the triangles, `workspace.stretch.corner`."""
         work = self.workspace
-        membrane(x, self.model.fabric, work.strain_start, self.over_h, self.cap, work.stretch)
+        membrane(x, tuple(self.model.fabric), work.strain_start, self.over_h, self.cap, tuple(work.stretch))
         return work.stretch.energy.sum()
 
     def blocks(self, ring_bending: Float[np.ndarray, " ring"], out: Float[np.ndarray, " entries9"]) -> None:
@@ -54,10 +54,10 @@ class Membrane:
         """
         sheet, layout = self.model.sheet, self.model.layout
         membrane_blocks(
-            sheet.edge_corners,
+            tuple(sheet.edge_corners),
             layout.edge_slots,
-            self.model.fabric,
-            self.workspace.stretch,
+            tuple(self.model.fabric),
+            tuple(self.workspace.stretch),
             self.over_h,
             ring_bending,
             out,

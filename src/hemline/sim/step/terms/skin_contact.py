@@ -28,7 +28,7 @@ def skin_contact(
     Source: Li et al., "Incremental potential contact", ACM TOG 39(4), 2020, Eq. 14, for friction. Differs:
         penalty contact with a plane, not a barrier: cloth that the body carries into itself must come out again.
     """
-    return SkinContact(planes, limit, settings.thickness, settings.contact_depth, creep)
+    return SkinContact(*planes, limit, settings.thickness, settings.contact_depth, creep)
 
 
 def no_contact(count: int, settings: SimSettings) -> SkinContact:
