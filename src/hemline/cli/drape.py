@@ -22,7 +22,7 @@ class Arguments:
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The dataset, a folder; made when missing, continued when there."""
     tryon: bool = True
-    """A mesh that does not sit on the body is tried on first (see hemline tryon); --no-tryon takes it as it lies, or refuses it."""
+    """Try a mesh on first that does not sit on the body; otherwise it is taken as it lies, or refused."""
     spread: int = 0
     """Besides the mean body, bodies where one of the first so many betas is -2, -1, 1 or 2: four for each."""
     random: int = 0
