@@ -17,12 +17,12 @@ from .progress import bars
 class Arguments:
     """Settle a garment on bodies of many shapes, at rest."""
 
-    garment: Annotated[str, tyro.conf.Positional]
+    garment: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="GARMENT")]
     """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...), or a file."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The dataset, a folder; made when missing, continued when there."""
     tryon: bool = True
-    """A mesh that does not sit on the body is tried on first (see hemline tryon); --no-tryon refuses it."""
+    """Try a mesh on first that does not sit on the body; otherwise it is taken as it lies, or refused."""
     spread: int = 0
     """Besides the mean body, bodies where one of the first so many betas is -2, -1, 1 or 2: four for each."""
     random: int = 0

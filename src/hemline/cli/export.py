@@ -13,7 +13,7 @@ from hemline.errors import BadInput
 class Arguments:
     """Write one simulated take, without its lead-in."""
 
-    dataset: Annotated[Path, tyro.conf.Positional]
+    dataset: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DATASET")]
     """The folder that `hemline simulate` made."""
     take: int
     """Which of its takes, counted from 0: clips in the order of their names, long ones in parts of ten seconds."""

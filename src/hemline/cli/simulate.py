@@ -21,7 +21,7 @@ FASTEST = 1000
 class Arguments:
     """Simulate a garment against clips."""
 
-    garment: Annotated[str, tyro.conf.Positional]
+    garment: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="GARMENT")]
     """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...), or a file."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])]
     """Clips: .bvh or AMASS .npz files, or names of shipped ones: run, walk, dance ..."""
@@ -30,7 +30,7 @@ class Arguments:
     over: tuple[str, ...] = ()
     """More garments, worn over the first one, from the skin outwards."""
     tryon: bool = True
-    """A mesh that does not sit on the body is tried on first (see hemline tryon); --no-tryon refuses it."""
+    """Try a mesh on first that does not sit on the body; otherwise it is taken as it lies, or refused."""
     betas: tuple[float, ...] = ()
     """Shape of the body: a few numbers of about -3 to 3; what is left out is 0, the mean."""
     jobs: int = 1

@@ -13,7 +13,7 @@ from .progress import bars, note
 class Arguments:
     """Put a garment that was made on another body onto this one."""
 
-    garment: Annotated[Path, tyro.conf.Positional]
+    garment: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="GARMENT")]
     """A mesh, a TOML that names one, a .mhclo; or a garment by name, to see it on a body."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """Where the worn garment is written, .safetensors: 'hemline simulate' and 'drape' take it."""
