@@ -28,13 +28,7 @@ AnyFaces = Int[np.ndarray, "_faces 3"]
 BodyVertices = Float[np.ndarray, "body_verts 3"]
 """Vertices of a body, where those of a garment are given as well [m]."""
 
-FramesOfAnyVertices = Float[np.ndarray, "_verts 3"]
-"""Vertices of one of several meshes, each with a number of its own [m]."""
-
-AnyFaces = Int[np.ndarray, "_faces 3"]
-"""Triangles of one of several meshes."""
-
-BodyVertices = Float[np.ndarray, "frames body_verts 3"]
+FramesOfBodyVertices = Float[np.ndarray, "frames body_verts 3"]
 """The same over a clip [m]."""
 
 BodyFaces = Int[np.ndarray, "body_faces 3"]
