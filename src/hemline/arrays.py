@@ -19,6 +19,12 @@ FramesOfVertices = Float[np.ndarray, "frames verts 3"]
 Faces = Int[np.ndarray, "faces 3"]
 """Triangles as vertex indices, counter-clockwise from outside, int32."""
 
+AnyVertices = Float[np.ndarray, "_verts 3"]
+"""Vertices of one of several meshes, each with a number of its own [m]."""
+
+AnyFaces = Int[np.ndarray, "_faces 3"]
+"""Triangles of one of several meshes."""
+
 BodyVertices = Float[np.ndarray, "body_verts 3"]
 """Vertices of a body, where those of a garment are given as well [m]."""
 
@@ -50,6 +56,8 @@ Mask = Bool[np.ndarray, " verts"]
 """One truth value a vertex."""
 
 __all__ = [
+    "AnyFaces",
+    "AnyVertices",
     "Betas",
     "BodyFaces",
     "BodyVertices",

@@ -14,11 +14,15 @@ from jaxtyping import TypeCheckError, install_import_hook
 
 
 class Unchecked(MetaPathFinder):
-    """Finds kernels and their compiler as they are: numba compiles functions, not checked wrappers of them."""
+    """Finds some modules as they are.
+
+    Kernels and their compiler, as numba compiles functions and no checked wrappers of them; and options, whose
+    functions say that they return a number where they return a dataclass's field, as `dataclasses.field` does.
+    """
 
     def find_spec(self, fullname, path=None, target=None):
         """The plain module, or None: the next finder is asked."""
-        if fullname.startswith("hemline.") and fullname.endswith(("kernels", ".compiled")):
+        if fullname.startswith("hemline.") and fullname.endswith(("kernels", ".compiled", ".options")):
             return PathFinder.find_spec(fullname, path, target)
         return None
 

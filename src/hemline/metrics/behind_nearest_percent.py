@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from hemline.arrays import Faces, Vertices
+from hemline.arrays import BodyFaces, BodyVertices, Vertices
 from hemline.meshes import vertex_normals
 
 
-def behind_nearest_percent(vertices: Vertices, body_vertices: Vertices, body_faces: Faces) -> float:
+def behind_nearest_percent(vertices: Vertices, body_vertices: BodyVertices, body_faces: BodyFaces) -> float:
     r"""Vertices of one frame that are behind the tangent plane of the body vertex nearest to them.
 
     Vertex $x$ with nearest body vertex $b$ of normal $n$ counts if $(x - b) \cdot n < 0$. It is neither necessary nor

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.arrays import Faces, Vertices
+from hemline.arrays import AnyFaces, AnyVertices, Faces, Vertices
 
 from .camera import frame_points
 from .images import side_by_side, write_png
@@ -16,7 +16,7 @@ _NAMED = {"cloth": CLOTH, "body": BODY, "truth": TRUTH}
 
 
 def picture_of(
-    meshes: Sequence[tuple[Vertices, Faces, str | tuple[float, float, float]]],
+    meshes: Sequence[tuple[AnyVertices, AnyFaces, str | tuple[float, float, float]]],
     view: str | Sequence[str] = AUTO,
     *,
     size: tuple[int, int] = (640, 640),
@@ -43,7 +43,7 @@ def picture_of(
 
 def draw(
     path: str | Path,
-    meshes: Sequence[tuple[Vertices, Faces, str | tuple[float, float, float]]],
+    meshes: Sequence[tuple[AnyVertices, AnyFaces, str | tuple[float, float, float]]],
     view: str | Sequence[str] = AUTO,
     *,
     size: tuple[int, int] = (640, 640),
@@ -63,7 +63,7 @@ def draw(
     write_png(path, picture_of(meshes, view, size=size, ground=ground))
 
 
-def _named(view: str, meshes: Sequence[tuple[Vertices, Faces, object]], surfaces: Sequence[Surface]) -> str:
+def _named(view: str, meshes: Sequence[tuple[AnyVertices, AnyFaces, object]], surfaces: Sequence[Surface]) -> str:
     """The view's own name, or that from which most of the garment is seen."""
     if view != AUTO:
         return view

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hemline.arrays import Faces, Vertices
+from hemline.arrays import AnyFaces, AnyVertices
 
 from . import picture_kernels as kernels
 from .camera import view_axes
@@ -20,7 +20,7 @@ ALIKE = 0.75
 
 _GRID = 96
 
-Mesh = tuple[Vertices, Faces]
+Mesh = tuple[AnyVertices, AnyFaces]
 """Vertices [m] and triangles."""
 
 

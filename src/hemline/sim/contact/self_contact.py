@@ -7,7 +7,7 @@ What pairs cost and how they push is in `pair_kernels` and `load_kernels.press_t
 """
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt
 
 from .pair_kernels import PairRows, lay_pairs, near_rows
 
@@ -32,7 +32,7 @@ class SelfContact:
     def __init__(
         self,
         start: Float[np.ndarray, "verts 3"],
-        corners: Int[np.ndarray, "pairs 5"],
+        corners: UInt[np.ndarray, "pairs 5"],
         *,
         thickness: Float[np.ndarray, " pairs"],
         stiffness: Float[np.ndarray, " pairs"],
