@@ -52,15 +52,15 @@ class Layout:
 class Pattern(NamedTuple):
     """A layout as kernels take it: flat, as tuples within tuples take microseconds to unpack."""
 
-    slot: Int[np.ndarray, " verts"]
-    vertex: Int[np.ndarray, " slots"]
-    begin: Int[np.ndarray, " clusters"]
-    end: Int[np.ndarray, " clusters"]
-    cluster: Int[np.ndarray, " slots"]
-    ring_starts: Int[np.ndarray, " slots_and_one"]
-    ring: Int[np.ndarray, " ring"]
-    far_starts: Int[np.ndarray, " slots_and_one"]
-    far: Int[np.ndarray, " far"]
+    slot: UInt[np.ndarray, " verts"]
+    vertex: UInt[np.ndarray, " slots"]
+    begin: UInt[np.ndarray, " clusters"]
+    end: UInt[np.ndarray, " clusters"]
+    cluster: UInt[np.ndarray, " slots"]
+    ring_starts: UInt[np.ndarray, " slots_and_one"]
+    ring: UInt[np.ndarray, " ring"]
+    far_starts: UInt[np.ndarray, " slots_and_one"]
+    far: UInt[np.ndarray, " far"]
     far_bending: Float[np.ndarray, " far"]
 
     @classmethod
