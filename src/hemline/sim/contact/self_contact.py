@@ -38,7 +38,7 @@ class SelfContact:
         stiffness: Float[np.ndarray, " pairs"],
         friction: Float[np.ndarray, " pairs"],
         untangling: PairRows | None,
-        crossed: Int[np.ndarray, "edges 2"],
+        crossed: UInt[np.ndarray, "edges 2"],
     ):
         self.corners, self.crossed, self.untangling = corners, crossed, untangling
         self._start, self._thickness, self._stiffness = start, thickness, stiffness

@@ -169,11 +169,11 @@ class Sensitivities:
             return np.zeros((0, 3))
         return (pins.on(first).astype(np.float64) - pins.on(second)) / (2 * way)
 
-    def _moved(self, velocity: Positions, pinned: Positions) -> Positions:
+    def _moved(self, velocity: Float[np.ndarray, "body_verts 3"], pinned: Float[np.ndarray, "pins 3"]) -> Positions:
         """Change of the garment while skin and pins move."""
         return self._solved(self._body_forces(velocity), pinned)
 
-    def _body_forces(self, velocity: Positions) -> Positions:
+    def _body_forces(self, velocity: Float[np.ndarray, "body_verts 3"]) -> Positions:
         """Change of the forces on the cloth, which stays where it is, while the body's vertices move."""
         forces, size = np.zeros_like(self.rest.positions), float(np.linalg.norm(velocity, axis=1).max())
         if size == 0:
@@ -185,7 +185,7 @@ class Sensitivities:
             forces += share * self._point_forces(skin)
         return forces
 
-    def _solved(self, forces: Positions, pinned: Positions) -> Positions:
+    def _solved(self, forces: Positions, pinned: Float[np.ndarray, "pins 3"]) -> Positions:
         """dx from df at fixed cloth, and from the way of the pins."""
         result, model = np.zeros_like(self.rest.positions), self._dressed.model
         result[model.pinned] = pinned[model.hard]

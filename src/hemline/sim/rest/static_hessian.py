@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, Integer
 
 from hemline.sim.cloth.hinge_kernels import hinge_forces
 from hemline.sim.cloth.membrane_kernels import membrane_blocks
@@ -53,7 +53,9 @@ def sheet_hessian(step: StaticStep) -> Any:
     return matrix
 
 
-def _placed(entries: Float[np.ndarray, "elements 12 12"], corners: Int[np.ndarray, "elements 4"], count: int) -> Any:
+def _placed(
+    entries: Float[np.ndarray, "elements 12 12"], corners: Integer[np.ndarray, "elements 4"], count: int
+) -> Any:
     """The matrix of elements of four vertices each."""
     from scipy.sparse import coo_array
 

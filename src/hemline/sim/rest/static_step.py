@@ -203,7 +203,7 @@ class StaticStep:
         potential.evaluate_contact()
 
 
-def _about(model: ClothModel, x: Positions, h: float, targets: Positions) -> Inertia:
+def _about(model: ClothModel, x: Positions, h: float, targets: Float[np.ndarray, "pins 3"]) -> Inertia:
     """m / h^2 about where the cloth is, with the springs of soft pins."""
     stiffness, goal, held = model.sheet.mass * (1 / h) ** 2, x.copy(), model.held
     stiffness[held] += model.spring
