@@ -7,7 +7,7 @@ What pairs cost and how they push is in `pair_kernels` and `load_kernels.press_t
 """
 
 import numpy as np
-from jaxtyping import Float, Int, UInt
+from jaxtyping import Float, UInt
 
 from .pair_kernels import PairRows, lay_pairs, near_rows
 

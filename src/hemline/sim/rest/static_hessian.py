@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int, Integer
+from jaxtyping import Float, Integer
 
 from hemline.sim.cloth.hinge_kernels import hinge_forces
 from hemline.sim.cloth.membrane_kernels import membrane_blocks
