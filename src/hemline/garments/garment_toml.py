@@ -11,7 +11,7 @@ from hemline.errors import BadGarment
 
 from .pin_rules import PinGroup, PinsSaid, is_ids
 
-_CURE = "write it as in the README: key = value"
+_CURE = "write it as in docs/wardrobe.md: key = value"
 
 
 @dataclass(frozen=True)
