@@ -80,7 +80,7 @@ def test_settings_declare_constant_wind_or_gusts():
         ({"gusts": np.nan}, "'gusts' must not be negative; got nan"),
         ({"gust_length": 0.0}, "'gust_length' must be positive"),
         ({"gust_seconds": np.inf}, "'gust_seconds' must be positive"),
-        ({"gust_seed": -1}, "'gust_seed' must be a whole number"),
+        ({"gust_seed": -1}, "'gust_seed' must not be negative; got -1; give a whole number"),
         ({"gust_seed": 0.5}, "'gust_seed' must be a whole number"),
     ],
 )
