@@ -88,7 +88,7 @@ def _played(
         shown, garment_name=animator.garment.name, garment_faces=animator.garment.faces, motion=motion, fps=fps
     )
     for ending in ("glb", "webp"):
-        for path in export.write(folder / f"{name}.{ending}", clip, view="back_three_quarter"):
+        for path in export.write(folder / f"{name}.{ending}", clip):
             say(str(path))
     with written_whole(folder / "report.json") as temporary:
         temporary.write_text(json.dumps(evaluation.figures, indent=1))
