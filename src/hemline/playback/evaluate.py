@@ -106,9 +106,8 @@ def evaluate(
     compile_s = Player.prepare(animator, body, guarantee=guarantee, whole=whole).warm_up(motion[0])
     tally = Tally(animator, keep)
     last = math.inf if seconds is None else start + seconds
-    for index, (frame, reference) in enumerate(
-        _frames(animator, body, motion, takes, drive, fps, guarantee, untangle, whole)
-    ):
+    played = _frames(animator, body, motion, takes, drive, fps, untangle, {"guarantee": guarantee, "whole": whole})
+    for index, (frame, reference) in enumerate(played):
         if index / fps > last + 1e-9:
             break
         if index / fps >= start - 1e-9:

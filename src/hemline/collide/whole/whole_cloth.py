@@ -170,12 +170,12 @@ class WholeCloth:
         points = surface.seen(vertices, self.worn.order)
         shifts = np.empty_like(state.shifts)
         decay_shifts(state.shifts, np.float32(math.exp(-dt / settings.memory)), np.float32(settings.speed * dt), shifts)
-        places = self._pins(posed, surface)
+        places = self.pin_places(posed, surface)
         pinned = np.flatnonzero(coarse.free == 0)
         if len(pinned):
             at = np.searchsorted(self.pins, coarse.controls[pinned])
             shifts[pinned] = places[at] - points[coarse.controls[pinned]]
-        cells, memory = self._cells(surface), state.memory.copy()
+        cells, memory = self.cells(surface), state.memory.copy()
         count = len(coarse.samples)
         planes, held = np.empty((count, 4), np.float32), np.empty(count, np.int64)
         listed = np.arange(count)
@@ -206,7 +206,7 @@ class WholeCloth:
         after = WholeState(state.frame + 1, shifts, moved - carried, memory)
         return after, surface.placed(moved, self.worn.order)
 
-    def _pins(self, posed: "PosedBody", surface: PosedSurface) -> Points:
+    def pin_places(self, posed: "PosedBody", surface: PosedSurface) -> Points:
         """Where the hard pins are, as `garments.pins.Pins.positions`, in the frame of the key bone."""
         places = np.empty((len(self.pins), 3), np.float32)
         place_pins(surface.skin, self.pin_corners, self.pin_weights, self.pin_heights, places)
@@ -217,7 +217,7 @@ class WholeCloth:
             places[hung] = surface.seen((posed.joints[joint] + turned).astype(np.float32), np.arange(len(hung)))
         return places
 
-    def _cells(self, surface: PosedSurface) -> Cells:
+    def cells(self, surface: PosedSurface) -> Cells:
         """Which limbs may be near, in a grid over the body."""
         settings, boxes = self.settings, surface.skin.patch_box
         size, widen = np.float32(settings.cell), np.float32(settings.widen)
