@@ -141,7 +141,7 @@ def test_resolved_counts_vertices_that_moved_more_than_a_millimetre():
 
 @pytest.mark.parametrize("sides", [12, 40])
 def test_ripples_of_a_prism_are_the_angle_between_its_sides(sides):
-    """Two triangles a side: half of the inner edges lie within a side, the others bend by a full turn over the sides."""
+    """Two triangles a side: half of the inner edges are flat, the others bend by a turn over the sides."""
     turn = 2 * np.pi * np.arange(sides) / sides
     ring = np.stack([np.cos(turn), 0 * turn, np.sin(turn)], axis=1)
     vertices, here = np.concatenate([ring, ring + [0, 1, 0]]), np.arange(sides)
