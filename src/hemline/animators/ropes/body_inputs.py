@@ -87,9 +87,7 @@ def body_inputs(
 
 def _spin(one: np.ndarray, two: np.ndarray) -> np.ndarray:
     turn = np.swapaxes(one, -1, -2) @ two
-    return 0.5 * np.stack(
-        [turn[..., a, b] - turn[..., b, a] for a, b in ((2, 1), (0, 2), (1, 0))], axis=-1
-    )
+    return 0.5 * np.stack([turn[..., a, b] - turn[..., b, a] for a, b in ((2, 1), (0, 2), (1, 0))], axis=-1)
 
 
 def _turned_back(turn: np.ndarray, vector: np.ndarray) -> np.ndarray:

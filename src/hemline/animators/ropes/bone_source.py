@@ -17,6 +17,8 @@ from .constants import RopeConstants
 from .learned_bones import BonesStep, LearnedBones, LearnedBonesState
 from .state import RopesState
 
+GRAVITY = RopeConstants().gravity
+"""The one that learned bones know [m/s^2]."""
 NEAR, FAR = 0.25, 0.75
 """Ropes begin to take over where the body is this far out of the range of the training, as a share of that range, and
 have taken over there."""
@@ -57,7 +59,7 @@ class BoneSource:
     def unknown_forces(self) -> bool:
         """Whether something pulls that learned bones have not seen."""
         constants = self.ropes.constants
-        return self.ropes.hook is not None or any(constants.wind) or constants.gravity != RopeConstants().gravity
+        return self.ropes.hook is not None or any(constants.wind) or constants.gravity != GRAVITY
 
     def start(self, posed: PosedBody) -> BonesState:
         """At rest on a body."""

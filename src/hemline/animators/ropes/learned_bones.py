@@ -11,7 +11,7 @@ import numpy as np
 from hemline.arrays import Float, Nodes, Transforms
 from hemline.collide.primitives.proxy import Colliders
 from hemline.errors import BadModel
-from hemline.files.contents import AGAIN, array_of, entry, part
+from hemline.files.contents import AGAIN, array_of, entry
 from hemline.learning.mlp import Mlp
 
 from .body_inputs import BodyAtRest, body_inputs
@@ -67,8 +67,8 @@ class LearnedBones:
     r"""Where the free bones of a garment are $h$ seconds after the last two steps.
 
     In the frame of the key joint, with $c$ and $\dot c$ the coefficients of the bones of the last step and of their way
-    in it, both carried by inertia into the new frame, and with $b$ what the body does there (`body_inputs`), kept within
-    the range of the training:
+    in it, both carried by inertia into the new frame, and with $b$ what the body does there (`body_inputs`), kept
+    within the range of the training:
 
     $$c' = c + s\,\dot c + s^2\,g(b, c, \dot c), \qquad s = \tau / h$$
 
@@ -192,7 +192,7 @@ class LearnedBones:
         low, high = (array_of(arrays, name, "float32", (inputs,)) for name in ("low", "high"))
         seconds, clearance = (float(entry(metadata, name, float)) for name in ("seconds", "clearance"))
         if not (math.isfinite(seconds) and seconds > 0 and math.isfinite(clearance)):
-            raise BadModel("learned bones need a time step and a clearance", (seconds, clearance), AGAIN)
+            raise BadModel("learned bones need a time step above 0 and a clearance", (seconds, clearance), AGAIN)
         if (low > high).any():
             raise BadModel("learned bones need ranges from low to high", "one from high to low", AGAIN)
         network = Mlp.of(arrays, inputs=inputs + 2 * len(modes), outputs=len(modes))
@@ -200,7 +200,7 @@ class LearnedBones:
 
 
 def _between(body: BodyAtRest, one: Transforms, other: Transforms, share: float) -> Transforms:
-    """The body at a share of the way between two poses: joints on straight lines, turns blended and made rigid again."""
+    """The body at a share of the way between two poses: joints on straight lines, turns blended, made rigid again."""
     places = (1 - share) * body.joints_on(one) + share * body.joints_on(other)
     blended = (1 - share) * one[:, :, :3] + share * other[:, :, :3]
     x = blended[:, :, 0] / np.linalg.norm(blended[:, :, 0], axis=1, keepdims=True)

@@ -21,7 +21,7 @@ from hemline.motions.motion import JOINT_NAMES
 from hemline.options import options_of
 
 from .body_inputs import BodyAtRest
-from .bone_source import BonesState, BoneSource
+from .bone_source import BoneSource, BonesState
 from .bones import rest_bones, seen_bones
 from .chains import Ropes
 from .checked import checked_ropes

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from hemline.arrays import Float
+from hemline.arrays import Float, Int
 from hemline.learning.mlp import Mlp
 from hemline.learning.network import ScaledNetwork
 from hemline.learning.trainer import Checkpoint, Schedule, Trainer
@@ -14,111 +14,147 @@ from hemline.learning.trainer import Checkpoint, Schedule, Trainer
 from .config import RopesConfig
 from .sequences import Sequences
 
-VALIDATION_FRAMES = 60
-"""Length of the rollouts that choose the best epoch."""
+STAGES = (5, 2, 1)
+"""The longest rollout is divided by these, one stage of the training after the other."""
+STRIDE = 0.4
+"""Rollouts begin so many of their lengths apart: each frame is seen that much less often in a pass, no frame never."""
+VALIDATION_FRAMES, SETTLING = 60, 15
+"""Length of the rollouts that choose the best epoch, and how many of their first frames do not count."""
+
+
+def train_rollouts(
+    data: Sequences,
+    modes: Float[np.ndarray, "modes rows"],
+    config: RopesConfig,
+    *,
+    seed: int,
+    mark: str,
+    progress: Callable[[int, int], None],
+    folder: Path | None,
+) -> Mlp:
+    r"""Fit the network $g$ of `LearnedBones`.
+
+    It begins as the ridge regression of single steps from simulated bones, which diverges when it goes on from what it
+    made. Then rollouts from simulated bones with noise, each stage longer than the one before.
+
+    Args:
+        data: Bones and inputs, their body inputs within the range that they are kept in.
+        modes: Principal directions of the bones.
+        config: Options.
+        seed: Seed of the weights, of the order of rollouts and of the noise.
+        mark: Hash of all that the training depends on; a checkpoint with another one is not used.
+        progress: Called with the epochs done and in all.
+        folder: Where the checkpoints are kept; None: nowhere.
+
+    Raises:
+        BadModel: The loss is no longer finite.
+
+    Source: the loss through rollouts: Holden, Duong, Datta, Nowrouzezahrai, "Subspace Neural Physics", 2019, Section 4.
+        Differs: inertia carries what is learned into the new frame of the key joint.
+    """
+    objective = RolloutObjective(data, modes, config, seed)
+    total = config.bones_epochs * len(STAGES)
+    for stage, share in enumerate(STAGES):
+        objective.length = max(1, config.rollout_frames // share)
+        rate, done = config.bones_rate / 2**stage, config.bones_epochs * stage
+        schedule = Schedule(config.bones_epochs, config.bones_batch, rate, seed + stage, config.threads)
+        file = f"bones{stage}.safetensors"
+        checkpoint = Checkpoint(folder / file, mark, config.checkpoint_epochs) if folder else None
+        Trainer(objective, schedule).run(checkpoint=checkpoint, progress=lambda k, _, at=done: progress(at + k, total))
+    return objective.network.folded()
 
 
 class RolloutObjective:
-    """Mean square distance of the bones to the simulated ones over rollouts that start from those, with noise."""
+    """Mean square distance of the coefficients to those of the simulated bones, over rollouts."""
 
     name = "learned bones"
 
-    def __init__(self, data: Sequences, modes: np.ndarray, low: np.ndarray, high: np.ndarray, config: RopesConfig, seed: int):
-        self.data, self.config, self.length = data, config, config.rollout_frames[0]
+    def __init__(self, data: Sequences, modes: Float[np.ndarray, "modes rows"], config: RopesConfig, seed: int):
+        self.data, self.config, self.length = data, config, 1
         self.modes = torch.from_numpy(modes)
-        self.low, self.high, self.body = low, high, np.clip(data.body, low, high)
-        self.flat = data.bones.reshape(len(data.bones), -1)
-        self.wanted = self.flat @ modes.T
+        self.wanted = torch.from_numpy(data.bones.reshape(len(data.bones), -1) @ modes.T)
         inputs, outputs = self._single_steps()
-        self.network = ScaledNetwork(inputs, np.maximum(outputs.std(axis=0), 1e-4), hidden=config.bones_hidden, seed=seed)
-        noise = np.zeros(inputs.shape[1])
-        noise[-2 * len(modes):] = config.rollout_noise
-        noise = np.maximum(noise, 0.02 * self.network.spread)
+        scale = np.maximum(outputs.std(axis=0), 1e-4)
+        self.network = ScaledNetwork(inputs, scale, hidden=config.bones_hidden, seed=seed)
+        noise = 0.02 * self.network.spread
+        noise[-2 * len(modes) :] = np.maximum(noise[-2 * len(modes) :], config.rollout_noise)
         self.network.start_linear(inputs, outputs, noise)
 
-    def _single_steps(self):
-        """Inputs and outputs of single steps from the truth."""
-        data = self.data
-        at = data.windows(0, 1) + 1
-        inputs = []
-        outputs = []
-        for some in np.array_split(at, max(1, len(at) // 2048)):
-            q, b = self._start(some - 1, None)
-            body, place, speed, _ = self._carried(some, q, b)
-            inputs.append(torch.cat([body, place, speed], dim=1).numpy())
-            outputs.append(self.wanted[some] - (place + speed).numpy())
-        return np.concatenate(inputs), np.concatenate(outputs)
-
-    def _start(self, frames, random):
-        """Positions of the bones in the key frame at some frames, and those one step before in the same frame."""
-        data = self.data
-        rest = torch.from_numpy(data.rest[data.shape[frames]])
-        now = rest + torch.from_numpy(data.bones[frames])
-        before = rest + torch.from_numpy(data.bones[frames - 1])
-        if random is not None:
-            now = now + self._noise(frames, random)
-            before = before + self._noise(frames, random)
-        before = self._moved(frames, before)
-        return now, before
-
-    def _noise(self, frames, random):
-        drawn = random.standard_normal((len(frames), len(self.modes)), np.float32) * np.float32(self.config.rollout_noise)
-        return (torch.from_numpy(drawn) @ self.modes).reshape(len(frames), -1, 3)
-
-    def _moved(self, frames, points):
-        data = self.data
-        return points @ torch.from_numpy(data.turns[frames]).transpose(1, 2) + torch.from_numpy(data.shifts[frames])[:, None]
-
-    def _carried(self, frames, now, before):
-        data = self.data
-        place = self._moved(frames, now)
-        speed = (now - before) @ torch.from_numpy(data.turns[frames]).transpose(1, 2)
-        rest = torch.from_numpy(data.rest[data.shape[frames]])
-        return (
-            torch.from_numpy(self.body[frames]),
-            (place - rest).flatten(1) @ self.modes.T,
-            speed.flatten(1) @ self.modes.T,
-            (place, rest),
-        )
-
-    def rollout(self, frames, length, random=None):
-        """Coefficients (steps, windows, modes)."""
-        now, before = self._start(frames, random)
-        found = []
-        for step in range(1, length + 1):
-            at = frames + step
-            body, place, speed, (carried, rest) = self._carried(at, now, before)
-            new = place + speed + self.network(torch.cat([body, place, speed], dim=1))
-            found.append(new)
-            now, before = rest + (new @ self.modes).reshape(len(at), -1, 3), carried
-            if random is not None and self.config.step_noise:
-                drawn = random.standard_normal((len(frames), len(self.modes)), np.float32) * np.float32(self.config.step_noise)
-                now = now + (torch.from_numpy(drawn) @ self.modes).reshape(len(frames), -1, 3)
-        return torch.stack(found)
-
-    def _loss(self, frames, length, random=None):
-        found = self.rollout(frames, length, random)
-        wanted = torch.from_numpy(np.stack([self.wanted[frames + k] for k in range(1, length + 1)]))
-        miss = found - wanted
-        loss = (miss**2).sum(2).mean()
-        if self.config.swing_weight:
-            loss = loss + self.config.swing_weight * ((miss[1:] - miss[:-1])**2).sum(2).mean()
-        return loss
-
     @property
-    def parameters(self):
+    def parameters(self) -> list[torch.Tensor]:
+        """Those of the network."""
         return self.network.parameters
 
     @property
-    def samples(self):
-        return self.data.windows(0, self.length)
+    def samples(self) -> Int[np.ndarray, " windows"]:
+        """The frames to start rollouts from."""
+        return self.data.windows(0, self.length)[:: max(1, round(STRIDE * self.length))]
 
-    def loss(self, chosen, random):
-        return self._loss(chosen, self.length, random)
+    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
+        """Over rollouts that start from bones with noise."""
+        return self._misses(chosen, self.length, random).mean()
 
-    def validation_loss(self, random):
-        side = 1 if (self.data.side == 1).any() else 0
-        w = self.data.windows(side, VALIDATION_FRAMES)[::30]
-        found = self.rollout(w, VALIDATION_FRAMES)
-        wanted = torch.from_numpy(np.stack([self.wanted[w + k] for k in range(1, VALIDATION_FRAMES + 1)]))
-        return ((found - wanted)**2).sum(2)[15:].mean()
+    def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
+        """Over long rollouts on held-out takes, without noise."""
+        side = 1 if len(self.data.windows(1, VALIDATION_FRAMES)) else 0
+        windows = self.data.windows(side, VALIDATION_FRAMES)
+        length = VALIDATION_FRAMES
+        if not len(windows):
+            windows, length = self.data.windows(0, self.length), self.length
+        return self._misses(windows[:: VALIDATION_FRAMES // 2], length, None)[min(SETTLING, length - 1) :].mean()
+
+    def _misses(self, frames: np.ndarray, length: int, random: np.random.Generator | None) -> torch.Tensor:
+        """Square distances (steps, rollouts) [m^2]."""
+        found = self.rollout(frames, length, random)
+        wanted = self.wanted[torch.from_numpy(frames + np.arange(1, length + 1)[:, None])]
+        return ((found - wanted) ** 2).sum(dim=2)
+
+    def rollout(self, frames: np.ndarray, length: int, random: np.random.Generator | None = None) -> torch.Tensor:
+        """Coefficients (steps, rollouts, modes) of steps that go on from what they made [m].
+
+        Args:
+            frames: Frames to start from.
+            length: Steps.
+            random: What noise on the start is drawn from; None: no noise.
+        """
+        rest = torch.from_numpy(self.data.rest[self.data.shape[frames]])
+        now, before = self._start(frames, rest, random)
+        found = []
+        for step in range(1, length + 1):
+            inputs, carried, inertia = self._carried(frames + step, rest, now, before)
+            found.append(inertia + self.network(inputs))
+            now, before = rest + (found[-1] @ self.modes).reshape(now.shape), carried
+        return torch.stack(found)
+
+    def _start(
+        self, frames: np.ndarray, rest: torch.Tensor, random: np.random.Generator | None
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """Simulated bones at some frames and one before, both in the key frame of the first (rollouts, free, 3)."""
+        bones = [rest + torch.from_numpy(self.data.bones[frames - back]) for back in (0, 1)]
+        if random is not None:
+            size = (2, len(frames), len(self.modes))
+            noise = torch.from_numpy(random.standard_normal(size, np.float32)) * self.config.rollout_noise
+            bones = [each + (drawn @ self.modes).reshape(each.shape) for each, drawn in zip(bones, noise, strict=True)]
+        return bones[0], self._turned(frames, bones[1]) + torch.from_numpy(self.data.shifts[frames])[:, None]
+
+    def _carried(
+        self, frames: np.ndarray, rest: torch.Tensor, now: torch.Tensor, before: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Inputs of the step to some frames; the last bones in the key frame of each; where inertia takes them."""
+        carried = self._turned(frames, now) + torch.from_numpy(self.data.shifts[frames])[:, None]
+        place = (carried - rest).flatten(1) @ self.modes.T
+        way = self._turned(frames, now - before).flatten(1) @ self.modes.T
+        return torch.cat([torch.from_numpy(self.data.body[frames]), place, way], dim=1), carried, place + way
+
+    def _turned(self, frames: np.ndarray, vectors: torch.Tensor) -> torch.Tensor:
+        return vectors @ torch.from_numpy(self.data.turns[frames]).transpose(1, 2)
+
+    def _single_steps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Inputs and wanted outputs of all steps of the training set from simulated bones."""
+        inputs, outputs = [], []
+        for frames in np.array_split(self.data.windows(0, 1), 16):
+            rest = torch.from_numpy(self.data.rest[self.data.shape[frames]])
+            given, _, inertia = self._carried(frames + 1, rest, *self._start(frames, rest, None))
+            inputs.append(given.numpy())
+            outputs.append((self.wanted[torch.from_numpy(frames + 1)] - inertia).numpy())
+        return np.concatenate(inputs), np.concatenate(outputs)

@@ -56,9 +56,7 @@ def sequences(source: Source, ropes: Ropes, *, mirror: bool) -> Sequences:
     """
     partner = mirror_of(source.dataset.garment, source.shaped[0]) if mirror else None
     free = np.flatnonzero(ropes.parents >= 0)
-    rests = [
-        rest_bones(ropes, rest, shaped)[free] for rest, shaped in zip(source.rests, source.shaped, strict=True)
-    ]
+    rests = [rest_bones(ropes, rest, shaped)[free] for rest, shaped in zip(source.rests, source.shaped, strict=True)]
     at_rest = [BodyAtRest.of(ropes, shaped) for shaped in source.shaped]
     columns, first, dt = [], 0, 1 / 30
     for bones, transforms, side, shape, dt in _shown(source, ropes, free, partner):
@@ -73,9 +71,20 @@ def sequences(source: Source, ropes: Ropes, *, mirror: bool) -> Sequences:
         full = [np.full(count, each, np.int32) for each in (first, first + count - 1, side, shape)]
         columns.append((body, placed, turns, shifts, *full))
         first += count
-    body, placed, turns, shifts, firsts, lasts, sides, shapes = (np.concatenate(each) for each in zip(*columns, strict=True))
-    floats = (np.ascontiguousarray(each, np.float32) for each in (body, placed, turns, shifts))
-    return Sequences(*floats, firsts, lasts, sides, np.stack(rests).astype(np.float32), shapes, dt)
+    body, placed, turns, shifts, *full = (np.concatenate(each) for each in zip(*columns, strict=True))
+    starts, ends, sides, shapes = full
+    return Sequences(
+        body,
+        placed.astype(np.float32),
+        turns.astype(np.float32),
+        shifts.astype(np.float32),
+        starts,
+        ends,
+        sides,
+        np.stack(rests).astype(np.float32),
+        shapes,
+        dt,
+    )
 
 
 def _shown(
