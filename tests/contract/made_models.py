@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline import bodies, garments
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
-from hemline.animators.ropes.body_inputs import BodyAtRest
+from hemline.animators.ropes.body_inputs import COUNT
 from hemline.animators.ropes.layout import lay_out
 from hemline.animators.ropes.learned_bones import LearnedBones
 from hemline.bodies import ShapedBody
@@ -78,15 +78,14 @@ def learned_model(reach: float = 9.0, clearance: float = 0.0) -> AnimatorRopes:
     random = np.random.default_rng(1)
     model, modes = ropes_model(), 6
     free = np.flatnonzero(model.ropes.parents >= 0)
-    body_count = BodyAtRest.count(24, len(model.ropes.kinematic))
     smooth = np.cumsum(random.normal(size=(modes, 3 * len(free))), axis=1)
     basis = np.ascontiguousarray(np.linalg.qr(smooth.T)[0].T, np.float32)
-    back = [1e-3 * random.normal(size=(modes, body_count)), -0.1 * np.eye(modes), -0.3 * np.eye(modes)]
-    sizes = ((2 * modes, body_count + 2 * modes), (2 * modes, 2 * modes), (modes, 2 * modes))
+    back = [1e-3 * random.normal(size=(modes, COUNT)), -0.1 * np.eye(modes), -0.3 * np.eye(modes)]
+    sizes = ((2 * modes, COUNT + 2 * modes), (2 * modes, 2 * modes), (modes, 2 * modes))
     layers = [(np.zeros(size), np.zeros(size[0])) for size in sizes]
     as_network(np.concatenate(back, axis=1), np.zeros(modes), layers)
     network = Mlp.rounded([weights for weights, _ in layers], [biases for _, biases in layers])
-    far = np.full(body_count, reach, np.float32)
+    far = np.full(COUNT, reach, np.float32)
     return replace(model, learned=LearnedBones(basis, network, -far, far, 1 / 30, clearance))
 
 

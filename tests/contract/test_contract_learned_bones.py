@@ -16,7 +16,7 @@ H = 1 / 30
 
 
 def at_rest() -> BodyAtRest:
-    return BodyAtRest.of(ropes_model().ropes, body())
+    return BodyAtRest(ropes_model().ropes.key_index, body().joints.astype(np.float64))
 
 
 def transforms(motion: Motion) -> np.ndarray:

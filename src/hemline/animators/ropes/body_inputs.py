@@ -1,17 +1,17 @@
 """What the body does around a garment's key joint, in numbers that do not say where in the world it stands or looks."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hemline.arrays import Float, Joints, Transforms
+from hemline.motions import JOINT_NAMES
 
-from .chains import Ropes
-from .embedding import Carriage
-
-if TYPE_CHECKING:
-    from hemline.bodies.body import ShapedBody
+_UNSEEN = ("left_foot", "right_foot", "neck", "head", "left_hand", "right_hand")
+SEEN = np.array([k for k, name in enumerate(JOINT_NAMES) if name not in _UNSEEN])
+"""Joints that are looked at: ends of limbs say little about cloth, and what they say of a few dancers is not so."""
+COUNT = 15 + 6 * len(SEEN)
+"""How many numbers `body_inputs` gives."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,21 +22,6 @@ class BodyAtRest:
     """Index of the key joint."""
     joints: Joints
     """Its joints at rest [m], float64."""
-    carriage: Carriage
-    """How it carries the bones that it carries."""
-    carried: Float[np.ndarray, "kin 3"]
-    """Those at rest [m], float64."""
-
-    @classmethod
-    def of(cls, ropes: Ropes, shaped: "ShapedBody") -> "BodyAtRest":
-        """That of one shape of the body that wears the ropes."""
-        joints = np.asarray(shaped.joints, np.float64)
-        return cls(ropes.key_index, joints, ropes.carriage, ropes.carriage.rest_on(shaped))
-
-    @staticmethod
-    def count(joints: int, carried: int) -> int:
-        """How many numbers `body_inputs` gives for so many joints and carried bones."""
-        return 15 + 6 * joints + 3 * carried
 
     def joints_on(self, frames: Float[Transforms, "*frames"]) -> Float[Joints, "*frames"]:
         """The joints in one pose or in many [m]."""
@@ -54,7 +39,7 @@ def body_inputs(
     """The body's part of the inputs of the learned bones, float64.
 
     Args:
-        rest: Its joints and carried bones at rest.
+        rest: Its joints at rest.
         before: Skin transforms one step before the last.
         then: Those of the last step.
         now: Those of this one.
@@ -63,24 +48,23 @@ def body_inputs(
 
     Returns:
         Of the key joint, in its own frame: the direction of gravity, velocity [m/s], its change [m/s], rate of turn
-        (sines of small angles) [1/s], its change [1/s]; displacements of all joints from rest in the frame of the key
-        joint [m], their velocities [m/s]; displacements of the carried bones there [m].
+        (sines of small angles) [1/s], its change [1/s]; displacements of the joints `SEEN` from rest in the frame of
+        the key joint [m], their velocities there [m/s].
     """
     key, turns = rest.key, [frames[..., rest.key, :, :3] for frames in (before, then, now)]
     places = [rest.joints_on(frames) for frames in (before, then, now)]
     velocity = (places[2][..., key, :] - places[1][..., key, :]) / dt
     earlier = (places[1][..., key, :] - places[0][..., key, :]) / dt_before
     spin, spin_earlier = _spin(turns[1], turns[2]) / dt, _spin(turns[0], turns[1]) / dt_before
-    here = _in_key(now[..., key, :, :], places[2]) - rest.joints
-    there = _in_key(then[..., key, :, :], places[1]) - rest.joints
-    carried = _in_key(now[..., key, :, :], rest.carriage.carried(now, rest.carried)) - rest.carried
+    here = _in_key(now[..., key, :, :], places[2][..., SEEN, :]) - rest.joints[SEEN]
+    there = _in_key(then[..., key, :, :], places[1][..., SEEN, :]) - rest.joints[SEEN]
     parts = [
         -turns[2][..., 1, :],
         _turned_back(turns[2], velocity),
         _turned_back(turns[2], velocity - earlier),
         spin,
         spin - spin_earlier,
-        *(each.reshape(*each.shape[:-2], -1) for each in (here, (here - there) / dt, carried)),
+        *(each.reshape(*each.shape[:-2], -1) for each in (here, (here - there) / dt)),
     ]
     return np.concatenate(parts, axis=-1)
 

@@ -41,3 +41,12 @@ def push_points_out(kinds, joints, shapes, centres, frames, margin, points_out):
             points_out[i, 0] += depth * nx
             points_out[i, 1] += depth * ny
             points_out[i, 2] += depth * nz
+
+
+@kernel
+def push_rollouts_out(kinds, joints, shapes, centres, which, frames, margin, points_out):
+    # model: kinds, joints (prims,), shapes (bodies, prims, 16), centres (bodies, prims, 4)
+    # in: which (rollouts,) body, frames (rollouts, joints, 3, 4), margin   in/out: points_out (rollouts, points, 3)
+    for n in range(points_out.shape[0]):
+        b = which[n]
+        push_points_out(kinds, joints, shapes[b], centres[b], frames[n], margin, points_out[n])

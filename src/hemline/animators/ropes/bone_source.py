@@ -85,7 +85,7 @@ class BoneSource:
             ropes = self.ropes.step(state.ropes, posed, dt)
             return BonesState(ropes, None, state.share), self._corrected(ropes.positions, posed, rest)
         old, shared, frames = state.ropes, state.learned, self.ropes.proxy.posed(posed)
-        body = BodyAtRest(self.ropes.key_index, old.pivots, self.ropes.carriage, old.kinematic_rest)
+        body = BodyAtRest(self.ropes.key_index, old.pivots)
         if self.ropes.jumped(shared.bodies[2], frames, old.pivots, dt):
             shared = shared.carried_along(self.ropes.key_index, frames)
         proxy = self.ropes.proxy
@@ -95,7 +95,7 @@ class BoneSource:
         if float(state.share) > 0:
             ropes = self.ropes.step(old, posed, dt)
         elif share > 0:
-            ropes = self._taken_over(made, posed, body, shared, dt)
+            ropes = self._taken_over(made, posed, shared, dt)
         else:
             ropes = old
         positions = np.empty((self.ropes.node_count, 3))
@@ -112,14 +112,13 @@ class BoneSource:
         wanted = 1.0 if self.unknown_forces else float(np.clip((beyond - NEAR) / (FAR - NEAR), 0, 1))
         return now + float(np.clip(wanted - now, -dt / SECONDS_TO_LEARNED, dt / SECONDS_TO_ROPES))
 
-    def _taken_over(
-        self, made: BonesStep, posed: PosedBody, body: BodyAtRest, before: LearnedBonesState, dt: float
-    ) -> RopesState:
+    def _taken_over(self, made: BonesStep, posed: PosedBody, before: LearnedBonesState, dt: float) -> RopesState:
         """Ropes where the learned bones are, as fast as those."""
         state, kinematic = self.ropes.start(posed), self.ropes.kinematic
         positions, velocities = state.positions.copy(), np.zeros_like(state.positions)
         positions[self._free], velocities[self._free] = made.positions, made.velocities
-        rates = (positions[kinematic] - body.carriage.carried(before.bodies[2], body.carried)) / dt
+        last = self.ropes.carriage.carried(before.bodies[2], state.kinematic_rest)
+        rates = (positions[kinematic] - last) / dt
         velocities[kinematic] = rates
         return replace(
             state,

@@ -14,7 +14,7 @@ from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry
 from hemline.learning.mlp import Mlp
 
-from .body_inputs import BodyAtRest, body_inputs
+from .body_inputs import COUNT, BodyAtRest, body_inputs
 from .bone_contact_kernels import push_points_out
 
 MOST_STEPS = 16
@@ -176,26 +176,25 @@ class LearnedBones:
         return {"seconds": self.seconds, "clearance": self.clearance}
 
     @classmethod
-    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any], *, rows: int, inputs: int) -> Self:
+    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any], *, rows: int) -> Self:
         """Read them back.
 
         Args:
             arrays: What `arrays` gave.
             metadata: What `metadata` gave.
             rows: Coordinates of all free bones.
-            inputs: How many numbers `body_inputs` gives.
 
         Raises:
             BadModel: Something is missing or of another type or shape, or a range or a time cannot be used.
         """
         modes = array_of(arrays, "modes", "float32", (None, rows))
-        low, high = (array_of(arrays, name, "float32", (inputs,)) for name in ("low", "high"))
+        low, high = (array_of(arrays, name, "float32", (COUNT,)) for name in ("low", "high"))
         seconds, clearance = (float(entry(metadata, name, float)) for name in ("seconds", "clearance"))
         if not (math.isfinite(seconds) and seconds > 0 and math.isfinite(clearance)):
             raise BadModel("learned bones need a time step above 0 and a clearance", (seconds, clearance), AGAIN)
         if (low > high).any():
             raise BadModel("learned bones need ranges from low to high", "one from high to low", AGAIN)
-        network = Mlp.of(arrays, inputs=inputs + 2 * len(modes), outputs=len(modes))
+        network = Mlp.of(arrays, inputs=COUNT + 2 * len(modes), outputs=len(modes))
         return cls(modes, network, low, high, seconds, clearance)
 
 

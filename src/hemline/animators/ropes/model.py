@@ -20,7 +20,6 @@ from hemline.learning.packed_basis import PackedBasis
 from hemline.motions.motion import JOINT_NAMES
 from hemline.options import options_of
 
-from .body_inputs import BodyAtRest
 from .bone_source import BoneSource, BonesState
 from .bones import rest_bones, seen_bones
 from .chains import Ropes
@@ -246,8 +245,7 @@ def _learned_of(arrays: Mapping[str, np.ndarray], held: Mapping[str, Any], ropes
     if source == "ropes":
         return None
     rows = 3 * (ropes.node_count - len(ropes.kinematic))
-    inputs = BodyAtRest.count(len(JOINT_NAMES), len(ropes.kinematic))
-    return LearnedBones.of(part(arrays, "learned"), entry(held, "learned", dict), rows=rows, inputs=inputs)
+    return LearnedBones.of(part(arrays, "learned"), entry(held, "learned", dict), rows=rows)
 
 
 def _trimmed(betas: np.ndarray) -> np.ndarray:

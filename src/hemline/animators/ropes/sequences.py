@@ -8,7 +8,7 @@ import numpy as np
 from hemline.arrays import Float, Int, Transforms
 from hemline.learning.mirror import mirror_of, mirrored_transforms, mirrored_vertices
 
-from .body_inputs import BodyAtRest, body_inputs
+from .body_inputs import COUNT, BodyAtRest, body_inputs
 from .bones import rest_bones
 from .chains import Ropes
 from .gather import Source
@@ -57,10 +57,10 @@ def sequences(source: Source, ropes: Ropes, *, mirror: bool) -> Sequences:
     partner = mirror_of(source.dataset.garment, source.shaped[0]) if mirror else None
     free = np.flatnonzero(ropes.parents >= 0)
     rests = [rest_bones(ropes, rest, shaped)[free] for rest, shaped in zip(source.rests, source.shaped, strict=True)]
-    at_rest = [BodyAtRest.of(ropes, shaped) for shaped in source.shaped]
+    at_rest = [BodyAtRest(ropes.key_index, np.asarray(shaped.joints, np.float64)) for shaped in source.shaped]
     columns, first, dt = [], 0, 1 / 30
     for bones, transforms, side, shape, dt in _shown(source, ropes, free, partner):
-        body = np.zeros((len(bones), BodyAtRest.count(transforms.shape[1], len(ropes.kinematic))), np.float32)
+        body = np.zeros((len(bones), COUNT), np.float32)
         body[2:] = body_inputs(at_rest[shape], transforms[:-2], transforms[1:-1], transforms[2:], dt, dt)
         keys = transforms[:, ropes.key_index]
         placed = (bones - keys[:, None, :, 3]) @ keys[:, :, :3] - rests[shape]
