@@ -62,7 +62,7 @@ class RopesConfig:
     """Principal components of the learned bones."""
     bones_hidden: int = positive(256)
     """Neurons in each of the two hidden layers of their network."""
-    bones_epochs: int = positive(40)
+    bones_epochs: int = positive(20)
     """Passes over the training set in each of the three stages of its training."""
     bones_batch: int = positive(256)
     """Rollouts a step of the optimiser."""
@@ -70,8 +70,10 @@ class RopesConfig:
     """First learning rate of the first stage; each other one has half of that before."""
     rollout_frames: int = positive(40)
     """Frames of a rollout in the last stage."""
-    rollout_noise: float = not_negative(0.005)
+    rollout_noise: float = not_negative(0.015)
     """Standard deviation of noise on each coefficient of the bones that a rollout begins with [m]."""
+    body_noise: float = not_negative(0.3)
+    """Standard deviation of noise on what learned bones see of the body, as a share of the deviation of each input."""
     bone_clearance: float = not_negative(0.02)
     """Learned bones are pushed this far out of the body's primitives [m]."""
     checkpoint_epochs: int = positive(10)

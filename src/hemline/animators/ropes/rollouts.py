@@ -11,6 +11,8 @@ from hemline.learning.mlp import Mlp
 from hemline.learning.network import ScaledNetwork
 from hemline.learning.trainer import Checkpoint, Schedule, Trainer
 
+from .body_inputs import COUNT
+from .bone_contact_kernels import push_rollouts_out
 from .config import RopesConfig
 from .sequences import Sequences
 
@@ -76,7 +78,8 @@ class RolloutObjective:
         inputs, outputs = self._single_steps()
         scale = np.maximum(outputs.std(axis=0), 1e-4)
         self.network = ScaledNetwork(inputs, scale, hidden=config.bones_hidden, seed=seed)
-        noise = 0.02 * self.network.spread
+        noise = config.body_noise * self.network.spread
+        self.noise = noise[:COUNT].copy()
         noise[-2 * len(modes) :] = np.maximum(noise[-2 * len(modes) :], config.rollout_noise)
         self.network.start_linear(inputs, outputs, noise)
 
@@ -91,7 +94,7 @@ class RolloutObjective:
         return self.data.windows(0, self.length)[:: max(1, round(STRIDE * self.length))]
 
     def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
-        """Over rollouts that start from bones with noise."""
+        """Over rollouts that start from bones with noise, on a body with noise in every step."""
         return self._misses(chosen, self.length, random).mean()
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
@@ -122,9 +125,22 @@ class RolloutObjective:
         found = []
         for step in range(1, length + 1):
             inputs, carried, inertia = self._carried(frames + step, rest, now, before)
-            found.append(inertia + self.network(inputs))
-            now, before = rest + (found[-1] @ self.modes).reshape(now.shape), carried
+            if random is not None:
+                drawn = random.standard_normal((len(frames), COUNT), np.float32) * self.noise
+                inputs = inputs + torch.nn.functional.pad(torch.from_numpy(drawn), (0, inputs.shape[1] - COUNT))
+            moved = rest + ((inertia + self.network(inputs)) @ self.modes).reshape(now.shape)
+            now, before = moved + self._push(frames + step, moved.detach()), carried
+            found.append((now - rest).flatten(1) @ self.modes.T)
         return torch.stack(found)
+
+    def _push(self, frames: np.ndarray, moved: torch.Tensor) -> torch.Tensor:
+        """How far bones are pushed out of the body's primitives (rollouts, free, 3) [m]; taken as given by the loss."""
+        points = moved.numpy().astype(np.float64)
+        kinds, joints, shapes, centres, _ = self.data.colliders
+        bodies = self.data.frames[frames].astype(np.float64)
+        which = self.data.shape[frames]
+        push_rollouts_out(kinds, joints, shapes, centres, which, bodies, self.config.bone_clearance, points)
+        return torch.from_numpy(points.astype(np.float32)) - moved
 
     def _start(
         self, frames: np.ndarray, rest: torch.Tensor, random: np.random.Generator | None

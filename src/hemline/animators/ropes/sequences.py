@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hemline.arrays import Float, Int, Transforms
+from hemline.collide.primitives.proxy import Colliders
 from hemline.learning.mirror import mirror_of, mirrored_transforms, mirrored_vertices
 
 from .body_inputs import COUNT, BodyAtRest, body_inputs
@@ -36,6 +37,10 @@ class Sequences:
     """The bones at rest on each body shape [m]."""
     shape: Int[np.ndarray, " frames"]
     """The body shape of each frame."""
+    frames: Float[np.ndarray, "frames joints 3 4"]
+    """Skin transforms, the key joint's taken away."""
+    colliders: Colliders
+    """The body's primitives, with shapes and centres for each body shape (bodies, prims, 16 and 4)."""
     dt: float
     """Time between frames [s]."""
 
@@ -69,9 +74,9 @@ def sequences(source: Source, ropes: Ropes, *, mirror: bool) -> Sequences:
         shifts[1:] = np.einsum("fab,fa->fb", keys[1:, :, :3], keys[:-1, :, 3] - keys[1:, :, 3])
         count = len(bones)
         full = [np.full(count, each, np.int32) for each in (first, first + count - 1, side, shape)]
-        columns.append((body, placed, turns, shifts, *full))
+        columns.append((body, placed, turns, shifts, _in_key(transforms, ropes.key_index), *full))
         first += count
-    body, placed, turns, shifts, *full = (np.concatenate(each) for each in zip(*columns, strict=True))
+    body, placed, turns, shifts, frames, *full = (np.concatenate(each) for each in zip(*columns, strict=True))
     starts, ends, sides, shapes = full
     return Sequences(
         body,
@@ -83,8 +88,24 @@ def sequences(source: Source, ropes: Ropes, *, mirror: bool) -> Sequences:
         sides,
         np.stack(rests).astype(np.float32),
         shapes,
+        frames.astype(np.float32),
+        _colliders(source, ropes),
         dt,
     )
+
+
+def _in_key(transforms: Transforms, key: int) -> Transforms:
+    """Skin transforms of each frame as seen from its key joint."""
+    back = np.swapaxes(transforms[:, key, :, :3], 1, 2)
+    seen = back[:, None] @ transforms
+    seen[..., 3] -= np.einsum("fab,fb->fa", back, transforms[:, key, :, 3])[:, None]
+    return seen
+
+
+def _colliders(source: Source, ropes: Ropes) -> Colliders:
+    states = [ropes.start(shaped.posed(shaped.rest_pose)) for shaped in source.shaped]
+    stacked = [np.stack([getattr(state, name) for state in states]) for name in ("shapes", "centres", "pivots")]
+    return Colliders(ropes.proxy.kinds, ropes.proxy.joints, *stacked)
 
 
 def _shown(
