@@ -33,6 +33,12 @@ TINY = RopesConfig(
     threads=1,
     second_columns=2,
     correction_epochs=8,
+    bone_components=8,
+    bones_hidden=24,
+    bones_epochs=4,
+    bones_batch=64,
+    rollout_frames=10,
+    bones="learned",
 )
 
 
@@ -180,13 +186,40 @@ def test_bones_that_are_given_are_used(fitted, dataset):
     _, two = fitted.follow(state, posed, 1 / 30, seen.vertices[9])
     np.testing.assert_array_equal(one, two)
     # the ropes' own are corrected, given ones are not
-    after, own = fitted.step(state, posed, 1 / 30)
-    _, uncorrected = fitted.step(state, posed, 1 / 30, bones=after.ropes.positions)
-    moved = fitted.correction(to_key(posed.transforms[12], after.ropes.positions).astype(np.float32).reshape(-1))
+    roped = replace(fitted, learned=None)
+    after, own = roped.step(roped.start(posed), posed, 1 / 30)
+    _, uncorrected = fitted.step(state, posed, 1 / 30, bones=after.bones.ropes.positions)
+    moved = fitted.correction(to_key(posed.transforms[12], after.bones.ropes.positions).astype(np.float32).reshape(-1))
     assert np.abs(own - uncorrected).max() > 1e-4 and np.abs(moved).max() > 1e-4
     bones[-1] += 0.1
     _, other = fitted.step(state, posed, 1 / 30, bones=bones)
     assert np.abs(other - one).max() > 1e-4
+
+
+def test_the_figures_of_own_bones_are_what_playing_gives(fitted, dataset):
+    body, error = bodies.load("anny24").shaped(), {"learned": [], "ropes": []}
+    for row in dataset.split("test"):
+        seen = dataset.take(row)
+        for name, model in (("learned", fitted), ("ropes", replace(fitted, learned=None))):
+            state = model.start(body.posed(seen.motion[0]))
+            for index in range(len(seen.motion)):
+                state, vertices = model.step(state, body.posed(seen.motion[index]), 1 / 30)
+                if index >= max(seen.clip_frames[0], 30):
+                    error[name].append(np.linalg.norm(vertices - seen.vertices[index], axis=1).mean() * 1e3)
+    # frames before the first second are left out here: the figure of ropes has the truth there
+    assert fitted.figures["test_learned_error_mm"] == pytest.approx(np.mean(error["learned"]), rel=0.5)
+    assert np.mean(error["ropes"]) > 0
+    assert fitted.figures["test_own_error_mm"] == fitted.figures["test_learned_error_mm"]
+
+
+def test_the_source_of_bones_is_asked_for_or_chosen_on_validation(fitted, dataset):
+    assert fitted.learned is not None
+    roped = fit(dataset, replace(TINY, bones="ropes", epochs=1, correction_epochs=1, calibrate=False))
+    assert roped.learned is None
+    assert "val_learned_error_mm" not in roped.figures
+    chosen = fit(dataset, replace(TINY, bones="auto", epochs=1, correction_epochs=1, calibrate=False))
+    better = chosen.figures["val_learned_error_mm"] < chosen.figures["val_ropes_error_mm"]
+    assert (chosen.learned is not None) == better
 
 
 def test_a_fitted_model_is_saved_with_what_it_needs(fitted, tmp_path):

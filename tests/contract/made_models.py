@@ -7,9 +7,12 @@ import numpy as np
 
 from hemline import bodies, garments
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
+from hemline.animators.ropes.body_inputs import COUNT
 from hemline.animators.ropes.layout import lay_out
+from hemline.animators.ropes.learned_bones import LearnedBones
 from hemline.bodies import ShapedBody
 from hemline.garments.garment import Garment
+from hemline.learning.linear_start import as_network
 from hemline.learning.mlp import Mlp
 from hemline.learning.packed_basis import pack_basis
 from hemline.motions import Motion, Pose
@@ -64,7 +67,29 @@ def ropes_model() -> AnimatorRopes:
     )
 
 
-ANIMATORS = {"ropes": ropes_model}
+@cache
+def learned_model(reach: float = 9.0, clearance: float = 0.0) -> AnimatorRopes:
+    """The same with learned bones: they swing back with damping, and a little with what the body does.
+
+    Args:
+        reach: The range of the training on both sides of zero, of each input.
+        clearance: Distance to the body's primitives [m].
+    """
+    random = np.random.default_rng(1)
+    model, modes = ropes_model(), 6
+    free = np.flatnonzero(model.ropes.parents >= 0)
+    smooth = np.cumsum(random.normal(size=(modes, 3 * len(free))), axis=1)
+    basis = np.ascontiguousarray(np.linalg.qr(smooth.T)[0].T, np.float32)
+    back = [1e-3 * random.normal(size=(modes, COUNT)), -0.1 * np.eye(modes), -0.3 * np.eye(modes)]
+    sizes = ((2 * modes, COUNT + 2 * modes), (2 * modes, 2 * modes), (modes, 2 * modes))
+    layers = [(np.zeros(size), np.zeros(size[0])) for size in sizes]
+    as_network(np.concatenate(back, axis=1), np.zeros(modes), layers)
+    network = Mlp.rounded([weights for weights, _ in layers], [biases for _, biases in layers])
+    far = np.full(COUNT, reach, np.float32)
+    return replace(model, learned=LearnedBones(basis, network, -far, far, 1 / 30, clearance))
+
+
+ANIMATORS = {"ropes": ropes_model, "ropes, learned bones": learned_model}
 """Every animator; each runs through every law."""
 
 

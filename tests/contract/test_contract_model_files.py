@@ -5,7 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
-from made_models import body, ropes_model
+from made_models import body, learned_model, ropes_model
 
 from hemline.animators import load, model_file, shipped_models
 from hemline.errors import BadModel, BadOutput
@@ -15,7 +15,7 @@ from hemline.files import read_tensors, write_tensors
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     path = tmp_path_factory.mktemp("models") / "model.safetensors"
-    ropes_model().save(path)
+    learned_model().save(path)
     return path
 
 
@@ -29,7 +29,8 @@ def changed(model, path, arrays=(), metadata=()):
 
 
 def every_array() -> list[str]:
-    model = ropes_model()
+    model = learned_model()
+    assert model.learned is not None
     parts = {
         "garment": model.garment,
         "ropes": model.ropes,
@@ -38,6 +39,7 @@ def every_array() -> list[str]:
         "skinning": model.skinning,
         "shape": model.shape,
         "correction": model.correction,
+        "learned": model.learned,
     }
     return ["rest", *(f"{name}.{key}" for name, part in parts.items() for key in part.arrays())]
 
@@ -102,9 +104,9 @@ def test_missing_or_mistyped_metadata_is_refused(model, tmp_path, name):
         ({"body": {"name": "anny24"}}, "lacks metadata 'hash'"),
         ({"figures": {"mm": "low"}}, "figures of the model are numbers"),
         ({"garment": {}}, "the model's garment is damaged"),
-        ({"ropes": {"constants": {}}}, "reads version 2 of rope chains; got version 1; fit again with 'hemline fit'"),
-        ({"ropes": {"version": 3}}, "reads version 2 of rope chains; got version 3; upgrade hemline"),
-        ({"ropes": {"version": 2, "rope_constants": 3}}, "lacks metadata 'key_joint'"),
+        ({"ropes": {"constants": {}}}, "reads versions 2 and 3 of rope chains; got version 1; fit again with"),
+        ({"ropes": {"version": 4}}, "reads versions 2 and 3 of rope chains; got version 4; upgrade hemline"),
+        ({"ropes": {"version": 3, "rope_constants": 3}}, "lacks metadata 'key_joint'"),
         ({"format": 99}, "newer format; got version 99; this hemline reads up to"),
         ({"kind": "take"}, "must be a model file; got a take file"),
     ],
@@ -112,6 +114,42 @@ def test_missing_or_mistyped_metadata_is_refused(model, tmp_path, name):
 def test_contradictions_in_metadata_are_refused(model, tmp_path, metadata, complaint):
     with pytest.raises(BadModel, match=complaint):
         load(changed(model, tmp_path / "bad.safetensors", metadata=metadata))
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"bones": None}, "lacks metadata 'bones'"),
+        ({"bones": 2}, "metadata 'bones' of the model must be str"),
+        ({"bones": "wires"}, "bones of the model are 'ropes' or 'learned'; got 'wires'"),
+        ({"learned": None}, "lacks metadata 'learned'"),
+        ({"learned": {"seconds": 0.03}}, "lacks metadata 'clearance'"),
+        ({"learned": {"seconds": 0.0, "clearance": 0.02}}, "need a time step above 0 and a clearance"),
+        ({"learned": {"seconds": "short", "clearance": 0.02}}, "metadata 'seconds' of the model must be float"),
+    ],
+)
+def test_a_source_of_bones_that_makes_no_sense_is_refused(model, tmp_path, change, complaint):
+    held = read_tensors(model, "model")[1]["ropes"] | change
+    held = {name: value for name, value in held.items() if value is not None}
+    with pytest.raises(BadModel, match=complaint):
+        load(changed(model, tmp_path / "bad.safetensors", metadata={"ropes": held}))
+
+
+def test_a_range_from_high_to_low_is_refused(model, tmp_path):
+    arrays = read_tensors(model, "model")[0]
+    with pytest.raises(BadModel, match="learned bones need ranges from low to high"):
+        load(changed(model, tmp_path / "bad.safetensors", {"learned.low": arrays["learned.high"] + 1}))
+
+
+def test_a_model_of_ropes_alone_says_so_and_one_of_version_2_has_no_learned_bones(model, tmp_path):
+    path = tmp_path / "ropes.safetensors"
+    ropes_model().save(path)
+    arrays, metadata = read_tensors(path, "model")
+    assert metadata["ropes"]["bones"] == "ropes"
+    assert not any(name.startswith("learned.") for name in arrays)
+    old = {name: value for name, value in metadata["ropes"].items() if name != "bones"} | {"version": 2}
+    assert load(changed(path, tmp_path / "old.safetensors", metadata={"ropes": old})).learned is None
+    assert load(model).learned is not None
 
 
 def test_a_face_past_the_last_vertex_is_refused(model, tmp_path):

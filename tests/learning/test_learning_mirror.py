@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments
-from hemline.learning.mirror import mirror_of, mirrored_transforms, mirrored_vertices, partners
-from hemline.motions import JOINT_NAMES, Pose
+from hemline.learning.mirror import mirror_of, mirrored_motion, mirrored_transforms, mirrored_vertices, partners
+from hemline.motions import JOINT_NAMES, Motion, Pose
 
 ROWS, COLUMNS = 15, 20
 
@@ -71,6 +71,19 @@ def test_transforms_are_those_of_the_mirrored_pose(shaped):
     found = mirrored_transforms(shaped.posed(pose).transforms[None])[0]
     # the body's own joints are symmetric to a tenth of a millimetre
     np.testing.assert_allclose(found, shaped.posed(mirrored_pose(pose)).transforms, atol=5e-4)
+
+
+def test_a_mirrored_motion_is_that_of_the_mirrored_poses(shaped):
+    random = np.random.default_rng(3)
+    rotations = np.tile(np.array([1, 0, 0, 0], np.float32), (5, 24, 1)) + 0.2 * random.normal(size=(5, 24, 4))
+    rotations /= np.linalg.norm(rotations, axis=2, keepdims=True)
+    places = random.normal(size=(5, 3)).astype(np.float32)
+    motion = Motion(rotations.astype(np.float32), places, fps=30.0, leg_length=shaped.leg_length)
+    mirrored = mirrored_motion(motion)
+    for k in range(5):
+        np.testing.assert_array_equal(mirrored[k].rotations, mirrored_pose(motion[k]).rotations)
+        np.testing.assert_array_equal(mirrored[k].translation, mirrored_pose(motion[k]).translation)
+    assert mirrored.fps == motion.fps
 
 
 def test_twice_is_where_it_began(garment, shaped):

@@ -5,7 +5,7 @@ import pytest
 
 from hemline.errors import BadDataset
 from hemline.learning import pca
-from hemline.learning.pca import principal
+from hemline.learning.pca import principal, principal_of_map
 
 
 def made(frames=80, rows=300, rank=12, seed=0):
@@ -54,3 +54,24 @@ def test_frames_at_rest_are_refused():
         principal(lambda at: still[:, at], 30, 4)
     with pytest.raises(BadDataset, match="0 frames at rest"):
         principal(lambda at: still[:0, at], 30, 4)
+
+
+def test_directions_of_a_map_are_those_of_what_it_makes():
+    random = np.random.default_rng(2)
+    inputs = random.normal(size=(60, 7)) * 0.6 ** np.arange(7) + 0.1
+    matrix, offset = random.normal(size=(200, 7)), random.normal(size=200)
+    found = principal_of_map(matrix, offset, inputs, 5)
+    made_of_it = inputs @ matrix.T + offset
+    _, values, vectors = np.linalg.svd(made_of_it, full_matrices=False)
+    cosines = np.abs((found.basis * vectors[:5]).sum(axis=1))
+    assert cosines.min() > 1 - 1e-5
+    np.testing.assert_allclose(found.deviations, values[:5] / np.sqrt(60), rtol=1e-5)
+    np.testing.assert_allclose(found.explained, (values[:5] ** 2).sum() / (values**2).sum(), rtol=1e-6)
+    assert (found.basis[np.arange(5), np.abs(found.basis).argmax(axis=1)] > 0).all()
+    # no more directions come back than the map has
+    assert len(principal_of_map(matrix[:, :2], 0 * offset, inputs[:, :2], 5).basis) == 2
+
+
+def test_a_map_to_nothing_has_no_directions():
+    with pytest.raises(BadDataset, match="principal components need frames that move; got a map to zero"):
+        principal_of_map(np.zeros((6, 2)), np.zeros(6), np.ones((4, 2)), 3)

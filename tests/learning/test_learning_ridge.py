@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.learning.ridge import ridge
+from hemline.learning.ridge import ridge, wide_ridge
 
 
 def test_without_noise_it_is_least_squares():
@@ -36,3 +36,15 @@ def test_weights_count_frames_as_if_they_were_there_more_often():
     repeated = ridge(np.repeat(x, times, axis=0), np.repeat(y, times, axis=0), np.full(4, 0.3))
     for one, other in zip(weighed, repeated, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-10)
+
+
+def test_many_outputs_are_handled_in_parts_of_frames_and_come_out_the_same():
+    random = np.random.default_rng(5)
+    x, y = random.normal(size=(700, 5)).astype(np.float32), random.normal(size=(700, 9)).astype(np.float32)
+    y += x[:, :1] + 2
+    chosen, noise = np.flatnonzero(random.random(700) < 0.8), np.linspace(0.1, 0.5, 5)
+    for one, other in zip(
+        wide_ridge(x, lambda some: y[some], chosen, noise), ridge(x[chosen], y[chosen], noise), strict=True
+    ):
+        assert one.dtype == np.float32
+        np.testing.assert_allclose(one, other, atol=2e-6)

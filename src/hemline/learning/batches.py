@@ -4,6 +4,9 @@ import numpy as np
 
 from hemline.arrays import Float, Int
 
+SMALLEST_DEVIATION = 0.005
+"""Inputs that hardly move are divided by at least this, so that they are not blown up [m]."""
+
 
 def with_noise(
     inputs: Float[np.ndarray, "batch ins"],

@@ -1,13 +1,14 @@
 """Every training frame a second time, left and right exchanged: twice the frames of a symmetric garment for nothing."""
 
 import heapq
+from dataclasses import replace
 
 import numpy as np
 
 from hemline.arrays import Faces, Float, FramesOfVertices, Int, Points
 from hemline.bodies.body import ShapedBody
 from hemline.garments.garment import Garment
-from hemline.motions import JOINT_NAMES
+from hemline.motions import JOINT_NAMES, Motion
 
 FARTHEST = 0.03
 """A vertex whose mirror image lies farther than this from its partner makes a garment asymmetric [m]."""
@@ -98,6 +99,12 @@ def mirrored_transforms(transforms: Float[np.ndarray, "frames joints 3 4"]) -> F
     r"""Skin transforms of the mirrored motion: $M A_{\sigma(j)} M$ with left and right joints exchanged by $\sigma$."""
     fourth = np.append(_SIGNS, np.float32(1))
     return transforms[:, _swapped()] * _SIGNS[:, None] * fourth
+
+
+def mirrored_motion(motion: Motion) -> Motion:
+    """The motion of the mirrored body: that of `mirrored_transforms`, up to what a body's own joints are asymmetric."""
+    rotations = motion.rotations[:, _swapped()] * np.array([1, 1, -1, -1], np.float32)
+    return replace(motion, rotations=rotations, translations=motion.translations * _SIGNS)
 
 
 def _swapped() -> list[int]:

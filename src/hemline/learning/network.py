@@ -9,12 +9,10 @@ import torch
 
 from hemline.arrays import Float
 
+from .batches import SMALLEST_DEVIATION
 from .linear_start import as_network
 from .mlp import Mlp
 from .ridge import ridge
-
-SMALLEST_DEVIATION = 0.005
-"""Inputs that hardly move are divided by at least this, so that they are not blown up [m]."""
 
 Layers = list[tuple[torch.Tensor, torch.Tensor]]
 """Weights (outs, ins) and biases (outs,) of each layer."""

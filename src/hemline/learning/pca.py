@@ -68,6 +68,44 @@ def principal(strips: Strips, rows: int, count: int) -> Pca:
     return Pca(np.ascontiguousarray(basis), np.sqrt(values / len(gram)).astype(np.float32), explained)
 
 
+def principal_of_map(
+    matrix: Float[np.ndarray, "rows ins"],
+    offset: Float[np.ndarray, " rows"],
+    inputs: Float[np.ndarray, "frames ins"],
+    count: int,
+) -> Pca:
+    r"""The first principal directions of what a linear map $A x + a$ makes of given inputs, about zero.
+
+    With $[A\ a] = Y$ and $S$ the second moments of $(x, 1)$ those are the left singular vectors of $Y S^{1/2}$: as few
+    as inputs, whatever the frames.
+
+    Args:
+        matrix: $A$.
+        offset: $a$.
+        inputs: $x$.
+        count: Directions wanted; fewer come back where the map has a lower rank.
+
+    Returns:
+        The basis, its signs as those of `principal`.
+
+    Raises:
+        BadDataset: The map makes nothing but zeros.
+    """
+    whole = np.column_stack([matrix, offset]).astype(np.float64)
+    ones = np.column_stack([inputs, np.ones(len(inputs))]).astype(np.float64)
+    values, vectors = np.linalg.eigh(ones.T @ ones / len(ones))
+    root = vectors * np.sqrt(np.maximum(values, 0))
+    spread = whole @ root
+    squares, turns = _leading(spread.T @ spread, count)
+    if not len(squares):
+        raise BadDataset("principal components need frames that move", "a map to zero", "add takes to the dataset")
+    basis = ((spread @ turns) / np.sqrt(squares)).T.astype(np.float32)
+    basis *= np.sign(basis[np.arange(len(basis)), np.abs(basis).argmax(axis=1)])[:, None]
+    basis /= np.linalg.norm(basis.astype(np.float64), axis=1)[:, None].astype(np.float32)
+    explained = float(squares.sum() / (spread**2).sum())
+    return Pca(np.ascontiguousarray(basis), np.sqrt(squares).astype(np.float32), explained)
+
+
 def _strips(rows: int) -> Iterator[slice]:
     for first in range(0, rows, STRIP):
         yield slice(first, min(first + STRIP, rows))

@@ -1,8 +1,13 @@
 """Ridge regression: the linear map that is best on inputs with noise."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from hemline.arrays import Float
+from hemline.arrays import Float, Int
+
+CHUNK = 256
+"""Frames of many outputs that are handled at a time."""
 
 
 def ridge(
@@ -33,3 +38,33 @@ def ridge(
     counted = x.T * share
     matrix = np.linalg.solve(counted @ x + np.diag(noise.astype(np.float64) ** 2), counted @ y).T
     return matrix, y_mean - matrix @ x_mean
+
+
+def wide_ridge(
+    inputs: Float[np.ndarray, "frames ins"],
+    outputs: Callable[[Int[np.ndarray, " some"]], Float[np.ndarray, "some outs"]],
+    frames: Int[np.ndarray, " train"],
+    noise: Float[np.ndarray, " ins"],
+) -> tuple[Float[np.ndarray, "outs ins"], Float[np.ndarray, " outs"]]:
+    """As `ridge`, for outputs that are too many to be held at once.
+
+    Args:
+        inputs: Inputs of all frames.
+        outputs: Gives the outputs of some frames, float32.
+        frames: The frames to fit to.
+        noise: As for `ridge`.
+
+    Returns:
+        As `ridge`, float32.
+    """
+    x_mean = inputs[frames].mean(axis=0, dtype=np.float64)
+    x = (inputs[frames] - x_mean).astype(np.float32)
+    products, y_mean = np.zeros(()), np.zeros(())
+    for first in range(0, len(frames), CHUNK):
+        some = slice(first, first + CHUNK)
+        y = outputs(frames[some])
+        products, y_mean = products + x[some].T @ y, y_mean + y.sum(axis=0, dtype=np.float64)
+    square = x.T.astype(np.float64) @ x / len(x) + np.diag(noise.astype(np.float64) ** 2)
+    matrix = np.linalg.solve(square, products / len(x)).T
+    offset = y_mean / len(x) - matrix @ x_mean
+    return np.ascontiguousarray(matrix, np.float32), offset.astype(np.float32)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hemline.arrays import Float, Int, Nodes
+from hemline.arrays import Float, Int, Joints, Nodes, Transforms
 from hemline.collide.primitives.proxy import BodyProxy, Colliders
 from hemline.errors import BadInput
 from hemline.motions import JOINT_NAMES
@@ -165,8 +165,7 @@ class Ropes:
         carry_nodes(self.carriage.weights, state.kinematic_rest, frames, motion[1])
         if not math.isfinite(motion[1].sum()):
             raise BadInput("a body's transforms must be finite", "NaN or infinity", "check the pose")
-        jump = math.sqrt(squared_jump(state.frames, frames, self.key_index, state.pivots))
-        if jump > max(self.constants.teleport, _TELEPORT_SPEED * dt):
+        if self.jumped(state.frames, frames, state.pivots, dt):
             state = self._carried_along(state, frames)
         last_dt = float(state.last_dt)
         kinematic_motion(
@@ -201,6 +200,19 @@ class Ropes:
             state.shapes,
             state.centres,
             state.pivots,
+        )
+
+    def jumped(self, old: Transforms, new: Transforms, pivots: Joints, dt: float) -> bool:
+        """Whether the key joint came farther between two poses than a body moves: the garment is then carried along.
+
+        Args:
+            old: Skin transforms before.
+            new: Those after.
+            pivots: The body's joints at rest [m].
+            dt: Time between them [s].
+        """
+        return math.sqrt(squared_jump(old, new, self.key_index, pivots)) > max(
+            self.constants.teleport, _TELEPORT_SPEED * dt
         )
 
     def _carried_along(self, state: RopesState, frames: np.ndarray) -> RopesState:

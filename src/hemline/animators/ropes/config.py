@@ -1,6 +1,7 @@
 """Options of a fit."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from hemline.options import check_options, not_negative, positive
 
@@ -25,7 +26,7 @@ class RopesConfig:
     """Modes of the skinning basis that get 16 bits instead of 8."""
     hidden: int = positive(500)
     """Neurons in each of the two hidden layers."""
-    epochs: int = positive(200)
+    epochs: int = positive(60)
     """Passes over the training set of each network."""
     batch: int = positive(128)
     """Frames a step of the optimiser."""
@@ -41,7 +42,7 @@ class RopesConfig:
     """Distance that vertices should keep from the body in the collision term [m]."""
     collision_vertices: int = positive(256)
     """Vertices drawn for the collision term in each step."""
-    bone_noise: float = not_negative(0.01)
+    bone_noise: float = not_negative(0.003)
     """Standard deviation of noise on the simulated bones during training [m]."""
     mirror: bool = True
     """Show each training frame with left and right exchanged, too, if garment and body are symmetric."""
@@ -55,6 +56,26 @@ class RopesConfig:
     """Its weight of the mean square of what vertices lack."""
     prior_weight: float = not_negative(0.1)
     """Its weight of the mean square distance to what the ropes' bones make without it."""
+    bones: Literal["auto", "ropes", "learned"] = "auto"
+    """What moves the bones: ropes, learned bones (with ropes in reserve), or what is better on validation."""
+    bone_components: int = positive(64)
+    """Principal components of the learned bones."""
+    bones_hidden: int = positive(256)
+    """Neurons in each of the two hidden layers of their network."""
+    bones_epochs: int = positive(20)
+    """Passes over the training set in each of the three stages of its training."""
+    bones_batch: int = positive(256)
+    """Rollouts a step of the optimiser."""
+    bones_rate: float = not_negative(1e-3)
+    """First learning rate of the first stage; each other one has half of that before."""
+    rollout_frames: int = positive(40)
+    """Frames of a rollout in the last stage."""
+    rollout_noise: float = not_negative(0.015)
+    """Standard deviation of noise on each coefficient of the bones that a rollout begins with [m]."""
+    body_noise: float = not_negative(0.3)
+    """Standard deviation of noise on what learned bones see of the body, as a share of the deviation of each input."""
+    bone_clearance: float = not_negative(0.02)
+    """Learned bones are pushed this far out of the body's primitives [m]."""
     checkpoint_epochs: int = positive(10)
     """The state of a training is kept every so many passes."""
     threads: int = positive(2)

@@ -1,10 +1,12 @@
 """From simulated takes to a model: lay the ropes, calibrate them, learn the networks."""
 
 import importlib.util
+import math
 import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +18,16 @@ from hemline.datasets import Dataset
 from hemline.datasets.take import take_metadata
 from hemline.errors import MissingExtra
 
+from .bone_source import BoneSource
 from .chains import Ropes
 from .config import RopesConfig
+from .fit_figures import own_figures
+from .frames import Frames
 from .gather import Source, gather
 from .lay import ropes_for
-from .learn import learn
+from .learn import Learned, learn
+from .learn_bones import learn_bones, own_bones
+from .learned_bones import LearnedBones
 from .model import AnimatorRopes
 
 
@@ -68,6 +75,7 @@ def fit(
     with _kept(checkpoints) as folder:
         frames, clearances = gather(source, ropes, folder, mirror=config.mirror)
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
+        played, figures = _own(source, ropes, frames, learned, config, seed, progress, folder)
     return AnimatorRopes(
         garment,
         ropes,
@@ -80,9 +88,44 @@ def fit(
         body_name=garment.body_name,
         body_hash=shaped.body.hash,
         config=config,
-        figures=learned.figures | found,
+        learned=played,
+        figures=learned.figures | found | figures,
         licences=_licences(source, shaped),
     )
+
+
+def _own(
+    source: Source,
+    ropes: Ropes,
+    frames: Frames,
+    learned: Learned,
+    config: RopesConfig,
+    seed: int,
+    progress: Progress | None,
+    folder: Path,
+) -> tuple[LearnedBones | None, dict[str, float]]:
+    """The learned bones, unless ropes are asked for or better on validation; what both make of the held-out takes."""
+    skinned, roped = learned.skinned, BoneSource(ropes, learned.correction, None)
+    held_out = frames.rope_bones[frames.side > 0]
+    figures = own_figures(frames, skinned, "uncorrected", held_out)
+    figures |= own_figures(frames, skinned, "ropes", held_out + learned.correction.many(held_out))
+    if config.bones == "ropes":
+        return None, figures | _named_own(figures, "ropes")
+    bones = learn_bones(source, ropes, config, seed=seed, progress=progress, folder=folder)
+    moved = own_bones(source, replace(roped, learned=bones))
+    figures |= own_figures(frames, skinned, "learned", moved)
+    better = figures.get("val_learned_error_mm", math.inf) < figures.get("val_ropes_error_mm", math.inf)
+    chosen = "learned" if config.bones == "learned" or better else "ropes"
+    return bones if chosen == "learned" else None, figures | _named_own(figures, chosen)
+
+
+def _named_own(figures: dict[str, float], chosen: str) -> dict[str, float]:
+    """The errors of what plays, as `*_own_error_mm`."""
+    return {
+        name.replace(f"_{chosen}_", "_own_"): value
+        for name, value in figures.items()
+        if name.endswith(f"_{chosen}_error_mm")
+    }
 
 
 @contextmanager

@@ -8,14 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies
-from hemline.arrays import FramesOfVertices, Transforms, Vertices
+from hemline.arrays import FramesOfVertices, Int, Transforms, Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset, Row, Take
 from hemline.errors import BadDataset
 from hemline.files import content_hash
 from hemline.learning.collision import Clearances, clearances
 from hemline.learning.key_frame import to_key
-from hemline.learning.mirror import mirror_of, mirrored_transforms, mirrored_vertices
+from hemline.learning.mirror import mirror_of, mirrored_motion, mirrored_transforms, mirrored_vertices
+from hemline.motions import Motion
 
 from .bones import rest_bones
 from .chains import Ropes
@@ -95,7 +96,7 @@ class _Shown:
     clearances: Clearances
     """In the world."""
     transforms: Transforms
-    rope_bones: np.ndarray | None
+    rope_bones: np.ndarray
     side: int
     shape: int
 
@@ -128,7 +129,7 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, mirror: bool) -> tuple
         seen = ropes.embedded(shown.vertices)
         seen[:, ropes.kinematic] = ropes.carried_by(shown.transforms, source.shaped[shape])
         bones[at] = _in_key(seen, keys) - rests[shape]
-        rope_bones[at] = bones[at] if shown.rope_bones is None else _in_key(shown.rope_bones, keys) - rests[shape]
+        rope_bones[at] = _in_key(shown.rope_bones, keys) - rests[shape]
         sides[at] = shown.side
         normals[at] = np.einsum("fvi,fij->fvj", shown.clearances.normals, keys[:, :, :3])
         heights[at] = shown.clearances.heights
@@ -157,11 +158,13 @@ def _all_shown(source: Source, ropes: Ropes, partner: np.ndarray | None) -> Iter
         vertices = take.vertices[clip]
         posed = [shaped.posed(take.motion[index]) for index in clip]
         clear = clearances(vertices, [body.vertices for body in posed], [body.normals for body in posed])
-        yield _Shown(vertices, clear, transforms, _simulated(ropes, shaped, take), side, shape)
+        roped = _simulated(ropes, shaped, take.motion, clip, vertices)
+        yield _Shown(vertices, clear, transforms, roped, side, shape)
         if partner is not None and side == 0:
             vertices, transforms = mirrored_vertices(vertices, partner), mirrored_transforms(transforms)
             clear = Clearances(mirrored_vertices(clear.normals, partner), clear.heights[:, partner])
-            yield _Shown(vertices, clear, transforms, None, side, shape)
+            roped = _simulated(ropes, shaped, mirrored_motion(take.motion), clip, vertices)
+            yield _Shown(vertices, clear, transforms, roped, side, shape)
 
 
 def _transforms(shaped: ShapedBody, take: Take) -> Transforms:
@@ -172,13 +175,14 @@ def _in_key(points: np.ndarray, keys: np.ndarray) -> np.ndarray:
     return np.stack([to_key(key.astype(np.float64), each) for key, each in zip(keys, points, strict=True)])
 
 
-def _simulated(ropes: Ropes, shaped: ShapedBody, take: Take) -> np.ndarray:
+def _simulated(
+    ropes: Ropes, shaped: ShapedBody, motion: Motion, clip: Int[np.ndarray, " clip"], truth: FramesOfVertices
+) -> np.ndarray:
     """The ropes' own bones along a clip; those of the ground truth while they settle, in the first second."""
-    state = ropes.start(shaped.posed(take.motion[0]))
+    state = ropes.start(shaped.posed(motion[0]))
     positions = []
-    for index in range(len(take.motion)):
-        state = ropes.step(state, shaped.posed(take.motion[index]), 1 / take.motion.fps)
+    for index in range(len(motion)):
+        state = ropes.step(state, shaped.posed(motion[index]), 1 / motion.fps)
         positions.append(state.positions)
-    clip = take.clip_frames
-    settled = (clip >= take.motion.fps)[:, None, None]
-    return np.where(settled, np.stack(positions)[clip], ropes.embedded(take.vertices[clip]))
+    settled = (clip >= motion.fps)[:, None, None]
+    return np.where(settled, np.stack(positions)[clip], ropes.embedded(truth))

@@ -1,29 +1,27 @@
 """Bases, networks and bone correction from frames: the order of Sections 7 and 8."""
 
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
 from hemline.animators.base import Progress
-from hemline.arrays import Float
 from hemline.errors import MissingExtra
 from hemline.files import content_hash
 from hemline.learning.collision import Clearances
 from hemline.learning.mlp import Mlp
 from hemline.learning.packed_basis import PackedBasis, pack_basis
-from hemline.learning.pca import Pca, principal
+from hemline.learning.pca import Pca, principal, principal_of_map
 
 from .config import RopesConfig
+from .fit_figures import fit_figures
 from .frames import Frames
+from .linear import LinearMap
+from .stage import Stage, projected
 from .training_set import Contact, Skinned, TrainingSet
 
 BASIS_FRAMES = 5000
-"""Frames that a basis is found from; of more, this many are drawn: its time grows with their square."""
-CHUNK = 256
-"""Frames handled at a time where whole frames are needed."""
+"""Frames that the first basis is found from; of more, this many are drawn: its time grows with their square."""
 
 
 @dataclass(frozen=True)
@@ -37,25 +35,11 @@ class Learned:
     correction: Mlp
     figures: dict[str, float]
 
-
-@dataclass(frozen=True)
-class Stage:
-    """One basis and its network."""
-
-    pca: Pca
-    basis: PackedBasis
-    network: Mlp
-    coefficients: Float[np.ndarray, "frames modes"]
-    """What the network makes of the simulated bones of each frame [m]."""
-
-    def rows(self, frames: np.ndarray | slice, rows: np.ndarray | slice) -> Float[np.ndarray, "frames rows"]:
-        """Displacements that this stage adds, of some frames at some rows [m]."""
-        return self.coefficients[frames] @ self.unpacked[:, rows]
-
-    @cached_property
-    def unpacked(self) -> Float[np.ndarray, "modes rows"]:
-        """The basis as it is played."""
-        return self.basis.unpacked()
+    @property
+    def skinned(self) -> Skinned:
+        """The two networks as they are played."""
+        bases = [each.unpacked() for each in (self.skinning_basis, self.shape_basis)]
+        return Skinned((self.skinning, self.shape), np.concatenate(bases))
 
 
 def learn(
@@ -86,26 +70,20 @@ def learn(
         MissingExtra: torch is not installed.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
-        Clothing", 2024, Sections 7 and 8. The second basis is that of the residual of the first network as it is
-        played, so it mends what packing the first basis to 8 bits left over, too.
+        Clothing", 2024, Sections 7 and 8. Differs: the second basis holds what a linear map from the bones can say of
+        the residual of the first network (as it is played, 8 bits and all), not the residual itself, most of which no
+        network can say: see `linear.LinearMap`.
     """
     tell = progress or (lambda stage, done, total: None)
     mark = content_hash(asdict(config), {"seed": seed}, frames.mark)
-    train = frames.train
-    if len(train) > BASIS_FRAMES:
-        train = np.sort(np.random.default_rng(seed).choice(train, BASIS_FRAMES, replace=False))
-
-    def truth(at: slice) -> np.ndarray:
-        return np.ascontiguousarray(frames.displacements[train, at])
-
-    skinning_settings = (config.components, config.second_columns, config.skinning_rate, seed)
-    first = _stage("skinning", truth, None, frames, clearances, config, skinning_settings, mark, tell, folder)
-
-    def residual(at: slice) -> np.ndarray:
-        return truth(at) - first.rows(train, at)
-
-    shape_settings = (config.shape_components, 0, config.shape_rate, seed + 1)
-    second = _stage("shape", residual, first, frames, clearances, config, shape_settings, mark, tell, folder)
+    linear = LinearMap.fitted(frames, config.bone_noise)
+    tell("first basis", 0, 1)
+    pca = _first_basis(frames, config.components, seed)
+    tell("first basis", 1, 1)
+    common = (frames, clearances, config, mark, tell, folder)
+    first = _stage("skinning", pca, None, config.second_columns, config.skinning_rate, seed, *common)
+    pca = principal_of_map(*linear.beyond(frames, first), frames.bones[frames.train], config.shape_components)
+    second = _stage("shape", pca, first, 0, config.shape_rate, seed + 1, *common)
     from .correction import train_correction
 
     skinned = Skinned((first.network, second.network), np.concatenate([first.unpacked, second.unpacked]))
@@ -119,18 +97,29 @@ def learn(
         folder=folder,
         progress=lambda done, total: tell("bone correction", done, total),
     )
-    figures = _figures(frames, first, second) | _rope_figures(frames, skinned, correction)
+    figures = fit_figures(frames, first, second, linear)
     return Learned(first.basis, second.basis, first.network, second.network, correction, figures)
+
+
+def _first_basis(frames: Frames, count: int, seed: int) -> Pca:
+    train = frames.train
+    if len(train) > BASIS_FRAMES:
+        train = np.sort(np.random.default_rng(seed).choice(train, BASIS_FRAMES, replace=False))
+    return principal(
+        lambda at: np.ascontiguousarray(frames.displacements[train, at]), frames.displacements.shape[1], count
+    )
 
 
 def _stage(
     name: str,
-    strips: Callable[[slice], np.ndarray],
+    pca: Pca,
     before: Stage | None,
+    extra: int,
+    rate: float,
+    seed: int,
     frames: Frames,
     clearances: Clearances | None,
     config: RopesConfig,
-    settings: tuple[int, int, float, int],
     mark: str,
     tell: Progress,
     folder: Path | None,
@@ -139,16 +128,12 @@ def _stage(
         from .networks import train_network
     except ModuleNotFoundError as reason:
         raise MissingExtra("torch", "learn", "fitting rope chains") from reason
-    components, extra, rate, seed = settings
-    tell(f"{name} basis", 0, 1)
-    pca = principal(strips, frames.displacements.shape[1], components)
     basis = pack_basis(pca.basis, pca.deviations, extra=extra)
-    tell(f"{name} basis", 1, 1)
     training = TrainingSet(
         stage=name,
         bones=frames.bones,
         free=frames.free,
-        coefficients=_projected(frames, before, pca),
+        coefficients=projected(frames, before, pca),
         deviations=pca.deviations,
         train=frames.train,
         val=frames.val,
@@ -168,53 +153,3 @@ def _stage(
         progress=lambda done, total: tell(f"{name} network", done, total),
     )
     return Stage(pca, basis, network, network.many(frames.bones))
-
-
-def _projected(frames: Frames, before: Stage | None, pca: Pca) -> Float[np.ndarray, "frames modes"]:
-    """Coefficients of the ground truth (less what is there before) of all frames, held-out ones too."""
-    whole = pca.coefficients(lambda at: frames.displacements[:, at])
-    return whole - pca.coefficients(lambda at: before.rows(slice(None), at)) if before else whole
-
-
-def _figures(frames: Frames, first: Stage, second: Stage) -> dict[str, float]:
-    """Mean distances to the ground truth [mm], driven by its bones, by side of the split and stage."""
-    figures = {
-        "skinning_explained_share": first.pca.explained,
-        "shape_explained_share": second.pca.explained,
-        "train_frames": float(len(frames.train)),
-        "val_frames": float(len(frames.val)),
-        "test_frames": float(len(frames.test)),
-    }
-    perfect = replace(first, coefficients=_projected(frames, None, first.pca))
-    for side, chosen in (("train", frames.train), ("val", frames.val), ("test", frames.test)):
-        if len(chosen):
-            figures[f"{side}_skinning_basis_mm"] = _mean_error_mm(frames, chosen, [perfect])
-            figures[f"{side}_skinning_mm"] = _mean_error_mm(frames, chosen, [first])
-            figures[f"{side}_error_mm"] = _mean_error_mm(frames, chosen, [first, second])
-    return figures
-
-
-def _rope_figures(frames: Frames, skinned: Skinned, correction: Mlp) -> dict[str, float]:
-    """Mean distances to the ground truth, driven by the bones of the ropes, uncorrected and corrected [mm]."""
-    figures = {}
-    for side, chosen in (("train", frames.train), ("val", frames.val), ("test", frames.test)):
-        some = chosen[:: max(1, len(chosen) // CHUNK)]
-        if not len(some):
-            continue
-        bones, truth = frames.rope_bones[some], np.array(frames.displacements[some])
-        for name, given in (("uncorrected", bones), ("own", bones + correction.many(bones))):
-            coefficients = np.concatenate([network.many(given) for network in skinned.networks], axis=1)
-            left = (coefficients @ skinned.basis - truth).reshape(len(some), -1, 3)
-            figures[f"{side}_{name}_error_mm"] = 1e3 * float(np.linalg.norm(left, axis=2).mean())
-    return figures
-
-
-def _mean_error_mm(frames: Frames, chosen: np.ndarray, stages: list[Stage]) -> float:
-    total = 0.0
-    for start in range(0, len(chosen), CHUNK):
-        some = chosen[start : start + CHUNK]
-        left = np.array(frames.displacements[some])
-        for stage in stages:
-            left -= stage.rows(some, slice(None))
-        total += float(np.linalg.norm(left.reshape(len(some), -1, 3), axis=2).mean(axis=1).sum())
-    return 1e3 * total / len(chosen)

@@ -1,7 +1,7 @@
 """Rope chains that carry a full garment: the animator for capes, skirts, anything that swings."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -20,21 +20,22 @@ from hemline.learning.packed_basis import PackedBasis
 from hemline.motions.motion import JOINT_NAMES
 from hemline.options import options_of
 
+from .bone_source import BoneSource, BonesState
 from .bones import rest_bones, seen_bones
 from .chains import Ropes
 from .checked import checked_ropes
 from .config import RopesConfig
-from .state import RopesState
+from .learned_bones import LearnedBones
 
-VERSION = 2
-"""Version of what model files hold of rope chains, `ropes.version`; 1 had no such key."""
+VERSION = 3
+"""Version of what model files hold of rope chains, `ropes.version`; 1 had no such key, 2 no learned bones."""
 
 
 @dataclass(frozen=True, eq=False)
 class AnimatorRopesState:
     """All that moves."""
 
-    ropes: RopesState
+    bones: BonesState
     rest: Vertices
     """The rest drape on this body's shape [m]."""
     rest_bones: Nodes
@@ -48,7 +49,7 @@ class AnimatorRopes:
     $$x = A_\mathrm{key}\,(x_\mathrm{rest} + B_1 c_1(d) + B_2 c_2(d))$$
 
     with $d$ the displacements of all bones from rest in the frame of the key joint, and $c_1$, $c_2$ two networks.
-    Bones of the ropes first become $d + g(d)$, with a third network (`correction`).
+    The bones are those of `BoneSource`: ropes, or learned bones with ropes in reserve.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Sections 7 and 8. Differs: on other body shapes than the fitted one the rest drape is moved as
@@ -65,10 +66,12 @@ class AnimatorRopes:
     skinning: Mlp
     shape: Mlp
     correction: Mlp
-    """From the ropes' bones to a change of them, see `correction.train_correction`; simulated bones need none."""
+    """From the ropes' bones to a change of them, see `correction.train_correction`; other bones need none."""
     body_name: str
     body_hash: str
     config: RopesConfig
+    learned: LearnedBones | None = None
+    """A second source of bones, which plays wherever it can."""
     figures: Mapping[str, float] = field(default_factory=dict)
     licences: tuple[str, ...] = ()
 
@@ -84,6 +87,11 @@ class AnimatorRopes:
         """Index of the key joint."""
         return JOINT_NAMES.index(self.garment.key_joint)
 
+    @cached_property
+    def source(self) -> BoneSource:
+        """Where the bones come from."""
+        return BoneSource(self.ropes, self.correction, self.learned)
+
     def start(self, posed: PosedBody) -> AnimatorRopesState:
         """At rest on a body, of any shape, in its first pose.
 
@@ -91,7 +99,7 @@ class AnimatorRopes:
             BadInput: The body is another one than that of the fit.
         """
         rest, bones = self._rest_on(posed)
-        return AnimatorRopesState(self.ropes.start(posed), rest, bones)
+        return AnimatorRopesState(self.source.start(posed), rest, bones)
 
     def step(
         self, state: AnimatorRopesState, posed: PosedBody, dt: float, *, bones: Nodes | None = None
@@ -102,16 +110,17 @@ class AnimatorRopes:
             state: The State before; it is not changed.
             posed: The body now.
             dt: Time since the State [s]; any.
-            bones: World positions of all bones [m]; given, the networks are driven by them and the ropes rest.
+            bones: World positions of all bones [m]; given, the networks are driven by them and the source rests.
 
         Returns:
             The State after, and the vertices in the world (verts, 3) [m].
         """
-        ropes = self.ropes.step(state.ropes, posed, dt) if bones is None else state.ropes
-        after = AnimatorRopesState(ropes, state.rest, state.rest_bones)
-        seen = ropes.positions if bones is None else bones
-        moved = (to_key(posed.transforms[self.key], seen) - state.rest_bones).astype(np.float32).reshape(-1)
-        moved = moved + self.correction(moved) if bones is None else moved
+        if bones is None:
+            moving, moved = self.source.step(state.bones, posed, dt, state.rest_bones)
+            after = replace(state, bones=moving)
+        else:
+            moved = (to_key(posed.transforms[self.key], bones) - state.rest_bones).astype(np.float32).reshape(-1)
+            after = state
         coefficients = np.concatenate([self.skinning(moved), self.shape(moved)])
         return after, self.basis.vertices(coefficients, state.rest, posed.transforms[self.key])
 
@@ -135,6 +144,8 @@ class AnimatorRopes:
             "shape": self.shape.arrays(),
             "correction": self.correction.arrays(),
         }
+        if self.learned is not None:
+            parts["learned"] = self.learned.arrays()
         arrays = {f"{name}.{key}": array for name, held in parts.items() for key, array in held.items()}
         save_model(
             path,
@@ -145,8 +156,13 @@ class AnimatorRopes:
             config=asdict(self.config),
             figures=self.figures,
             licences=self.licences,
-            extra={"ropes": self.ropes.metadata() | {"version": VERSION}},
+            extra={"ropes": self.ropes.metadata() | self._bones_metadata()},
         )
+
+    def _bones_metadata(self) -> dict[str, Any]:
+        if self.learned is None:
+            return {"version": VERSION, "bones": "ropes"}
+        return {"version": VERSION, "bones": "learned", "learned": self.learned.metadata()}
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
@@ -156,10 +172,11 @@ class AnimatorRopes:
             BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype
                 or shape than the rest asks for.
         """
-        _check_version(entry(metadata, "ropes", dict).get("version", 1))
+        held = entry(metadata, "ropes", dict)
+        version = _checked_version(held.get("version", 1))
         garment = garment_of(arrays, metadata)
         with refused("the model's ropes"):
-            ropes = checked_ropes(part(arrays, "ropes"), entry(metadata, "ropes", dict))
+            ropes = checked_ropes(part(arrays, "ropes"), held)
         if not np.array_equal(_trimmed(ropes.betas), _trimmed(garment.body_betas)):
             raise BadModel("ropes and garment of the model are on different shapes", ropes.betas.tolist(), AGAIN)
         count = len(garment.vertices)
@@ -171,6 +188,7 @@ class AnimatorRopes:
         skinning = Mlp.of(part(arrays, "skinning"), inputs=inputs, outputs=first.mode_count)
         shape = Mlp.of(part(arrays, "shape"), inputs=inputs, outputs=second.mode_count)
         correction = Mlp.of(part(arrays, "correction"), inputs=inputs, outputs=inputs)
+        learned = _learned_of(arrays, held, ropes) if version > 2 else None
         body = entry(metadata, "body", dict)
         figures = entry(metadata, "figures", dict)
         if not all(isinstance(value, int | float) for value in figures.values()):
@@ -187,6 +205,7 @@ class AnimatorRopes:
             body_name=entry(body, "name", str),
             body_hash=entry(body, "hash", str),
             config=options_of(RopesConfig, entry(metadata, "config", dict), error=BadModel),
+            learned=learned,
             figures=figures,
             licences=tuple(str(text) for text in entry(metadata, "licences", list)),
         )
@@ -211,11 +230,22 @@ class AnimatorRopes:
         return rest, rest_bones(self.ropes, rest, shaped)
 
 
-def _check_version(found: Any) -> None:
-    if found != VERSION:
+def _checked_version(found: Any) -> int:
+    if found not in (2, VERSION):
         newer = isinstance(found, int) and found > VERSION
         cure = "upgrade hemline" if newer else "fit again with 'hemline fit'"
-        raise BadModel(f"this hemline reads version {VERSION} of rope chains", f"version {found}", cure)
+        raise BadModel(f"this hemline reads versions 2 and {VERSION} of rope chains", f"version {found}", cure)
+    return int(found)
+
+
+def _learned_of(arrays: Mapping[str, np.ndarray], held: Mapping[str, Any], ropes: Ropes) -> LearnedBones | None:
+    source = entry(held, "bones", str)
+    if source not in ("ropes", "learned"):
+        raise BadModel("bones of the model are 'ropes' or 'learned'", repr(source), AGAIN)
+    if source == "ropes":
+        return None
+    rows = 3 * (ropes.node_count - len(ropes.kinematic))
+    return LearnedBones.of(part(arrays, "learned"), entry(held, "learned", dict), rows=rows)
 
 
 def _trimmed(betas: np.ndarray) -> np.ndarray:

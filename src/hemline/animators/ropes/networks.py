@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from hemline.learning.batches import drawn_vertices, with_noise
+from hemline.learning.batches import SMALLEST_DEVIATION, drawn_vertices, with_noise
 from hemline.learning.collision import collision_loss
 from hemline.learning.mlp import Mlp
-from hemline.learning.network import SMALLEST_DEVIATION, ScaledNetwork
+from hemline.learning.network import ScaledNetwork
 from hemline.learning.trainer import Checkpoint, Schedule, Trainer
 
 from .config import RopesConfig

@@ -51,3 +51,7 @@ class Skinned:
     networks: tuple[Mlp, Mlp]
     basis: Float[np.ndarray, "modes rows"]
     """Both bases, one below the other."""
+
+    def rows(self, bones: Float[np.ndarray, "frames ins"]) -> Float[np.ndarray, "frames rows"]:
+        """Displacements of the vertices that they make of bones [m]."""
+        return np.concatenate([network.many(bones) for network in self.networks], axis=1) @ self.basis

@@ -1,0 +1,146 @@
+"""Where the bones come from when a garment plays: ropes, learned bones, or a smooth change between them."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from hemline.arrays import Float, Nodes
+from hemline.bodies.body import PosedBody
+from hemline.collide.primitives.proxy import Colliders
+from hemline.learning.key_frame import to_key
+from hemline.learning.mlp import Mlp
+
+from .body_inputs import BodyAtRest
+from .chains import Ropes
+from .constants import RopeConstants
+from .learned_bones import BonesStep, LearnedBones, LearnedBonesState
+from .state import RopesState
+
+GRAVITY = RopeConstants().gravity
+"""The one that learned bones know [m/s^2]."""
+NEAR, FAR = 0.25, 0.75
+"""Ropes begin to take over where the body is this far out of the range of the training, as a share of that range, and
+have taken over there."""
+SECONDS_TO_ROPES = 0.2
+SECONDS_TO_LEARNED = 1.0
+"""How long a change takes at least [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class BonesState:
+    """All that moves. While learned bones play alone the ropes rest; while ropes do, learned bones follow them."""
+
+    ropes: RopesState
+    learned: LearnedBonesState | None
+    """None where a model has none."""
+    share: Float[np.ndarray, ""]
+    """How far ropes have taken over, 0 to 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class BoneSource:
+    """Displacements of all bones from rest in the frame of the key joint, frame by frame.
+
+    Learned bones know the body's motion and gravity alone, and what they were shown of those: with wind, a force of the
+    user's or another gravity, and where the body leaves the range of the training, ropes take over.
+    """
+
+    ropes: Ropes
+    correction: Mlp
+    """Of the bones of ropes, see `correction.train_correction`."""
+    learned: LearnedBones | None
+
+    @cached_property
+    def _free(self) -> np.ndarray:
+        return np.flatnonzero(self.ropes.parents >= 0)
+
+    @property
+    def unknown_forces(self) -> bool:
+        """Whether something pulls that learned bones have not seen."""
+        constants = self.ropes.constants
+        return self.ropes.hook is not None or any(constants.wind) or constants.gravity != GRAVITY
+
+    def start(self, posed: PosedBody) -> BonesState:
+        """At rest on a body."""
+        ropes = self.ropes.start(posed)
+        learned = self.learned and self.learned.start(ropes.positions[self._free], ropes.frames)
+        return BonesState(ropes, learned, np.asarray(float(self.unknown_forces)))
+
+    def step(
+        self, state: BonesState, posed: PosedBody, dt: float, rest: Nodes
+    ) -> tuple[BonesState, Float[np.ndarray, " ins"]]:
+        """Advance to a posed body.
+
+        Args:
+            state: The state before; it is not changed.
+            posed: The body now.
+            dt: Time since the state [s]; any.
+            rest: All bones in the rest drape on this body's shape [m].
+
+        Returns:
+            The state after; displacements [m], float32, bone by bone.
+        """
+        if self.learned is None or state.learned is None:
+            ropes = self.ropes.step(state.ropes, posed, dt)
+            return BonesState(ropes, None, state.share), self._corrected(ropes.positions, posed, rest)
+        old, shared, frames = state.ropes, state.learned, self.ropes.proxy.posed(posed)
+        body = BodyAtRest(self.ropes.key_index, old.pivots)
+        if self.ropes.jumped(shared.bodies[2], frames, old.pivots, dt):
+            shared = shared.carried_along(self.ropes.key_index, frames)
+        proxy = self.ropes.proxy
+        colliders = Colliders(proxy.kinds, proxy.joints, old.shapes, old.centres, old.pivots)
+        made = self.learned.step(shared, body, rest[self._free], colliders, frames, dt)
+        share = self._share(float(state.share), made.beyond, dt)
+        if float(state.share) > 0:
+            ropes = self.ropes.step(old, posed, dt)
+        elif share > 0:
+            ropes = self._taken_over(made, posed, shared, dt)
+        else:
+            ropes = old
+        positions = np.empty((self.ropes.node_count, 3))
+        positions[self.ropes.kinematic] = self.ropes.carriage.carried(frames, old.kinematic_rest)
+        positions[self._free] = made.positions
+        moved = self._displaced(positions, posed, rest)
+        if share > 0:
+            weight = np.float32(share * share * (3 - 2 * share))
+            moved = (1 - weight) * moved + weight * self._corrected(ropes.positions, posed, rest)
+        learned = self._following(made, ropes) if share == 1 else made.state
+        return BonesState(ropes, learned, np.asarray(share)), moved
+
+    def _share(self, now: float, beyond: float, dt: float) -> float:
+        wanted = 1.0 if self.unknown_forces else float(np.clip((beyond - NEAR) / (FAR - NEAR), 0, 1))
+        return now + float(np.clip(wanted - now, -dt / SECONDS_TO_LEARNED, dt / SECONDS_TO_ROPES))
+
+    def _taken_over(self, made: BonesStep, posed: PosedBody, before: LearnedBonesState, dt: float) -> RopesState:
+        """Ropes where the learned bones are, as fast as those."""
+        state, kinematic = self.ropes.start(posed), self.ropes.kinematic
+        positions, velocities = state.positions.copy(), np.zeros_like(state.positions)
+        positions[self._free], velocities[self._free] = made.positions, made.velocities
+        last = self.ropes.carriage.carried(before.bodies[2], state.kinematic_rest)
+        rates = (positions[kinematic] - last) / dt
+        velocities[kinematic] = rates
+        return replace(
+            state,
+            positions=positions,
+            velocities=velocities,
+            kinematic_velocities=rates,
+            kinematic_rates=rates.copy(),
+            last_dt=np.asarray(float(dt)),
+        )
+
+    def _following(self, made: BonesStep, ropes: RopesState) -> LearnedBonesState:
+        """Learned bones that are where the ropes are: from there they will go on."""
+        assert self.learned is not None
+        now, speed = ropes.positions[self._free], ropes.velocities[self._free]
+        back = float(made.state.elapsed)
+        steps = np.stack([now - speed * (back + self.learned.seconds), now - speed * back])
+        return replace(made.state, positions=steps)
+
+    def _displaced(self, positions: Nodes, posed: PosedBody, rest: Nodes) -> Float[np.ndarray, " ins"]:
+        key = posed.transforms[self.ropes.key_index]
+        return (to_key(key, positions) - rest).astype(np.float32).reshape(-1)
+
+    def _corrected(self, positions: Nodes, posed: PosedBody, rest: Nodes) -> Float[np.ndarray, " ins"]:
+        moved = self._displaced(positions, posed, rest)
+        return moved + self.correction(moved)

@@ -1,0 +1,89 @@
+"""Learned bones from simulated ones, and what the bones of a garment are when it plays."""
+
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+
+from hemline.animators.base import Progress
+from hemline.arrays import Float
+from hemline.errors import MissingExtra
+from hemline.files import content_hash
+
+from .bone_source import BoneSource
+from .bones import rest_bones
+from .chains import Ropes
+from .config import RopesConfig
+from .gather import Source
+from .learned_bones import LearnedBones
+from .sequences import sequences
+
+RANGE = 0.1
+"""Percentile of the training set at which the range of an input begins; it ends as far from the other end."""
+
+
+def learn_bones(
+    source: Source,
+    ropes: Ropes,
+    config: RopesConfig,
+    *,
+    seed: int,
+    progress: Progress | None = None,
+    folder: Path | None = None,
+) -> LearnedBones:
+    """Fit learned bones to the simulated ones.
+
+    Args:
+        source: The takes.
+        ropes: The bones of the garment.
+        config: Options.
+        seed: Seed of all that is random.
+        progress: Called with stage, passes done and in all.
+        folder: Where the state of the training is kept.
+
+    Raises:
+        BadModel: The training diverged.
+        MissingExtra: torch is not installed.
+    """
+    try:
+        from .rollouts import train_rollouts
+    except ModuleNotFoundError as reason:
+        raise MissingExtra("torch", "learn", "fitting rope chains") from reason
+    tell = progress or (lambda stage, done, total: None)
+    data = sequences(source, ropes, mirror=config.mirror)
+    low, high = np.percentile(data.body[data.windows(0, 0)], [RANGE, 100 - RANGE], axis=0).astype(np.float32)
+    data = replace(data, body=np.clip(data.body, low, high))
+    modes = _principal(data.bones[data.side == 0], config.bone_components)
+    network = train_rollouts(
+        data,
+        modes,
+        config,
+        seed=seed,
+        mark=content_hash(asdict(config), {"seed": seed}, source.mark, data.bones),
+        progress=lambda done, total: tell("learned bones", done, total),
+        folder=folder,
+    )
+    return LearnedBones(modes, network, low, high, data.dt, config.bone_clearance)
+
+
+def own_bones(source: Source, bones: BoneSource) -> Float[np.ndarray, "frames ins"]:
+    """Displacements of all bones when the held-out takes are played, clip by clip without lead-ins [m]."""
+    found = []
+    for take, side, shape in source.takes():
+        if side == 0:
+            continue
+        shaped = source.shaped[shape]
+        rest = rest_bones(bones.ropes, source.rests[shape], shaped)
+        state, moved = bones.start(shaped.posed(take.motion[0])), []
+        for index in range(len(take.motion)):
+            state, each = bones.step(state, shaped.posed(take.motion[index]), 1 / take.motion.fps, rest)
+            moved.append(each)
+        found.append(np.stack(moved)[take.clip_frames])
+    return np.concatenate(found)
+
+
+def _principal(bones: Float[np.ndarray, "frames free 3"], count: int) -> Float[np.ndarray, "modes rows"]:
+    """The first principal directions about zero, float32."""
+    flat = bones.reshape(len(bones), -1).astype(np.float64)
+    _, vectors = np.linalg.eigh(flat.T @ flat)
+    return np.ascontiguousarray(vectors[:, ::-1][:, :count].T, np.float32)

@@ -1,0 +1,176 @@
+"""The training of learned bones with torch: through rollouts, so that a step meets what the steps before it made."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from hemline.arrays import Float, Int
+from hemline.learning.mlp import Mlp
+from hemline.learning.network import ScaledNetwork
+from hemline.learning.trainer import Checkpoint, Schedule, Trainer
+
+from .body_inputs import COUNT
+from .bone_contact_kernels import push_rollouts_out
+from .config import RopesConfig
+from .sequences import Sequences
+
+STAGES = (5, 2, 1)
+"""The longest rollout is divided by these, one stage of the training after the other."""
+STRIDE = 0.4
+"""Rollouts begin so many of their lengths apart: each frame is seen that much less often in a pass, no frame never."""
+VALIDATION_FRAMES, SETTLING = 60, 15
+"""Length of the rollouts that choose the best epoch, and how many of their first frames do not count."""
+
+
+def train_rollouts(
+    data: Sequences,
+    modes: Float[np.ndarray, "modes rows"],
+    config: RopesConfig,
+    *,
+    seed: int,
+    mark: str,
+    progress: Callable[[int, int], None],
+    folder: Path | None,
+) -> Mlp:
+    r"""Fit the network $g$ of `LearnedBones`.
+
+    It begins as the ridge regression of single steps from simulated bones, which diverges when it goes on from what it
+    made. Then rollouts from simulated bones with noise, each stage longer than the one before.
+
+    Args:
+        data: Bones and inputs, their body inputs within the range that they are kept in.
+        modes: Principal directions of the bones.
+        config: Options.
+        seed: Seed of the weights, of the order of rollouts and of the noise.
+        mark: Hash of all that the training depends on; a checkpoint with another one is not used.
+        progress: Called with the epochs done and in all.
+        folder: Where the checkpoints are kept; None: nowhere.
+
+    Raises:
+        BadModel: The loss is no longer finite.
+
+    Source: the loss through rollouts: Holden, Duong, Datta, Nowrouzezahrai, "Subspace Neural Physics", 2019, Section 4.
+        Differs: inertia carries what is learned into the new frame of the key joint.
+    """
+    objective = RolloutObjective(data, modes, config, seed)
+    total = config.bones_epochs * len(STAGES)
+    for stage, share in enumerate(STAGES):
+        objective.length = max(1, config.rollout_frames // share)
+        rate, done = config.bones_rate / 2**stage, config.bones_epochs * stage
+        schedule = Schedule(config.bones_epochs, config.bones_batch, rate, seed + stage, config.threads)
+        file = f"bones{stage}.safetensors"
+        checkpoint = Checkpoint(folder / file, mark, config.checkpoint_epochs) if folder else None
+        Trainer(objective, schedule).run(checkpoint=checkpoint, progress=lambda k, _, at=done: progress(at + k, total))
+    return objective.network.folded()
+
+
+class RolloutObjective:
+    """Mean square distance of the coefficients to those of the simulated bones, over rollouts."""
+
+    name = "learned bones"
+
+    def __init__(self, data: Sequences, modes: Float[np.ndarray, "modes rows"], config: RopesConfig, seed: int):
+        self.data, self.config, self.length = data, config, 1
+        self.modes = torch.from_numpy(modes)
+        self.wanted = torch.from_numpy(data.bones.reshape(len(data.bones), -1) @ modes.T)
+        inputs, outputs = self._single_steps()
+        scale = np.maximum(outputs.std(axis=0), 1e-4)
+        self.network = ScaledNetwork(inputs, scale, hidden=config.bones_hidden, seed=seed)
+        noise = config.body_noise * self.network.spread
+        self.noise = noise[:COUNT].copy()
+        noise[-2 * len(modes) :] = np.maximum(noise[-2 * len(modes) :], config.rollout_noise)
+        self.network.start_linear(inputs, outputs, noise)
+
+    @property
+    def parameters(self) -> list[torch.Tensor]:
+        """Those of the network."""
+        return self.network.parameters
+
+    @property
+    def samples(self) -> Int[np.ndarray, " windows"]:
+        """The frames to start rollouts from."""
+        return self.data.windows(0, self.length)[:: max(1, round(STRIDE * self.length))]
+
+    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
+        """Over rollouts that start from bones with noise, on a body with noise in every step."""
+        return self._misses(chosen, self.length, random).mean()
+
+    def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
+        """Over long rollouts on held-out takes, without noise."""
+        side = 1 if len(self.data.windows(1, VALIDATION_FRAMES)) else 0
+        windows = self.data.windows(side, VALIDATION_FRAMES)
+        length = VALIDATION_FRAMES
+        if not len(windows):
+            windows, length = self.data.windows(0, self.length), self.length
+        return self._misses(windows[:: VALIDATION_FRAMES // 2], length, None)[min(SETTLING, length - 1) :].mean()
+
+    def _misses(self, frames: np.ndarray, length: int, random: np.random.Generator | None) -> torch.Tensor:
+        """Square distances (steps, rollouts) [m^2]."""
+        found = self.rollout(frames, length, random)
+        wanted = self.wanted[torch.from_numpy(frames + np.arange(1, length + 1)[:, None])]
+        return ((found - wanted) ** 2).sum(dim=2)
+
+    def rollout(self, frames: np.ndarray, length: int, random: np.random.Generator | None = None) -> torch.Tensor:
+        """Coefficients (steps, rollouts, modes) of steps that go on from what they made [m].
+
+        Args:
+            frames: Frames to start from.
+            length: Steps.
+            random: What noise on the start is drawn from; None: no noise.
+        """
+        rest = torch.from_numpy(self.data.rest[self.data.shape[frames]])
+        now, before = self._start(frames, rest, random)
+        found = []
+        for step in range(1, length + 1):
+            inputs, carried, inertia = self._carried(frames + step, rest, now, before)
+            if random is not None:
+                drawn = random.standard_normal((len(frames), COUNT), np.float32) * self.noise
+                inputs = inputs + torch.nn.functional.pad(torch.from_numpy(drawn), (0, inputs.shape[1] - COUNT))
+            moved = rest + ((inertia + self.network(inputs)) @ self.modes).reshape(now.shape)
+            now, before = moved + self._push(frames + step, moved.detach()), carried
+            found.append((now - rest).flatten(1) @ self.modes.T)
+        return torch.stack(found)
+
+    def _push(self, frames: np.ndarray, moved: torch.Tensor) -> torch.Tensor:
+        """How far bones are pushed out of the body's primitives (rollouts, free, 3) [m]; taken as given by the loss."""
+        points = moved.numpy().astype(np.float64)
+        kinds, joints, shapes, centres, _ = self.data.colliders
+        bodies = self.data.frames[frames].astype(np.float64)
+        which = self.data.shape[frames]
+        push_rollouts_out(kinds, joints, shapes, centres, which, bodies, self.config.bone_clearance, points)
+        return torch.from_numpy(points.astype(np.float32)) - moved
+
+    def _start(
+        self, frames: np.ndarray, rest: torch.Tensor, random: np.random.Generator | None
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """Simulated bones at some frames and one before, both in the key frame of the first (rollouts, free, 3)."""
+        bones = [rest + torch.from_numpy(self.data.bones[frames - back]) for back in (0, 1)]
+        if random is not None:
+            size = (2, len(frames), len(self.modes))
+            noise = torch.from_numpy(random.standard_normal(size, np.float32)) * self.config.rollout_noise
+            bones = [each + (drawn @ self.modes).reshape(each.shape) for each, drawn in zip(bones, noise, strict=True)]
+        return bones[0], self._turned(frames, bones[1]) + torch.from_numpy(self.data.shifts[frames])[:, None]
+
+    def _carried(
+        self, frames: np.ndarray, rest: torch.Tensor, now: torch.Tensor, before: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Inputs of the step to some frames; the last bones in the key frame of each; where inertia takes them."""
+        carried = self._turned(frames, now) + torch.from_numpy(self.data.shifts[frames])[:, None]
+        place = (carried - rest).flatten(1) @ self.modes.T
+        way = self._turned(frames, now - before).flatten(1) @ self.modes.T
+        return torch.cat([torch.from_numpy(self.data.body[frames]), place, way], dim=1), carried, place + way
+
+    def _turned(self, frames: np.ndarray, vectors: torch.Tensor) -> torch.Tensor:
+        return vectors @ torch.from_numpy(self.data.turns[frames]).transpose(1, 2)
+
+    def _single_steps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Inputs and wanted outputs of all steps of the training set from simulated bones."""
+        inputs, outputs = [], []
+        for frames in np.array_split(self.data.windows(0, 1), 16):
+            rest = torch.from_numpy(self.data.rest[self.data.shape[frames]])
+            given, _, inertia = self._carried(frames + 1, rest, *self._start(frames, rest, None))
+            inputs.append(given.numpy())
+            outputs.append((self.wanted[torch.from_numpy(frames + 1)] - inertia).numpy())
+        return np.concatenate(inputs), np.concatenate(outputs)
