@@ -5,11 +5,13 @@ import pytest
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation, Slerp
 
-from hemline.animators.ropes import rope_collision_kernels as collisions
+from hemline.animators.ropes import joint_frame_kernels as joint_frames
+from hemline.animators.ropes import placed_kernels as placed_room
+from hemline.animators.ropes import push_out_kernels as collisions
 from hemline.animators.ropes import rope_force_kernels as forces
 from hemline.animators.ropes import rope_frame_kernels as frames_room
-from hemline.animators.ropes import rope_step_kernels as steps
 from hemline.animators.ropes import tension_kernels as tension
+from hemline.animators.ropes import turn_kernels as turns_room
 from hemline.animators.ropes.constants import RopeConstants
 from hemline.animators.ropes.dynamics import RopeChains
 from hemline.collide.primitives.distances import box_shape, ellipsoid_shape, round_cone_shape, rounded_cone
@@ -134,18 +136,18 @@ def test_a_node_turns_on_its_sphere_as_a_rotation_does():
         across = velocity - (velocity @ unit) * unit
         axis = np.cross(unit, across) / np.linalg.norm(across)
         turn = Rotation.from_rotvec(axis * np.linalg.norm(across) * time / length)
-        found = steps.turn_about(*offset, *velocity, time, length)
+        found = turns_room.turn_about(*offset, *velocity, time, length)
         np.testing.assert_allclose(found, turn.apply(unit) * length, atol=1e-12)
-    assert np.linalg.norm(steps.turn_about(0.3, 0, 0, 5, 0, 0, 1.0, 0.7)) == pytest.approx(0.7)
+    assert np.linalg.norm(turns_room.turn_about(0.3, 0, 0, 5, 0, 0, 1.0, 0.7)) == pytest.approx(0.7)
 
 
 def test_a_slack_node_flies_until_its_rope_is_taut_and_turns_from_there():
     starts = np.array([[0.0, 0, 0], [0.6, 0, 0]])
     velocities = np.array([[0.0, 0, 0], [1.0, 1.0, 0]])
     after = np.zeros((2, 3))
-    steps.move_node(1, 1.0, False, 0.1, starts, velocities, after)
+    turns_room.move_node(1, 1.0, False, 0.1, starts, velocities, after)
     np.testing.assert_allclose(after[1], [0.7, 0.1, 0])
-    steps.move_node(1, 1.0, False, 1.0, starts, velocities, after)
+    turns_room.move_node(1, 1.0, False, 1.0, starts, velocities, after)
     root = (-0.6 + np.sqrt(0.36 + 2 * 0.64)) / 2
     taut = np.array([0.6 + root, root])
     turn = abs(taut[0] - taut[1]) * (1 - root)
@@ -160,7 +162,7 @@ def test_frames_between_go_straight_and_turn_evenly():
     poses = [np.concatenate([turns[k : k + 5].as_matrix(), rng.normal(size=(5, 3, 1))], axis=2) for k in (0, 5)]
     found = np.zeros((5, 3, 4))
     for share in (0.0, 0.3, 1.0):
-        steps.frames_between(*poses, pivots, share, found)
+        joint_frames.frames_between(*poses, pivots, share, found)
         for j in range(5):
             slerp = Slerp([0, 1], Rotation.concatenate([turns[j], turns[j + 5]]))(share).as_matrix()
             np.testing.assert_allclose(found[j, :, :3], slerp, atol=1e-7)
@@ -310,18 +312,18 @@ def test_measured_gaps_are_those_of_the_plain_twin_and_ways_are_never_too_short(
         turn *= np.sign(np.diag(turn))
         frames.append(np.concatenate([turn, rng.normal(0, 0.1, (3, 1))], axis=1)[None].copy())
     kinds, joints, shapes, centres, _ = proxy.colliders
-    placed = np.zeros((collisions.PLACED, len(kinds)))
-    collisions.place_primitives(kinds, joints, shapes, centres, frames[0], frames[0], placed)
-    collisions.place_primitives(kinds, joints, shapes, centres, frames[0], frames[1], placed)
+    placed = np.zeros((placed_room.PLACED, len(kinds)))
+    placed_room.place_primitives(kinds, joints, shapes, centres, frames[0], frames[0], placed)
+    placed_room.place_primitives(kinds, joints, shapes, centres, frames[0], frames[1], placed)
     (before,), (after,) = frames
     for _ in range(50):
         start, end = rng.normal(0, 0.4, (2, 3))
-        collisions.measure(placed, *start, *end)
+        placed_room.measure(placed, *start, *end)
         rest, was = (end - after[:, 3]) @ after[:, :3], (start - before[:, 3]) @ before[:, :3]
         for k, shape in enumerate(shapes):
             plain, _ = rounded_cone(rest[None], shape[:3], shape[3:6], shape[6], shape[7])
-            assert placed[collisions.GAP, k] == pytest.approx(plain[0], abs=1e-12)
-        assert (placed[collisions.WAY] >= np.linalg.norm(rest - was) - 1e-12).all()
+            assert placed[placed_room.GAP, k] == pytest.approx(plain[0], abs=1e-12)
+        assert (placed[placed_room.WAY] >= np.linalg.norm(rest - was) - 1e-12).all()
 
 
 @pytest.mark.parametrize("name", ["ellipsoid", "box", "ball", "blunt cone"])
