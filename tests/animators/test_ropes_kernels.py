@@ -98,9 +98,9 @@ def test_demands_are_eq_1_and_4_for_equal_masses():
     rng = np.random.default_rng(2)
     positions, velocities, _ = random_chain(rng, 7)
     mass, accelerations = 0.4, rng.normal(0, 5, (7, 3))
-    directions, spans, *_ = geometry(positions, np.full(7, mass))
-    wanted = np.zeros(7)
-    tension.tension_demand(directions, np.append(0, spans), velocities, accelerations, 0.0, wanted)
+    directions, spans, _, inverse, *_ = geometry(positions, np.full(7, mass))
+    wanted, none = np.zeros(7), np.zeros(7)
+    tension.tension_demand(directions, np.append(0, spans), inverse, none, velocities, accelerations, 0.0, wanted)
     for i in range(1, 7):
         # Eq. 1: centripetal force about the centre of mass; the root has infinite mass
         first = i == 1
@@ -117,12 +117,12 @@ def test_demands_are_eq_1_and_4_for_equal_masses():
 def test_finite_turns_come_to_eq_1(h):
     rng = np.random.default_rng(2)
     positions, velocities, _ = random_chain(rng, 7)
-    directions, spans, *_ = geometry(positions, np.ones(7))
-    exact, near = np.zeros(7), np.zeros(7)
+    directions, spans, _, inverse, *_ = geometry(positions, np.ones(7))
+    exact, near, none = np.zeros(7), np.zeros(7), np.zeros(7)
     still = np.zeros((7, 3))
     spans = np.append(0, spans)
-    tension.tension_demand(directions, spans, velocities, still, 0.0, exact)
-    tension.tension_demand(directions, spans, velocities, still, h, near)
+    tension.tension_demand(directions, spans, inverse, none, velocities, still, 0.0, exact)
+    tension.tension_demand(directions, spans, inverse, none, velocities, still, h, near)
     away = np.append(0, (np.diff(velocities, axis=0) * directions[1:]).sum(1))
     np.testing.assert_allclose(near - 2 / h * np.minimum(away, 0), exact, rtol=1e-3, atol=1e-4)
 

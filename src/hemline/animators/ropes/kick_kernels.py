@@ -60,7 +60,9 @@ def kick(
         free, v, tensions = flags_work[1, :count], velocities_out[a:b], tensions_out[a:b]
         for d in range(3):
             accelerations[a, d] = (root_velocities[c, d] - v[0, d]) * 2.0 / h
-        tension_demand(directions[a:b], system[0, a:b], v, accelerations[a:b], h, wanted)
+        tension_demand(
+            directions[a:b], system[0, a:b], inverse_masses[a:b], tensions, v, accelerations[a:b], h, wanted
+        )
         for i in range(count):
             free[i] = False
         if choices[TENSION_SWEEPS] > 0:

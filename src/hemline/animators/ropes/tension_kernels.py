@@ -146,12 +146,14 @@ def tangent(angle):
 
 
 @kernel
-def tension_demand(directions, spans, velocities, accelerations, h, wanted_out):
-    # in: one chain's directions, spans, velocities and external accelerations (m + 1, 3), the root's own in row 0;
+def tension_demand(directions, spans, inverse_masses, tensions, velocities, accelerations, h, wanted_out):
+    # in: one chain's directions, spans, inverse_masses, velocities and external accelerations (m + 1, 3), the root's
+    #     own in row 0; tensions (m + 1,) of the last half step, which say how fast the neighbours' pull turns a rope;
     #     step h: the turn within it is followed exactly, and a rope that slackens is only caught if it must be;
     #     0: Eq. 1 and 4 as printed
     # out: wanted_out (m + 1,): right-hand side of Eq. 4 as accelerations, centripetal part of Eq. 1 included
-    for i in range(1, directions.shape[0]):
+    last = directions.shape[0] - 1
+    for i in range(1, last + 1):
         dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
         ax = accelerations[i, 0] - accelerations[i - 1, 0]
         ay = accelerations[i, 1] - accelerations[i - 1, 1]
@@ -165,6 +167,16 @@ def tension_demand(directions, spans, velocities, accelerations, h, wanted_out):
         if h == 0.0:
             wanted_out[i] = pulled + max(vx * vx + vy * vy + vz * vz - away * away, 0.0) / radius
             continue
+        if i > 1:
+            above = inverse_masses[i - 1] * tensions[i - 1]
+            ax += above * directions[i - 1, 0]
+            ay += above * directions[i - 1, 1]
+            az += above * directions[i - 1, 2]
+        if i < last:
+            below = inverse_masses[i] * tensions[i + 1]
+            ax += below * directions[i + 1, 0]
+            ay += below * directions[i + 1, 1]
+            az += below * directions[i + 1, 2]
         vx, vy, vz = vx + 0.5 * h * ax, vy + 0.5 * h * ay, vz + 0.5 * h * az
         along = vx * dx + vy * dy + vz * dz
         speed = math.sqrt(max(vx * vx + vy * vy + vz * vz - along * along, 0.0))
