@@ -29,7 +29,7 @@ def geometry(positions, masses, lengths=None):
     spans = np.linalg.norm(ropes, axis=1)
     directions, found, taut = np.zeros((count, 3)), np.zeros(count), np.zeros(count, np.bool_)
     lengths = np.append(0, spans) if lengths is None else lengths
-    tension.rope_directions(positions, lengths, 1e-5, directions, found, taut)
+    tension.rope_directions(positions, lengths, 1e-5, directions, found, np.zeros(count), taut)
     np.testing.assert_allclose(directions[1:], ropes / spans[:, None], atol=1e-14)
     np.testing.assert_allclose(found[1:], spans)
     inverse = 1 / masses
@@ -86,7 +86,7 @@ def test_held_ropes_are_solved_as_equations():
     every = np.ones(8, np.bool_)
     every[0] = False
     wanted, values, active, upper = np.zeros(8), np.zeros(8), np.zeros(8, np.bool_), np.zeros(8)
-    tension.impulse_demand(directions, velocities, wanted)
+    tension.impulse_demand(directions, np.zeros(8), velocities, 1 / 60, wanted)
     np.testing.assert_allclose(wanted[1:], (np.diff(velocities, axis=0) * directions[1:]).sum(1))
     tension.solve_direct(diagonal, beside, wanted, every, every, values, active, upper)
     np.testing.assert_allclose(values[1:], np.linalg.solve(dense(diagonal, beside), wanted[1:]))
@@ -100,7 +100,7 @@ def test_demands_are_eq_1_and_4_for_equal_masses():
     mass, accelerations = 0.4, rng.normal(0, 5, (7, 3))
     directions, spans, _, inverse, *_ = geometry(positions, np.full(7, mass))
     wanted, none = np.zeros(7), np.zeros(7)
-    tension.tension_demand(directions, np.append(0, spans), inverse, none, velocities, accelerations, 0.0, wanted)
+    tension.tension_demand(directions, np.append(0, spans), none, inverse, none, velocities, accelerations, 0.0, wanted)
     for i in range(1, 7):
         # Eq. 1: centripetal force about the centre of mass; the root has infinite mass
         first = i == 1
@@ -121,8 +121,8 @@ def test_finite_turns_come_to_eq_1(h):
     exact, near, none = np.zeros(7), np.zeros(7), np.zeros(7)
     still = np.zeros((7, 3))
     spans = np.append(0, spans)
-    tension.tension_demand(directions, spans, inverse, none, velocities, still, 0.0, exact)
-    tension.tension_demand(directions, spans, inverse, none, velocities, still, h, near)
+    tension.tension_demand(directions, spans, none, inverse, none, velocities, still, 0.0, exact)
+    tension.tension_demand(directions, spans, none, inverse, none, velocities, still, h, near)
     away = np.append(0, (np.diff(velocities, axis=0) * directions[1:]).sum(1))
     np.testing.assert_allclose(near - 2 / h * np.minimum(away, 0), exact, rtol=1e-3, atol=1e-4)
 

@@ -15,8 +15,8 @@ from .tension_kernels import (
 )
 
 TENSION_SWEEPS, IMPULSE_SWEEPS = 0, 1
-SLACKNESS = 1e-5
-"""A rope is taut when its span is at least (1 - this) of its length."""
+NEARLY = 0.01
+"""A rope may pull when its span is at least (1 - this) of its length, as much as it must to be taut a step later."""
 SPEED_LIMIT = 200.0
 """No node moves faster relative to its chain's root [m/s]; far above anything that cloth does."""
 
@@ -24,11 +24,19 @@ SPEED_LIMIT = 200.0
 @kernel
 def read_geometry(offsets, lengths, inverse_masses, positions, directions_out, system_out, taut_out):
     # model: chains   in: positions (nodes, 3)   out: directions_out (nodes, 3), taut_out (nodes,),
-    #     system_out (3, nodes): spans, diagonal and side of the matrix
+    #     system_out (4, nodes): spans, slack, diagonal and side of the matrix
     for c in range(offsets.shape[0] - 1):
         a, b = offsets[c], offsets[c + 1]
-        rope_directions(positions[a:b], lengths[a:b], SLACKNESS, directions_out[a:b], system_out[0, a:b], taut_out[a:b])
-        rope_matrix(directions_out[a:b], inverse_masses[a:b], system_out[1, a:b], system_out[2, a:b])
+        rope_directions(
+            positions[a:b],
+            lengths[a:b],
+            NEARLY,
+            directions_out[a:b],
+            system_out[0, a:b],
+            system_out[1, a:b],
+            taut_out[a:b],
+        )
+        rope_matrix(directions_out[a:b], inverse_masses[a:b], system_out[2, a:b], system_out[3, a:b])
 
 
 @kernel
@@ -61,16 +69,24 @@ def kick(
         for d in range(3):
             accelerations[a, d] = (root_velocities[c, d] - v[0, d]) * 2.0 / h
         tension_demand(
-            directions[a:b], system[0, a:b], inverse_masses[a:b], tensions, v, accelerations[a:b], h, wanted
+            directions[a:b],
+            system[0, a:b],
+            system[1, a:b],
+            inverse_masses[a:b],
+            tensions,
+            v,
+            accelerations[a:b],
+            h,
+            wanted,
         )
         for i in range(count):
             free[i] = False
         if choices[TENSION_SWEEPS] > 0:
             solve_sweeps(
-                system[1, a:b], system[2, a:b], wanted, taut[a:b], free, choices[TENSION_SWEEPS], 1.0, tensions
+                system[2, a:b], system[3, a:b], wanted, taut[a:b], free, choices[TENSION_SWEEPS], 1.0, tensions
             )
         else:
-            solve_direct(system[1, a:b], system[2, a:b], wanted, taut[a:b], free, tensions, active, upper)
+            solve_direct(system[2, a:b], system[3, a:b], wanted, taut[a:b], free, tensions, active, upper)
         for i in range(count):
             held_out[a + i] = i > 0 and tensions[i] > 0.0
             free[i] = second > 0.0 and held_out[a + i]
@@ -80,11 +96,11 @@ def kick(
         apply_impulses(
             directions[a:b],
             inverse_masses[a:b],
-            system[1, a:b],
-            system[2, a:b],
+            system[1:, a:b],
             taut[a:b],
             free,
             choices,
+            h,
             v,
             numbers_work,
             active,
@@ -93,12 +109,14 @@ def kick(
 
 @kernel
 def apply_impulses(
-    directions, inverse_masses, diagonal, beside, taut, held, choices, velocities_out, numbers_work, active_work
+    directions, inverse_masses, system, taut, held, choices, h, velocities_out, numbers_work, active_work
 ):
-    # in: one chain and its matrix   in/out: velocities_out: no taut rope lengthens after it, no held one shortens
+    # in: one chain, system (3, m + 1): its slack and matrix, substep h
+    # in/out: velocities_out: no rope lengthens beyond its length after it, no held one shortens
+    slack, diagonal, beside = system[0], system[1], system[2]
     count = diagonal.shape[0]
     wanted, upper, impulses = numbers_work[0, :count], numbers_work[1, :count], numbers_work[2, :count]
-    impulse_demand(directions, velocities_out, wanted)
+    impulse_demand(directions, slack, velocities_out, h, wanted)
     for i in range(impulses.shape[0]):
         impulses[i] = 0.0
     if choices[IMPULSE_SWEEPS] > 0:

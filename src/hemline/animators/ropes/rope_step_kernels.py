@@ -74,7 +74,7 @@ def advance_chains(
     nodes, chains, h = positions_out.shape[0], offsets.shape[0] - 1, dt / steps
     springs, accelerations = np.zeros((nodes, 3)), np.zeros((nodes, 3))
     starts, ends, directions = np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros((nodes, 3))
-    system, taut, held = np.zeros((3, nodes)), np.zeros(nodes, np.bool_), np.zeros(nodes, np.bool_)
+    system, taut, held = np.zeros((4, nodes)), np.zeros(nodes, np.bool_), np.zeros(nodes, np.bool_)
     numbers_work, flags_work = np.zeros((3, nodes)), np.zeros((2, nodes), np.bool_)
     chain_frames, root_velocities = np.zeros((chains, 3, 3)), np.zeros((chains, 3))
     before, after = frames_from.copy(), frames_from.copy()
@@ -161,11 +161,11 @@ def advance_chains(
                 apply_impulses(
                     directions[a:b],
                     inverse_masses[a:b],
-                    system[1, a:b],
-                    system[2, a:b],
+                    system[1:, a:b],
                     taut[a:b],
                     flags_work[1, : b - a],
                     choices,
+                    h,
                     velocities_out[a:b],
                     numbers_work,
                     flags_work[0, : b - a],

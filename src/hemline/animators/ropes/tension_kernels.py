@@ -104,15 +104,16 @@ def solve_sweeps(diagonal, beside, wanted, taut, held, sweeps, from_tip, values_
 
 
 @kernel
-def rope_directions(positions, lengths, slackness, directions_out, spans_out, taut_out):
-    # in: one chain's positions (m + 1, 3), lengths (m + 1,)   out: unit directions, spans, taut flags
+def rope_directions(positions, lengths, slackness, directions_out, spans_out, slack_out, taut_out):
+    # in: one chain's positions (m + 1, 3), lengths (m + 1,)
+    # out: unit directions, spans, what the ropes lack of their lengths, taut flags
     taut_out[0] = False
     for i in range(1, positions.shape[0]):
         x = positions[i, 0] - positions[i - 1, 0]
         y = positions[i, 1] - positions[i - 1, 1]
         z = positions[i, 2] - positions[i - 1, 2]
         span = math.sqrt(x * x + y * y + z * z)
-        spans_out[i] = span
+        spans_out[i], slack_out[i] = span, max(lengths[i] - span, 0.0)
         taut_out[i] = span >= lengths[i] * (1.0 - slackness)
         if span < 1e-12:
             directions_out[i, 0], directions_out[i, 1], directions_out[i, 2] = 0.0, -1.0, 0.0
@@ -146,11 +147,11 @@ def tangent(angle):
 
 
 @kernel
-def tension_demand(directions, spans, inverse_masses, tensions, velocities, accelerations, h, wanted_out):
-    # in: one chain's directions, spans, inverse_masses, velocities and external accelerations (m + 1, 3), the root's
-    #     own in row 0; tensions (m + 1,) of the last half step, which say how fast the neighbours' pull turns a rope;
-    #     step h: the turn within it is followed exactly, and a rope that slackens is only caught if it must be;
-    #     0: Eq. 1 and 4 as printed
+def tension_demand(directions, spans, slack, inverse_masses, tensions, velocities, accelerations, h, wanted_out):
+    # in: one chain's directions, spans, slack, inverse_masses, velocities and external accelerations (m + 1, 3), the
+    #     root's own in row 0; tensions (m + 1,) of the last half step, which say how fast the neighbours' pull turns a
+    #     rope; step h: the turn within it is followed exactly, slack is taken up within it, and a rope that slackens
+    #     is only caught if it must be; 0: Eq. 1 and 4 as printed
     # out: wanted_out (m + 1,): right-hand side of Eq. 4 as accelerations, centripetal part of Eq. 1 included
     last = directions.shape[0] - 1
     for i in range(1, last + 1):
@@ -161,7 +162,7 @@ def tension_demand(directions, spans, inverse_masses, tensions, velocities, acce
         vx = velocities[i, 0] - velocities[i - 1, 0]
         vy = velocities[i, 1] - velocities[i - 1, 1]
         vz = velocities[i, 2] - velocities[i - 1, 2]
-        away = vx * dx + vy * dy + vz * dz
+        away = vx * dx + vy * dy + vz * dz - (slack[i] / h if h > 0.0 else 0.0)
         pulled = ax * dx + ay * dy + az * dz
         radius = max(spans[i], 1e-9)
         if h == 0.0:
@@ -185,13 +186,15 @@ def tension_demand(directions, spans, inverse_masses, tensions, velocities, acce
 
 
 @kernel
-def impulse_demand(directions, velocities, wanted_out):
-    # in: directions and velocities (m + 1, 3)   out: wanted_out (m + 1,): how fast each rope lengthens (Eq. 7)
+def impulse_demand(directions, slack, velocities, h, wanted_out):
+    # in: directions and velocities (m + 1, 3), slack (m + 1,), step h
+    # out: wanted_out (m + 1,): how fast each rope lengthens (Eq. 7), beyond what takes up its slack within the step
     for i in range(1, directions.shape[0]):
         wanted_out[i] = (
             (velocities[i, 0] - velocities[i - 1, 0]) * directions[i, 0]
             + (velocities[i, 1] - velocities[i - 1, 1]) * directions[i, 1]
             + (velocities[i, 2] - velocities[i - 1, 2]) * directions[i, 2]
+            - slack[i] / h
         )
 
 
