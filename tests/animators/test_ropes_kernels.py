@@ -100,7 +100,9 @@ def test_demands_are_eq_1_and_4_for_equal_masses():
     mass, accelerations = 0.4, rng.normal(0, 5, (7, 3))
     directions, spans, _, inverse, *_ = geometry(positions, np.full(7, mass))
     wanted, none = np.zeros(7), np.zeros(7)
-    tension.tension_demand(directions, np.append(0, spans), none, inverse, none, velocities, accelerations, 0.0, wanted)
+    tension.tension_demand(
+        directions, np.append(0, spans), none, inverse, none, velocities, accelerations, 0.0, 0.0, wanted
+    )
     for i in range(1, 7):
         # Eq. 1: centripetal force about the centre of mass; the root has infinite mass
         first = i == 1
@@ -121,8 +123,8 @@ def test_finite_turns_come_to_eq_1(h):
     exact, near, none = np.zeros(7), np.zeros(7), np.zeros(7)
     still = np.zeros((7, 3))
     spans = np.append(0, spans)
-    tension.tension_demand(directions, spans, none, inverse, none, velocities, still, 0.0, exact)
-    tension.tension_demand(directions, spans, none, inverse, none, velocities, still, h, near)
+    tension.tension_demand(directions, spans, none, inverse, none, velocities, still, 0.0, 0.0, exact)
+    tension.tension_demand(directions, spans, none, inverse, none, velocities, still, h, 0.5 * h, near)
     away = np.append(0, (np.diff(velocities, axis=0) * directions[1:]).sum(1))
     np.testing.assert_allclose(near - 2 / h * np.minimum(away, 0), exact, rtol=1e-3, atol=1e-4)
 
@@ -202,17 +204,26 @@ def test_external_accelerations_equal_numpy():
         wind=(1, 2, 3),
         air_drag=2,
         air_lift=0.7,
+        root_damping=8.0,
+        bend_damping=3.0,
+        lateral_damping=2.0,
     )
     numbers = constants.numbers()
     springs, found = np.zeros((9, 3)), np.zeros((9, 3))
-    frames = np.tile(np.eye(3), (2, 1, 1))
+    frames = Rotation.random(2, random_state=0).as_matrix()
     down = np.tile([0.0, -1, 0], (9, 1))
-    forces.spring_accelerations(offsets, rest_spans, down, inverse, pairs, spans, numbers, h, frames, push, x, springs)
+    balance, loads, tensions = rng.normal(0, 5, (9, 3)), rng.uniform(1, 30, 9), rng.uniform(0, 20, 9)
+    forces.spring_accelerations(
+        offsets, rest_spans, down, inverse, pairs, spans, numbers, h, frames, balance, loads, push, tensions, x, springs
+    )
     across = np.array([[i, i] for i in range(9)], np.int32)
     across[pairs[:, 1], 0], across[pairs[:, 0], 1] = pairs[:, 0], pairs[:, 1]
-    forces.external_accelerations(offsets, across, numbers, h, springs, x, v, found)
+    forces.external_accelerations(offsets, across, inverse, numbers, h, springs, x, v, found)
 
     expected = np.array(constants.gravity) + push
+    for i in (2, 3, 4, 6, 7, 8):
+        load = 9.81 / inverse[i] + (0 if i in (4, 8) else tensions[i + 1])
+        expected[i] += min(load / loads[i], 1) * frames[int(i > 4)] @ balance[i]
 
     def add(a, b, relative, way):
         share = inverse[a] + inverse[b]
@@ -227,10 +238,15 @@ def test_external_accelerations_equal_numpy():
         span = np.linalg.norm(x[i] - x[i - 1])
         if span < rest_spans[i]:
             add(i - 1, i, 50 / (1 + 50 * h * h / 0.3) * (rest_spans[i] - span), (x[i] - x[i - 1]) / span)
+    for i, a, b, rate in [(k, k - 1, k + 1, 3.0) for k in (2, 3, 6, 7)]:
+        away = rate / (1 + 4 * h * rate) * (v[i] - (v[a] + v[b]) / 2) / inverse[i]
+        for node, share in ((i, -1), (a, 0.5), (b, 0.5)):
+            expected[node] += share * inverse[node] * away
     wind = np.array([1.0, 2, 3])
     for i in (2, 3, 4, 6, 7, 8):
-        towards = (1.3 * wind + 2.0 * v[i - 1]) / 3.3
-        expected[i] += (1 - np.exp(-0.5 * h * 3.3)) / (0.5 * h) * (towards - v[i])
+        damping = 2.0 + 8.0 * np.exp(-(i - (2 if i < 5 else 6)))
+        towards = (1.3 * wind + damping * v[i - 1]) / (1.3 + damping)
+        expected[i] += (1 - np.exp(-0.5 * h * (1.3 + damping))) / (0.5 * h) * (towards - v[i])
         below = min(i + 1, 4 if i < 5 else 8)
         normal = np.cross(x[below] - x[i - 1], x[across[i, 1]] - x[across[i, 0]])
         if np.linalg.norm(normal) > 1e-12:

@@ -35,6 +35,8 @@ CHAIN_ARRAYS = (
     "pairs",
     "pair_spans",
     "clearances",
+    "balance",
+    "rest_tensions",
 )
 CARRIAGE_ARRAYS = ("rest", "weights", "nearest", "nearest_rest")
 _TELEPORT_SPEED = 30.0
@@ -131,7 +133,7 @@ class Ropes:
         return RopesState(
             positions,
             np.zeros_like(positions),
-            np.zeros(len(positions)),
+            self.chains.rest_tensions.copy(),
             np.zeros(len(positions), np.bool_),
             frames,
             still,

@@ -68,25 +68,28 @@ def kick(
         free, v, tensions = flags_work[1, :count], velocities_out[a:b], tensions_out[a:b]
         for d in range(3):
             accelerations[a, d] = (root_velocities[c, d] - v[0, d]) * 2.0 / h
-        tension_demand(
-            directions[a:b],
-            system[0, a:b],
-            system[1, a:b],
-            inverse_masses[a:b],
-            tensions,
-            v,
-            accelerations[a:b],
-            h,
-            wanted,
-        )
         for i in range(count):
             free[i] = False
-        if choices[TENSION_SWEEPS] > 0:
-            solve_sweeps(
-                system[2, a:b], system[3, a:b], wanted, taut[a:b], free, choices[TENSION_SWEEPS], 1.0, tensions
+        # how fast the ropes turn half a step later depends on the tensions: first without, then with that
+        for attempt in range(2):
+            tension_demand(
+                directions[a:b],
+                system[0, a:b],
+                system[1, a:b],
+                inverse_masses[a:b],
+                tensions,
+                v,
+                accelerations[a:b],
+                h,
+                0.5 * h * attempt,
+                wanted,
             )
-        else:
-            solve_direct(system[2, a:b], system[3, a:b], wanted, taut[a:b], free, tensions, active, upper)
+            if choices[TENSION_SWEEPS] > 0:
+                solve_sweeps(
+                    system[2, a:b], system[3, a:b], wanted, taut[a:b], free, choices[TENSION_SWEEPS], 1.0, tensions
+                )
+            else:
+                solve_direct(system[2, a:b], system[3, a:b], wanted, taut[a:b], free, tensions, active, upper)
         for i in range(count):
             held_out[a + i] = i > 0 and tensions[i] > 0.0
             free[i] = second > 0.0 and held_out[a + i]

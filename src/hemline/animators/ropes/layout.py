@@ -15,6 +15,7 @@ from hemline.collide.primitives.proxy import BodyProxy
 from hemline.errors import BadGarment
 from hemline.meshes import geodesic_distances
 
+from .balance import balanced
 from .chains import Ropes
 from .chart import Chart
 from .constants import RopeConstants
@@ -24,6 +25,12 @@ from .embedding import Carriage, Embedding
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
     from hemline.garments.garment import Garment
+
+
+_TAUT = 0.75
+"""A rope is taut at rest that is at least this share of its cloth long; there it cannot be longer."""
+_APART = 0.002
+"""So much nearer to the body than at rest each bone may come, at least [m]."""
 
 
 class _Plan(NamedTuple):
@@ -81,7 +88,8 @@ def _bound(
 ) -> Ropes:
     rest = plan.embedding.embedded(vertices)
     spans, directions = ropes_of(rest, plan.offsets)
-    lengths = np.maximum(plan.lengths * (1 + strain), spans)
+    taut = spans >= _TAUT * plan.lengths
+    lengths = np.where(taut, spans, plan.lengths * (1 + strain))
     pairs = plan.pairs
     pair_rest = np.linalg.norm(rest[pairs[:, 0]] - rest[pairs[:, 1]], axis=1)
     masses = _masses(garment, vertices, rest)
@@ -90,6 +98,7 @@ def _bound(
     roots = carriage.weights[len(kinematic) - len(plan.offsets) + 1 :]
     proxy = BodyProxy.fit(shaped)
     clearances, _ = proxy.distances(rest, np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1)))
+    balance, tensions = balanced(plan.offsets, directions, masses, taut)
     chains = RopeChains(
         plan.offsets,
         lengths,
@@ -99,7 +108,9 @@ def _bound(
         roots.argmax(1).astype(np.int32),
         pairs,
         np.column_stack([pair_rest, np.maximum(plan.pair_lengths * (1 + strain), pair_rest)]),
-        clearances,
+        clearances - _APART,
+        balance,
+        tensions,
         constants,
     )
     betas = np.asarray(shaped.betas, np.float64)

@@ -56,6 +56,8 @@ def advance_chains(
     shapes,
     centres,
     pivots,
+    balance,
+    rest_loads,
     kinematic,
     motion,
     frames_from,
@@ -68,7 +70,8 @@ def advance_chains(
     tensions_out,
     touched_out,
 ):
-    # model: chains (offsets, lengths, rest state, masses, lateral pairs), numbers and choices, primitives
+    # model: chains (offsets, lengths, rest state, masses, lateral pairs), numbers and choices, primitives,
+    #     balance (nodes, 3) and rest_loads (nodes,)
     # in: motion of the kinematic nodes, frames of the joints at both ends of the frame, push (nodes, 3), dt, substeps
     # in/out: positions_out, velocities_out (nodes, 3), tensions_out (nodes,)   out: touched_out (nodes,)
     nodes, chains, h = positions_out.shape[0], offsets.shape[0] - 1, dt / steps
@@ -94,7 +97,10 @@ def advance_chains(
         numbers,
         h,
         chain_frames,
+        balance,
+        rest_loads,
         push,
+        tensions_out,
         positions_out,
         springs,
     )
@@ -106,7 +112,9 @@ def advance_chains(
             for d in range(3):
                 root_velocities[c, d] = (positions_out[offsets[c], d] - starts[offsets[c], d]) / h
         # step 1: half a kick
-        external_accelerations(offsets, across, numbers, h, springs, starts, velocities_out, accelerations)
+        external_accelerations(
+            offsets, across, inverse_masses, numbers, h, springs, starts, velocities_out, accelerations
+        )
         kick(
             offsets,
             inverse_masses,
@@ -182,11 +190,16 @@ def advance_chains(
             numbers,
             h,
             chain_frames,
+            balance,
+            rest_loads,
             push,
+            tensions_out,
             positions_out,
             springs,
         )
-        external_accelerations(offsets, across, numbers, h, springs, positions_out, velocities_out, accelerations)
+        external_accelerations(
+            offsets, across, inverse_masses, numbers, h, springs, positions_out, velocities_out, accelerations
+        )
         kick(
             offsets,
             inverse_masses,

@@ -147,11 +147,11 @@ def tangent(angle):
 
 
 @kernel
-def tension_demand(directions, spans, slack, inverse_masses, tensions, velocities, accelerations, h, wanted_out):
+def tension_demand(directions, spans, slack, inverse_masses, tensions, velocities, accelerations, h, ahead, wanted_out):
     # in: one chain's directions, spans, slack, inverse_masses, velocities and external accelerations (m + 1, 3), the
-    #     root's own in row 0; tensions (m + 1,) of the last half step, which say how fast the neighbours' pull turns a
-    #     rope; step h: the turn within it is followed exactly, slack is taken up within it, and a rope that slackens
-    #     is only caught if it must be; 0: Eq. 1 and 4 as printed
+    #     root's own in row 0; step h: the turn within it is followed exactly, slack is taken up within it, and a rope
+    #     that slackens is only caught if it must be; 0: Eq. 1 and 4 as printed; the turn is that of the velocities a
+    #     time `ahead`, to which accelerations and the neighbours' tensions (m + 1,) bring them
     # out: wanted_out (m + 1,): right-hand side of Eq. 4 as accelerations, centripetal part of Eq. 1 included
     last = directions.shape[0] - 1
     for i in range(1, last + 1):
@@ -178,7 +178,7 @@ def tension_demand(directions, spans, slack, inverse_masses, tensions, velocitie
             ax += below * directions[i + 1, 0]
             ay += below * directions[i + 1, 1]
             az += below * directions[i + 1, 2]
-        vx, vy, vz = vx + 0.5 * h * ax, vy + 0.5 * h * ay, vz + 0.5 * h * az
+        vx, vy, vz = vx + ahead * ax, vy + ahead * ay, vz + ahead * az
         along = vx * dx + vy * dy + vz * dz
         speed = math.sqrt(max(vx * vx + vy * vy + vz * vz - along * along, 0.0))
         turn = 2.0 / h * speed * tangent(min(0.5 * h * speed / radius, 0.8))
