@@ -65,8 +65,8 @@ def lay_out(
         constants: What the chains run on.
 
     Raises:
-        BadGarment: The pinned rim has no length, a chain names a vertex that does not exist or fewer than two, or the
-            counts cannot be used.
+        BadGarment: The pinned rim has no length; a chain names a vertex that does not exist, that another names, or
+            fewer than two; chains cross or end above where they begin; or the counts cannot be used.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Section 3 and Fig. 2. Differs: geodesic lines where the paper says manually or by skinning
@@ -87,6 +87,7 @@ def _bound(
     garment: "Garment", shaped: "ShapedBody", vertices: Vertices, plan: _Plan, strain: float, constants: RopeConstants
 ) -> Ropes:
     rest = plan.embedding.embedded(vertices)
+    _check_downward(garment, plan.offsets, rest)
     spans, directions = ropes_of(rest, plan.offsets)
     taut = spans >= _TAUT * plan.lengths
     lengths = np.where(taut, spans, plan.lengths * (1 + strain))
@@ -125,7 +126,9 @@ def _by_hand(garment: "Garment") -> _Plan:
             what = f"garment '{garment.name}': a chain names two vertices or more, below {len(garment.vertices)}"
             raise BadGarment(what, got, "correct the chains")
     offsets = np.concatenate([[0], np.cumsum([len(chain) for chain in used])]).astype(np.int32)
+    _check_shared(garment, np.concatenate(used))
     ways = _ways_between(garment, np.concatenate(used))
+    _check_crossing(garment, offsets, ways)
     following = np.arange(1, len(ways))
     lengths = np.concatenate([[0.0], ways[following - 1, following]])
     lengths[offsets[:-1]] = 0.0
@@ -133,6 +136,39 @@ def _by_hand(garment: "Garment") -> _Plan:
     across = ways[pairs[:, 0], pairs[:, 1]]
     joined = np.isfinite(across)  # not so between pieces of cloth
     return _Plan(Embedding.at_vertices(np.concatenate(used)), offsets, lengths, pairs[joined], across[joined])
+
+
+def _check_shared(garment: "Garment", vertices: Int[np.ndarray, " nodes"]) -> None:
+    names, counts = np.unique(vertices, return_counts=True)
+    if (counts > 1).any():
+        got = names[counts > 1].tolist()[:8]
+        raise BadGarment(
+            f"garment '{garment.name}': each vertex is a bone of one chain, once", got, "correct the chains"
+        )
+
+
+def _check_crossing(
+    garment: "Garment", offsets: Int[np.ndarray, " chains_and_one"], ways: Float[np.ndarray, "nodes nodes"]
+) -> None:
+    """Of four points of a sheet, the pair of lines that cross is longer than both other pairs."""
+    ends = np.setdiff1d(np.arange(1, offsets[-1]), offsets)
+    chain = np.searchsorted(offsets, ends, side="right")
+    one, two = (index.ravel() for index in np.meshgrid(ends, ends, indexing="ij"))
+    apart = (chain[:, None] < chain).ravel()
+    one, two = one[apart], two[apart]
+    both = ways[one - 1, one] + ways[two - 1, two]
+    beside, across = ways[one - 1, two - 1] + ways[one, two], ways[one - 1, two] + ways[one, two - 1]
+    crossed = np.flatnonzero(both > 1.001 * np.maximum(beside, across))
+    if len(crossed):
+        which = (np.searchsorted(offsets, [one[crossed[0]], two[crossed[0]]], side="right") - 1).tolist()
+        raise BadGarment(f"garment '{garment.name}': chains must not cross", f"chains {which}", "correct the chains")
+
+
+def _check_downward(garment: "Garment", offsets: Int[np.ndarray, " chains_and_one"], rest: Nodes) -> None:
+    upward = np.flatnonzero(rest[offsets[1:] - 1, 1] >= rest[offsets[:-1], 1])
+    if len(upward):
+        what = f"garment '{garment.name}': a chain hangs from its first vertex"
+        raise BadGarment(what, f"chain {upward[0]} ends above it", "give the pinned end first")
 
 
 def _ways_between(garment: "Garment", vertices: Int[np.ndarray, " nodes"]) -> Float[np.ndarray, "nodes nodes"]:
