@@ -207,3 +207,15 @@ def test_a_rim_of_one_vertex_is_refused():
     one = Pins(*(getattr(tube.pins, name)[:1] for name in ("vertices", "body_faces", "barycentric", "heights")))
     with pytest.raises(BadGarment, match="pinned or an open rim"):
         lay_out(replace(tube, pins=one), shaped())
+
+
+@pytest.mark.parametrize(
+    ("chains", "match"),
+    [
+        (((0, 90, 170), (10, 80, 160)), r"chains must not cross; got chains \[0, 1\]"),
+        (((160, 80, 0),), "hangs from its first vertex; got chain 0 ends above it"),
+    ],
+)
+def test_chains_by_hand_that_cannot_hang_are_refused(chains, match):
+    with pytest.raises(BadGarment, match=match):
+        lay_out(replace(skirt(), chains=chains), shaped())

@@ -65,8 +65,8 @@ def lay_out(
         constants: What the chains run on.
 
     Raises:
-        BadGarment: The pinned rim has no length; a chain names a vertex that does not exist, that another names, or
-            fewer than two; chains cross or end above where they begin; or the counts cannot be used.
+        BadGarment: The pinned rim has no length; a chain names a vertex that does not exist, or fewer than two; chains
+            cross or end above where they begin; or the counts cannot be used.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Section 3 and Fig. 2. Differs: geodesic lines where the paper says manually or by skinning
@@ -126,7 +126,6 @@ def _by_hand(garment: "Garment") -> _Plan:
             what = f"garment '{garment.name}': a chain names two vertices or more, below {len(garment.vertices)}"
             raise BadGarment(what, got, "correct the chains")
     offsets = np.concatenate([[0], np.cumsum([len(chain) for chain in used])]).astype(np.int32)
-    _check_shared(garment, np.concatenate(used))
     ways = _ways_between(garment, np.concatenate(used))
     _check_crossing(garment, offsets, ways)
     following = np.arange(1, len(ways))
@@ -136,15 +135,6 @@ def _by_hand(garment: "Garment") -> _Plan:
     across = ways[pairs[:, 0], pairs[:, 1]]
     joined = np.isfinite(across)  # not so between pieces of cloth
     return _Plan(Embedding.at_vertices(np.concatenate(used)), offsets, lengths, pairs[joined], across[joined])
-
-
-def _check_shared(garment: "Garment", vertices: Int[np.ndarray, " nodes"]) -> None:
-    names, counts = np.unique(vertices, return_counts=True)
-    if (counts > 1).any():
-        got = names[counts > 1].tolist()[:8]
-        raise BadGarment(
-            f"garment '{garment.name}': each vertex is a bone of one chain, once", got, "correct the chains"
-        )
 
 
 def _check_crossing(
