@@ -61,7 +61,7 @@ class WornGarment:
 
     @property
     def home_faces(self) -> Int[np.ndarray, " verts"]:
-        """A face around the home of each vertex."""
+        """A face around the home of each vertex: its number in `patches.faces`."""
         return self.patches.ring[self.patches.ring_start[self.home]]
 
     def surface(self, posed: "PosedBody") -> PosedSurface:

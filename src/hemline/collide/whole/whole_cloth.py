@@ -20,7 +20,7 @@ from .plane_kernels import Cells, Limbs, SampleMemory, fill_cells, hold_samples,
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
-    from hemline.garments.garment import Garment
+    from hemline.garments import Garment
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,7 @@ class WholeCloth:
         return after, surface.placed(moved, self.worn.order)
 
     def pin_places(self, posed: "PosedBody", surface: PosedSurface) -> Points:
-        """Where the hard pins are, as `garments.pins.Pins.positions`, in the frame of the key bone."""
+        """Where the hard pins are, as `garments.Pins.positions`, in the frame of the key bone [m]."""
         places = np.empty((len(self.pins), 3), np.float32)
         place_pins(surface.skin, self.pin_corners, self.pin_weights, self.pin_heights, places)
         hung = np.flatnonzero(self.pin_joints >= 0)
