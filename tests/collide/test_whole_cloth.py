@@ -8,6 +8,7 @@ import pytest
 from whole_samples import DT, RADIUS, SMALL, at, prepared, sheet, stepped, stretches
 
 from hemline.collide import Projector, WholeState
+from hemline.errors import BadGarment
 from hemline.motions.quaternions import from_axis_angle, rotate
 
 DEEP = -0.03
@@ -179,3 +180,14 @@ def test_cloth_turned_inside_out_recovers_within_a_second():
     _, held = stepped(whole, state, posed, sunk(garment, 0.11), frames=30)
     assert stretches(garment, held).max() < 0.3
     assert out_by(held) > -0.002
+
+
+def test_cloth_that_is_not_finite_or_another_garments_is_refused():
+    garment = sheet()
+    shaped, whole = prepared(garment)
+    posed, broken = at(shaped, (0, 0, 0)), garment.vertices.copy()
+    broken[7] = np.nan
+    with pytest.raises(BadGarment, match="finite"):
+        stepped(whole, whole.start(), posed, broken)
+    with pytest.raises(BadGarment, match="another garment"):
+        stepped(whole, whole.start(), posed, garment.vertices[:5])

@@ -111,9 +111,9 @@ def test_fine_sweeps_end_where_no_edge_is_too_long_and_pins_stay():
     moved[pins] = garment.vertices[pins]
     limit_fine(model, np.float32(1.06), 2000, moved)
     along = np.linalg.norm(moved[edges[inner, 1]] - moved[edges[inner, 0]], axis=1)
-    assert (along / lengths[inner]).max() < 1.065
+    assert (along / lengths[inner]).max() < 1.07
     assert (moved[pins] == garment.vertices[pins]).all()
-    assert limit_fine(model, np.float32(1.07), 4, moved) == 0  # nothing to do, nothing done
+    assert limit_fine(model, np.float32(1.08), 4, moved) == 0  # nothing to do, nothing done
 
 
 def test_blocks_that_are_skipped_had_nothing_to_do():

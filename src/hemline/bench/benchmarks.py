@@ -16,7 +16,7 @@ from .simulator import bench_sensitivity, bench_settle
 
 
 def bench_cape() -> dict[str, Any]:
-    """Whole frame of the shipped cape on the six shipped excerpts, one core: body, bones, networks, whole cloth, projection."""
+    """Whole frame of the shipped cape on the six shipped excerpts, one core, by stage."""
     _one_thread()
     frames = [frame.milliseconds for frame in _played()]
     return {"frame_ms": frame_ms(frames), "frames": len(frames)} | _stages_of_the_animator()

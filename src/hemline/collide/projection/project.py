@@ -12,7 +12,6 @@ import numpy as np
 
 from hemline.arrays import Int, Vertices
 from hemline.collide.surface.posed_surface import PosedSurface
-from hemline.errors import BadGarment
 
 from .prepared import PreparedProjection, ProjectorState
 from .project_frame import ProjectedFrame, ProjectionReport
@@ -52,13 +51,4 @@ class Projector(PreparedProjection):
         Raises:
             BadGarment: Another number of vertices than was prepared, or positions that are not finite.
         """
-        vertices = np.ascontiguousarray(vertices, np.float32)
-        if vertices.shape != (len(self.worn.order), 3):
-            raise BadGarment(
-                "the projection was prepared for another garment",
-                f"vertices {vertices.shape}, not {(len(self.worn.order), 3)}",
-                "prepare a projector for this garment",
-            )
-        if not np.isfinite(vertices).all():
-            raise BadGarment("garment vertices must be finite", "NaN or infinity", "look at what made this frame")
-        return ProjectedFrame(self, state, posed, vertices, places, surface).projected(dt)
+        return ProjectedFrame(self, state, posed, self.worn.checked(vertices), places, surface).projected(dt)

@@ -64,6 +64,23 @@ class WornGarment:
         """A face around the home of each vertex: its number in `patches.faces`."""
         return self.patches.ring[self.patches.ring_start[self.home]]
 
+    def checked(self, vertices: Vertices) -> Vertices:
+        """The vertices of a frame [m], float32 and contiguous, if they can be this garment's.
+
+        Raises:
+            BadGarment: Another number of vertices than was prepared, or positions that are not finite.
+        """
+        vertices = np.ascontiguousarray(vertices, np.float32)
+        if vertices.shape != (len(self.order), 3):
+            raise BadGarment(
+                "the projection was prepared for another garment",
+                f"vertices {vertices.shape}, not {(len(self.order), 3)}",
+                "prepare a projector for this garment",
+            )
+        if not np.isfinite(vertices).all():
+            raise BadGarment("garment vertices must be finite", "NaN or infinity", "look at what made this frame")
+        return vertices
+
     def surface(self, posed: "PosedBody") -> PosedSurface:
         """The body's surface in a pose, for all that is done to the garment in that frame."""
         return PosedSurface.of(self.patches, self.key_joint, posed)

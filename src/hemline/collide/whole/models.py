@@ -12,7 +12,7 @@ NEAREST = 4
 """Control vertices that move a vertex."""
 REACH = 4.0
 """How far control vertices are looked for, over the largest distance to the nearest one."""
-BLOCK_SIZE = 32
+BLOCK_SIZE = 64
 """Vertices in a block of fine edges."""
 _ASKED = 16
 """Control vertices asked for around each vertex, those of all neighbouring cells among them."""
@@ -40,7 +40,7 @@ class CoarseModel(NamedTuple):
 
 
 class FineModel(NamedTuple):
-    """All edges of the garment, block by block of vertices."""
+    """All edges of the garment, block by block of vertices, colour by colour in each block."""
 
     edges: Int[np.ndarray, "edges 2"]
     lengths: Float[np.ndarray, " edges"]
@@ -114,6 +114,8 @@ def fine_model(faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"], pinned:
     kept = ~np.isin(edges, pinned).all(axis=1)
     edges, lengths = edges[kept], lengths[kept]
     blocks = -(-count // BLOCK_SIZE)
+    order = np.lexsort((_colours(edges, count), edges[:, 0] // BLOCK_SIZE))
+    edges, lengths = edges[order], lengths[order]
     own, other = edges[:, 0] // BLOCK_SIZE, edges[:, 1] // BLOCK_SIZE
     pairs = np.unique(np.concatenate([np.stack([own, own], 1), np.stack([other, own], 1)]), axis=0)
     free = np.ones(count, np.float32)
@@ -127,6 +129,18 @@ def fine_model(faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"], pinned:
         beside=pairs[:, 1].astype(np.int32),
         block_size=BLOCK_SIZE,
     )
+
+
+def _colours(edges: np.ndarray, count: int) -> np.ndarray:
+    """Colours of edges, so that those of one colour share no vertex: the processor then works on several at once."""
+    taken, colours = [0] * count, np.empty(len(edges), np.int64)
+    for index, (a, b) in enumerate(edges.tolist()):
+        both = taken[a] | taken[b]
+        free = ~both & (both + 1)
+        colours[index] = free.bit_length()
+        taken[a] |= free
+        taken[b] |= free
+    return colours
 
 
 def _weights(near: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

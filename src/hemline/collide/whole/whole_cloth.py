@@ -164,10 +164,13 @@ class WholeCloth:
 
         Returns:
             The state after, and the vertices [m].
+
+        Raises:
+            BadGarment: Another number of vertices than was prepared, or positions that are not finite.
         """
         settings, coarse = self.settings, self.coarse
         surface = surface or self.worn.surface(posed)
-        points = surface.seen(vertices, self.worn.order)
+        points = surface.seen(self.worn.checked(vertices), self.worn.order)
         shifts = np.empty_like(state.shifts)
         decay_shifts(state.shifts, np.float32(math.exp(-dt / settings.memory)), np.float32(settings.speed * dt), shifts)
         places = self.pin_places(posed, surface)
