@@ -190,8 +190,8 @@ TRUTH holds clips of subjects that nobody fitted to; "->": without and with the 
 
 Means over the clips: own error {own:.0f} mm, by simulated bones {driven:.1f} mm, the rest drape carried along stiffly
 {stiff:.0f} mm; stretch p99 {stretch:.1f} % (worst frame {worst:.0f} %);
-{long:.3f} % of the edges are more than 30 % too long; inside before the projection {before:.2f} %; the projection moves {resolved:.2f} % of the vertices by more than a
-millimetre; jerk {jerk:.2f} times that of the simulation.
+{long:.3f} % of the edges are more than 30 % too long; inside before the projection {before:.2f} %; the projection moves
+{resolved:.2f} % of the vertices by more than a millimetre; jerk {jerk:.2f} times that of the simulation.
 
 Standing still for {standing:.0f} s in the rest pose, the ropes drift {ropes_drift_mm:.1f} mm from the settled drape
 (in the last second they move at {ropes_speed_mm_s:.1f} mm/s), and what is played {played_drift_mm:.1f} mm.
