@@ -291,6 +291,30 @@ def test_the_contact_velocity_is_eq_14_to_16():
         np.testing.assert_allclose(found, new * normal + slide + kept * relative, atol=1e-12)
 
 
+def test_a_pushed_node_is_not_faster_along_the_surface_than_it_moved():
+    rng = np.random.default_rng(12)
+    kind, shape = round_cone_shape(np.array([0.0, -0.3, 0]), np.array([0.0, 0.3, 0]), 0.2, 0.2)
+    h, slowed = 1 / 60, 0
+    for _ in range(40):
+        frames = [
+            np.concatenate([turn.as_matrix(), rng.normal(0, 0.01, (3, 1))], axis=1)[None].copy()
+            for turn in Rotation.from_rotvec(rng.normal(0, 0.05, (2, 3)))
+        ]
+        rest = np.array([*(0.2 * np.array([np.cos(1), np.sin(1)])), rng.uniform(-0.2, 0.2)])[[0, 2, 1]]
+        before, after = (frame[0, :, :3] @ rest + frame[0, :, 3] for frame in frames)
+        normal = frames[1][0, :, :3] @ (rest * [1, 0, 1] / 0.2)
+        start, velocity = before + rng.normal(0, 0.01, 3), rng.normal(0, 1, 3)
+        found = velocity.copy()
+        collisions.slow_down(kind, shape[None], 0, 0, *frames, h, start, after, found)
+        body, flat = (after - before) / h, np.eye(3) - np.outer(normal, normal)
+        assert (found - velocity) @ normal == pytest.approx(0, abs=1e-9)
+        along, moved = flat @ (velocity - body), flat @ (before - start) / h
+        shorter = moved if np.linalg.norm(moved) < np.linalg.norm(along) else along
+        np.testing.assert_allclose(flat @ (found - body), shorter, atol=1e-9)
+        slowed += shorter is moved
+    assert 0 < slowed < 40
+
+
 def test_first_contact_is_where_the_distance_falls_to_the_margin():
     a, b = np.array([0.1, -0.2, 0.05]), np.array([0.4, 0.3, -0.2])
     kind, shape = round_cone_shape(a, b, 0.3, 0.1)

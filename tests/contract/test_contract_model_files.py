@@ -48,7 +48,10 @@ def test_the_list_of_arrays_is_whole(model):
     assert set(read_tensors(model, "model")[0]) == set(every_array())
 
 
-@pytest.mark.parametrize("name", every_array())
+# files of version 2 have no balance
+@pytest.mark.parametrize(
+    "name", [name for name in every_array() if name not in ("ropes.balance", "ropes.rest_tensions")]
+)
 def test_a_missing_array_is_refused(model, tmp_path, name):
     bad = changed(model, tmp_path / "bad.safetensors", {name: None})
     with pytest.raises(BadModel, match=rf"{name.split('.')[-1]}"):

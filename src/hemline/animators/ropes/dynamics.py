@@ -12,13 +12,20 @@ Differs from the paper:
 - Eq. 3 and 5 hold for accelerations, so for unequal masses too; tensions and impulses are solved directly unless
   sweeps are asked for.
 - The centripetal part (Eq. 1) follows a finite turn: 2/h |v| tan(|v| h / 2l) for |v|^2 / l, so that a step of any
-  length keeps the speed of a turning rope. A rope that is taut but slackening is only pulled as far as it must be.
+  length keeps the speed of a turning rope. v is that half a step later, to which the tensions themselves bring it, so
+  they are solved for twice: from external forces alone a bent chain at rest would seem to turn, and would tremble.
+- A rope that is taut but slackening is only pulled as far as it must be. One that lacks up to a hundredth of its length
+  may pull as well, as much as takes the slack up within the step: contact shortens ropes by micrometres, and a chain
+  must not be let go for that.
 - A rope that pulled in step 1 stays on its sphere in step 2, and the impulses of step 4 do not let it slacken:
   otherwise it would go slack by O(h^3) in every step, and lose its tension for one.
 - Eq. 10 to 13 are taken in the frame of the node above, whose motion counts: as printed they change with a constant
   velocity of the whole world.
 - The root's acceleration is the change of its velocity within each half step; its velocity at the end of a step is
   extrapolated from the last two.
+- In the settled drape the ropes are in equilibrium: what tension and weight leave there at each node is given back by a
+  balance (`balance.balanced`) that the chain's joint carries. It yields with the load of the node.
+- Velocities are smoothed along the chains and across them, with momentum kept, as the cloth between them would do.
 - Drag acts as 1 - exp(-k h / 2), springs saturate at what h can follow: no constant makes a step unstable.
 - Collisions find where the node's way entered, by Newton's method, and see a way right through; `slide` goes on along
   the surface from there, where `history` stops. A push-out that would stretch a rope by more than a fifth is given up

@@ -12,7 +12,8 @@ from .config import RopesConfig
 from .gather import Source
 from .layout import lay_out
 
-WINDOW_SECONDS = 2.0
+WINDOW_SECONDS, SHORTEST = 2.0, 1.0
+"""Windows to which constants are fitted, and the shortest clips from which they are taken [s]."""
 MOST_CLIPS = 12
 """Clips that the constants are fitted to."""
 
@@ -37,12 +38,17 @@ def ropes_for(
     ropes = lay_out(source.dataset.garment, shaped, rest=rest, chain_count=config.chains, strain_p99=strain)
     train = _clips(source, ropes, shaped, train=True)
     if config.calibrate and train:
-        ropes = calibrated(ropes, shaped, train, window_seconds=WINDOW_SECONDS, progress=progress)
+        ropes = calibrated(ropes, shaped, train, window_seconds=_window(train), progress=progress)
     figures = {}
     for name, clips in (("train", train), ("held_out", _clips(source, ropes, shaped, train=False))):
         if clips:
-            figures[f"{name}_ropes_mm"] = bone_error_mm(ropes, shaped, clips, window_seconds=WINDOW_SECONDS)
+            figures[f"{name}_ropes_mm"] = bone_error_mm(ropes, shaped, clips, window_seconds=_window(clips))
     return ropes, figures
+
+
+def _window(clips: list[Clip]) -> float:
+    """Length of the windows: no longer than the longest clip has room for [s]."""
+    return min(WINDOW_SECONDS, max((len(motion) - 2) / motion.fps for motion, _ in clips))
 
 
 def _clips(source: Source, ropes: Ropes, shaped: ShapedBody, *, train: bool) -> list[Clip]:
@@ -57,6 +63,6 @@ def _clips(source: Source, ropes: Ropes, shaped: ShapedBody, *, train: bool) -> 
         take = source.dataset.take(rows[index])
         first = int(take.clip_frames[0])
         motion = take.motion[first:]
-        if len(motion) > WINDOW_SECONDS * motion.fps + 1:
+        if len(motion) > SHORTEST * motion.fps + 1:
             found.append((motion, ropes.embedded(take.vertices[first:])))
     return found

@@ -141,6 +141,27 @@ def push_out(
 
 
 @kernel
+def slow_down(kind, shapes, k, j, frames_from, frames_to, h, start, position, velocity_out):
+    # model: one primitive, by which the node was pushed   in: where it started the substep h and where it came to rest
+    # in/out: velocity_out (3,), along the surface not faster than the node really moved there: what other constraints
+    #     and friction held back would otherwise pile up as the speed of a node that does not move
+    px, py, pz = to_rest(frames_to, j, position[0], position[1], position[2])
+    ax, ay, az = to_world(frames_from, j, px, py, pz)
+    bx, by, bz = (position[0] - ax) / h, (position[1] - ay) / h, (position[2] - az) / h
+    nx, ny, nz = world_normal(kind, shapes, k, j, frames_to, position[0], position[1], position[2])
+    vx, vy, vz = velocity_out[0] - bx, velocity_out[1] - by, velocity_out[2] - bz
+    along = vx * nx + vy * ny + vz * nz
+    vx, vy, vz = vx - along * nx, vy - along * ny, vz - along * nz
+    wx, wy, wz = (ax - start[0]) / h, (ay - start[1]) / h, (az - start[2]) / h
+    inward = wx * nx + wy * ny + wz * nz
+    wx, wy, wz = wx - inward * nx, wy - inward * ny, wz - inward * nz
+    if wx * wx + wy * wy + wz * wz < vx * vx + vy * vy + vz * vz:
+        velocity_out[0] = bx + along * nx + wx
+        velocity_out[1] = by + along * ny + wy
+        velocity_out[2] = bz + along * nz + wz
+
+
+@kernel
 def world_normal(kind, shapes, k, j, frames, x, y, z):
     # returns: gradient of the distance to primitive k at a point in the world
     px, py, pz = to_rest(frames, j, x, y, z)

@@ -6,7 +6,7 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-from .push_out_kernels import GRADIENT, deepest, push_out, world_normal
+from .push_out_kernels import GRADIENT, deepest, push_out, slow_down, world_normal
 
 REMEMBERED, ATTEMPTS = 4, 24
 """Push-outs of one node in one step: so many at most along its way, so many in all; the others along the gradient."""
@@ -105,7 +105,9 @@ def free_node(
     velocity_out,
 ):
     # model: the primitives   in: choices, substep h, start (3,)   in/out: position_out, velocity_out (3,)
-    # returns: how many times it was pushed, deepest primitive first; ATTEMPTS where it is still inside one
+    # returns: how many times it was pushed, deepest primitive first, ATTEMPTS where it is still inside one; and which
+    #     primitive was the last
+    last = -1
     for attempt in range(ATTEMPTS):
         way = choice if attempt < REMEMBERED else 0.0
         which, _ = deepest(
@@ -125,7 +127,8 @@ def free_node(
             position_out[2],
         )
         if which < 0:
-            return attempt
+            return attempt, last
+        last = which
         push_out(
             int(kinds[which]),
             shapes,
@@ -142,7 +145,7 @@ def free_node(
             position_out,
             velocity_out,
         )
-    return ATTEMPTS
+    return ATTEMPTS, last
 
 
 @kernel
@@ -179,7 +182,7 @@ def resolve_chain(
             x, y, z = ax + share * (x - ax), ay + share * (y - ay), az + share * (z - az)
             positions_out[i, 0], positions_out[i, 1], positions_out[i, 2] = x, y, z
         position = positions_out[i]
-        pushes = free_node(
+        pushes, by = free_node(
             kinds,
             joints,
             shapes,
@@ -201,4 +204,16 @@ def resolve_chain(
         span = math.sqrt((position[0] - ax) ** 2 + (position[1] - ay) ** 2 + (position[2] - az) ** 2)
         if pushes == ATTEMPTS or span > LONGEST * lengths[i]:
             let_go(kinds, joints, shapes, placed, frames_to, margins[i], lengths[i], ax, ay, az, position)
+        slow_down(
+            int(kinds[by]),
+            shapes,
+            by,
+            int(joints[by]),
+            frames_from,
+            frames_to,
+            h,
+            starts[i],
+            position,
+            velocities_out[i],
+        )
     return any_touched
