@@ -57,7 +57,7 @@ def train_rollouts(
     objective = RolloutObjective(data, modes, config, seed)
     total = config.bones_epochs * len(STAGES)
     for stage, share in enumerate(STAGES):
-        objective.length = max(1, config.rollout_frames // share)
+        objective.length = max(2, config.rollout_frames // share)
         rate, done = config.bones_rate / 2**stage, config.bones_epochs * stage
         schedule = Schedule(config.bones_epochs, config.bones_batch, rate, seed + stage, config.threads)
         file = f"bones{stage}.safetensors"
@@ -72,7 +72,7 @@ class RolloutObjective:
     name = "learned bones"
 
     def __init__(self, data: Sequences, modes: Float[np.ndarray, "modes rows"], config: RopesConfig, seed: int):
-        self.data, self.config, self.length = data, config, 1
+        self.data, self.config, self.length = data, config, 2
         self.modes = torch.from_numpy(modes)
         self.wanted = torch.from_numpy(data.bones.reshape(len(data.bones), -1) @ modes.T)
         inputs, outputs = self._single_steps()
@@ -94,8 +94,13 @@ class RolloutObjective:
         return self.data.windows(0, self.length)[:: max(1, round(STRIDE * self.length))]
 
     def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
-        """Over rollouts that start from bones with noise, on a body with noise in every step."""
-        return self._misses(chosen, self.length, random).mean()
+        """Over rollouts that start from bones with noise, on a body with noise in every step.
+
+        Besides how far coefficients are off, it counts how much that changes from step to step: else swing is averaged
+        away.
+        """
+        misses = self._misses(chosen, self.length, random)
+        return misses.square().sum(2).mean() + self.config.swing_weight * misses.diff(dim=0).square().sum(2).mean()
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
         """Over long rollouts on held-out takes, without noise."""
@@ -104,13 +109,14 @@ class RolloutObjective:
         length = VALIDATION_FRAMES
         if not len(windows):
             windows, length = self.data.windows(0, self.length), self.length
-        return self._misses(windows[:: VALIDATION_FRAMES // 2], length, None)[min(SETTLING, length - 1) :].mean()
+        misses = self._misses(windows[:: VALIDATION_FRAMES // 2], length, None)[min(SETTLING, length - 1) :]
+        return misses.square().sum(2).mean()
 
     def _misses(self, frames: np.ndarray, length: int, random: np.random.Generator | None) -> torch.Tensor:
-        """Square distances (steps, rollouts) [m^2]."""
+        """How far coefficients are off (steps, rollouts, modes) [m]."""
         found = self.rollout(frames, length, random)
         wanted = self.wanted[torch.from_numpy(frames + np.arange(1, length + 1)[:, None])]
-        return ((found - wanted) ** 2).sum(dim=2)
+        return found - wanted
 
     def rollout(self, frames: np.ndarray, length: int, random: np.random.Generator | None = None) -> torch.Tensor:
         """Coefficients (steps, rollouts, modes) of steps that go on from what they made [m].
