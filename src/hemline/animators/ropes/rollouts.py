@@ -94,7 +94,7 @@ class RolloutObjective:
         return self.data.windows(0, self.length)[:: max(1, round(STRIDE * self.length))]
 
     def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
-        """Over rollouts that start from bones with noise, on a body with noise in every step.
+        """Over rollouts that start from bones with noise, on a body with noise.
 
         Besides how far coefficients are off, it counts how much that changes from step to step: else swing is averaged
         away.
@@ -128,16 +128,20 @@ class RolloutObjective:
         """
         rest = torch.from_numpy(self.data.rest[self.data.shape[frames]])
         now, before = self._start(frames, rest, random)
-        found = []
+        found, noise = [], self._body_noise(len(frames), random)
         for step in range(1, length + 1):
             inputs, carried, inertia = self._carried(frames + step, rest, now, before)
-            if random is not None:
-                drawn = random.standard_normal((len(frames), COUNT), np.float32) * self.noise
-                inputs = inputs + torch.nn.functional.pad(torch.from_numpy(drawn), (0, inputs.shape[1] - COUNT))
-            moved = rest + ((inertia + self.network(inputs)) @ self.modes).reshape(now.shape)
+            moved = rest + ((inertia + self.network(inputs + noise)) @ self.modes).reshape(now.shape)
             now, before = moved + self._push(frames + step, moved.detach()), carried
             found.append((now - rest).flatten(1) @ self.modes.T)
         return torch.stack(found)
+
+    def _body_noise(self, count: int, random: np.random.Generator | None) -> torch.Tensor:
+        """Noise on the inputs of each rollout (rollouts, ins), the same in all of its steps: as bodies differ."""
+        noise = np.zeros((count, COUNT + 2 * len(self.modes)), np.float32)
+        if random is not None:
+            noise[:, :COUNT] = random.standard_normal((count, COUNT), np.float32) * self.noise
+        return torch.from_numpy(noise)
 
     def _push(self, frames: np.ndarray, moved: torch.Tensor) -> torch.Tensor:
         """How far bones are pushed out of the body's primitives (rollouts, free, 3) [m]; taken as given by the loss."""
