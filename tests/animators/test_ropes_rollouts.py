@@ -101,9 +101,8 @@ def network(data):
     return trained(data)
 
 
-def learned(network) -> LearnedBones:
-    far = np.full(COUNT, 99, np.float32)
-    return LearnedBones(np.eye(3 * len(REST), dtype=np.float32), network, -far, far, H, 0.0)
+def learned(trained) -> LearnedBones:
+    return LearnedBones(np.eye(3 * len(REST), dtype=np.float32), *trained, H, 0.0)
 
 
 def played(network, clip: int, frames: int = FRAMES) -> tuple[np.ndarray, np.ndarray]:
@@ -123,7 +122,7 @@ def test_what_plays_is_what_was_trained(data, network):
     from hemline.learning.network import layers_of, through
 
     objective = RolloutObjective(data, np.eye(3 * len(REST), dtype=np.float32), SMALL, 0)
-    layers = layers_of(network)
+    layers = layers_of(network[0])
     objective.network = lambda inputs: through(layers, inputs)  # type: ignore[assignment]
     start = np.array([9 * FRAMES + 2])
     with torch.no_grad():
@@ -164,7 +163,7 @@ def test_a_killed_training_goes_on_to_the_same_end(data, network, tmp_path):
     seen = []
     end = trained(data, folder=tmp_path, progress=lambda done, total: seen.append((done, total)))
     assert seen[0] == (38, 48)
-    for one, two in zip(network.weights, end.weights, strict=True):
+    for one, two in zip(network[0].weights, end[0].weights, strict=True):
         np.testing.assert_array_equal(one, two)
 
 

@@ -1,6 +1,6 @@
 """Learned bones from simulated ones, and what the bones of a garment are when it plays."""
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +17,6 @@ from .config import RopesConfig
 from .gather import Source
 from .learned_bones import LearnedBones
 from .sequences import sequences
-
-RANGE = 0.1
-"""Percentile of the training set at which the range of an input begins; it ends as far from the other end."""
 
 
 def learn_bones(
@@ -51,10 +48,8 @@ def learn_bones(
         raise MissingExtra("torch", "learn", "fitting rope chains") from reason
     tell = progress or (lambda stage, done, total: None)
     data = sequences(source, ropes, mirror=config.mirror)
-    low, high = np.percentile(data.body[data.windows(0, 0)], [RANGE, 100 - RANGE], axis=0).astype(np.float32)
-    data = replace(data, body=np.clip(data.body, low, high))
     modes = _principal(data.bones[data.side == 0], config.bone_components)
-    network = train_rollouts(
+    network, low, high = train_rollouts(
         data,
         modes,
         config,

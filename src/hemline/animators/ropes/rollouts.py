@@ -20,6 +20,8 @@ STAGES = (5, 2, 1)
 """The longest rollout is divided by these, one stage of the training after the other."""
 STRIDE = 0.4
 """Rollouts begin so many of their lengths apart: each frame is seen that much less often in a pass, no frame never."""
+RARE = 0.1
+"""Percentage of the training set that is out of the range of an input at either end."""
 VALIDATION_FRAMES, SETTLING = 60, 15
 """Length of the rollouts that choose the best epoch, and how many of their first frames do not count."""
 
@@ -33,20 +35,23 @@ def train_rollouts(
     mark: str,
     progress: Callable[[int, int], None],
     folder: Path | None,
-) -> Mlp:
+) -> tuple[Mlp, Float[np.ndarray, " ins"], Float[np.ndarray, " ins"]]:
     r"""Fit the network $g$ of `LearnedBones`.
 
     It begins as the ridge regression of single steps from simulated bones, which diverges when it goes on from what it
     made. Then rollouts from simulated bones with noise, each stage longer than the one before.
 
     Args:
-        data: Bones and inputs, their body inputs within the range that they are kept in.
+        data: Bones and inputs.
         modes: Principal directions of the bones.
         config: Options.
         seed: Seed of the weights, of the order of rollouts and of the noise.
         mark: Hash of all that the training depends on; a checkpoint with another one is not used.
         progress: Called with the epochs done and in all.
         folder: Where the checkpoints are kept; None: nowhere.
+
+    Returns:
+        The network, and the range of each input, low and high.
 
     Raises:
         BadModel: The loss is no longer finite.
@@ -63,7 +68,7 @@ def train_rollouts(
         file = f"bones{stage}.safetensors"
         checkpoint = Checkpoint(folder / file, mark, config.checkpoint_epochs) if folder else None
         Trainer(objective, schedule).run(checkpoint=checkpoint, progress=lambda k, _, at=done: progress(at + k, total))
-    return objective.network.folded()
+    return objective.network.folded(), objective.low, objective.high
 
 
 class RolloutObjective:
@@ -76,6 +81,8 @@ class RolloutObjective:
         self.modes = torch.from_numpy(modes)
         self.wanted = torch.from_numpy(data.bones.reshape(len(data.bones), -1) @ modes.T)
         inputs, outputs = self._single_steps()
+        self.low, self.high = _ranges(inputs)
+        inputs = np.clip(inputs, self.low, self.high)
         scale = np.maximum(outputs.std(axis=0), 1e-4)
         self.network = ScaledNetwork(inputs, scale, hidden=config.bones_hidden, seed=seed)
         noise = config.body_noise * self.network.spread
@@ -131,10 +138,15 @@ class RolloutObjective:
         found, noise = [], self._body_noise(len(frames), random)
         for step in range(1, length + 1):
             inputs, carried, inertia = self._carried(frames + step, rest, now, before)
-            moved = rest + ((inertia + self.network(inputs + noise)) @ self.modes).reshape(now.shape)
+            kept = inputs.clamp(*self._reach(slice(None)))
+            new = (inertia + self.network(kept + noise)).clamp(*self._reach(slice(COUNT, COUNT + len(self.modes))))
+            moved = rest + (new @ self.modes).reshape(now.shape)
             now, before = moved + self._push(frames + step, moved.detach()), carried
             found.append((now - rest).flatten(1) @ self.modes.T)
         return torch.stack(found)
+
+    def _reach(self, inputs: slice) -> tuple[torch.Tensor, torch.Tensor]:
+        return torch.from_numpy(self.low[inputs]), torch.from_numpy(self.high[inputs])
 
     def _body_noise(self, count: int, random: np.random.Generator | None) -> torch.Tensor:
         """Noise on the inputs of each rollout (rollouts, ins), the same in all of its steps: as bodies differ."""
@@ -184,3 +196,12 @@ class RolloutObjective:
             inputs.append(given.numpy())
             outputs.append((self.wanted[torch.from_numpy(frames + 1)] - inertia).numpy())
         return np.concatenate(inputs), np.concatenate(outputs)
+
+
+def _ranges(inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Low and high of each input: of the body without its rarest values, of the bones all that there is."""
+    shares = np.full(inputs.shape[1], 0.0)
+    shares[:COUNT] = RARE
+    low = [np.percentile(column, share) for column, share in zip(inputs.T, shares, strict=True)]
+    high = [np.percentile(column, 100 - share) for column, share in zip(inputs.T, shares, strict=True)]
+    return np.array(low, np.float32), np.array(high, np.float32)
