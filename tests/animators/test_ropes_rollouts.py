@@ -11,6 +11,7 @@ from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.learned_bones import LearnedBones, LearnedBonesState
 from hemline.animators.ropes.sequences import Sequences
 from hemline.collide.primitives.proxy import BodyProxy
+from hemline.errors import BadDataset
 from hemline.motions.quaternions import multiply
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
@@ -165,6 +166,17 @@ def test_a_killed_training_goes_on_to_the_same_end(data, network, tmp_path):
     assert seen[0] == (38, 48)
     for one, two in zip(network[0].weights, end[0].weights, strict=True):
         np.testing.assert_array_equal(one, two)
+
+
+def test_takes_too_short_for_learned_bones_are_refused():
+    from hemline.animators.ropes import learn_bones
+
+    assert sequences_of(range(2)).longest == FRAMES - 3
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(learn_bones, "SHORTEST", FRAMES)
+        patch.setattr(learn_bones, "sequences", lambda *_, **__: sequences_of(range(2)))
+        with pytest.raises(BadDataset, match="learned bones need takes of 93 frames.*got none longer than 90 frames"):
+            learn_bones.learn_bones(None, None, SMALL, seed=0)  # type: ignore[arg-type]
 
 
 def test_windows_have_two_frames_before_them_and_stay_within_their_take(data):

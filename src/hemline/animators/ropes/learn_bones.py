@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline.animators.base import Progress
 from hemline.arrays import Float
-from hemline.errors import MissingExtra
+from hemline.errors import BadDataset, MissingExtra
 from hemline.files import content_hash
 
 from .bone_source import BoneSource
@@ -17,6 +17,9 @@ from .config import RopesConfig
 from .gather import Source
 from .learned_bones import LearnedBones
 from .sequences import sequences
+
+SHORTEST = 10
+"""Steps that a rollout must be able to take."""
 
 
 def learn_bones(
@@ -39,6 +42,7 @@ def learn_bones(
         folder: Where the state of the training is kept.
 
     Raises:
+        BadDataset: No take is long enough.
         BadModel: The training diverged.
         MissingExtra: torch is not installed.
     """
@@ -48,6 +52,10 @@ def learn_bones(
         raise MissingExtra("torch", "learn", "fitting rope chains") from reason
     tell = progress or (lambda stage, done, total: None)
     data = sequences(source, ropes, mirror=config.mirror)
+    if data.longest < SHORTEST:
+        got = f"none longer than {max(0, data.longest + 3)} frames"
+        what = f"learned bones need takes of {SHORTEST + 3} frames, lead-in and all"
+        raise BadDataset(what, got, "simulate longer clips, or ask for 'bones': 'ropes'")
     modes = _principal(data.bones[data.side == 0], config.bone_components)
     network, low, high = train_rollouts(
         data,

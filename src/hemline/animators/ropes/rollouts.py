@@ -62,7 +62,7 @@ def train_rollouts(
     objective = RolloutObjective(data, modes, config, seed)
     total = config.bones_epochs * len(STAGES)
     for stage, share in enumerate(STAGES):
-        objective.length = max(2, config.rollout_frames // share)
+        objective.length = max(2, min(config.rollout_frames, data.longest) // share)
         rate, done = config.bones_rate / 2**stage, config.bones_epochs * stage
         schedule = Schedule(config.bones_epochs, config.bones_batch, rate, seed + stage, config.threads)
         file = f"bones{stage}.safetensors"
