@@ -9,6 +9,7 @@ from hemline.animators.base import Progress
 from hemline.arrays import Float
 from hemline.errors import BadDataset, MissingExtra
 from hemline.files import content_hash
+from hemline.learning.pca import principal_of_map
 
 from .bone_source import BoneSource
 from .bones import rest_bones
@@ -56,7 +57,9 @@ def learn_bones(
         got = f"none longer than {max(0, data.longest + 3)} frames"
         what = f"learned bones need takes of {SHORTEST + 3} frames, lead-in and all"
         raise BadDataset(what, got, "simulate longer clips, or ask for 'bones': 'ropes'")
-    modes = _principal(data.bones[data.side == 0], config.bone_components)
+    trained = data.bones[data.side == 0].reshape((data.side == 0).sum(), -1)
+    rows = trained.shape[1]
+    modes = principal_of_map(np.eye(rows), np.zeros(rows), trained, config.bone_components).basis
     network, low, high = train_rollouts(
         data,
         modes,
@@ -83,10 +86,3 @@ def own_bones(source: Source, bones: BoneSource) -> Float[np.ndarray, "frames in
             moved.append(each)
         found.append(np.stack(moved)[take.clip_frames])
     return np.concatenate(found)
-
-
-def _principal(bones: Float[np.ndarray, "frames free 3"], count: int) -> Float[np.ndarray, "modes rows"]:
-    """The first principal directions about zero, float32."""
-    flat = bones.reshape(len(bones), -1).astype(np.float64)
-    _, vectors = np.linalg.eigh(flat.T @ flat)
-    return np.ascontiguousarray(vectors[:, ::-1][:, :count].T, np.float32)

@@ -56,8 +56,10 @@ def train_rollouts(
     Raises:
         BadModel: The loss is no longer finite.
 
-    Source: the loss through rollouts: Holden, Duong, Datta, Nowrouzezahrai, "Subspace Neural Physics", 2019, Section 4.
-        Differs: inertia carries what is learned into the new frame of the key joint.
+    Source: Holden, Duong, Datta, Nowrouzezahrai, "Subspace Neural Physics: Fast Data-Driven Interactive Simulation",
+        2019 (a network on principal coefficients, trained over windows of frames with noise). Differs: inertia acts in
+        the world and is carried into the new frame of the key joint; bones leave the body in every step; the network
+        begins as a line.
     """
     objective = RolloutObjective(data, modes, config, seed)
     total = config.bones_epochs * len(STAGES)
