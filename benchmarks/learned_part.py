@@ -31,7 +31,7 @@ def main() -> None:
     random, key = np.random.default_rng(1), posed.transforms[model.key]
     moved = (0.1 * random.normal(size=3 * model.ropes.node_count)).astype(np.float32)
     coefficients = random.normal(size=model.basis.mode_count).astype(np.float32)
-    bones = state.ropes.positions
+    bones = state.bones.ropes.positions
     timed("correction", lambda: model.correction(moved))
     timed("two networks", lambda: (model.skinning(moved), model.shape(moved)))
     timed("reconstruction", lambda: model.basis.vertices(coefficients, model.rest, key))

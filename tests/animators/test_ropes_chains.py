@@ -144,7 +144,7 @@ def fields_of(thing):
     return {name: getattr(thing, name) for name in type(thing).__dataclass_fields__}
 
 
-@pytest.mark.parametrize("dt", [0.0, -1.0, np.nan, np.inf])
+@pytest.mark.parametrize("dt", [0.0, -1.0, np.nan, np.inf, -np.inf])
 def test_dt_must_be_positive(dt):
     posed = shaped().posed(clip("run")[0])
     with pytest.raises(BadInput, match="positive dt"):
@@ -166,6 +166,38 @@ def test_a_very_long_step_and_a_very_short_one_are_taken():
     for dt in (1e-4, 0.5, 2.0):
         state = ropes().step(state, shaped().posed(motion[3]), dt)
         assert np.isfinite(state.positions).all()
+
+
+@pytest.mark.parametrize(
+    ("hook", "got"),
+    [
+        (lambda x, v: np.full_like(x, np.nan), "NaN or infinity"),
+        (lambda x, v: np.zeros((3, 3)), r"shape \(3, 3\)"),
+        (lambda x, v: 0.0, r"shape \(1,\)"),
+    ],
+)
+def test_a_hook_that_returns_what_cannot_be_used_is_refused(hook, got):
+    posed = shaped().posed(clip("run")[0])
+    hooked = Ropes(**(fields_of(ropes()) | {"hook": hook}))
+    with pytest.raises(BadInput, match=f"finite accelerations .* got {got}"):
+        hooked.step(ropes().start(posed), posed, 1 / 60)
+
+
+@pytest.mark.parametrize(
+    ("way", "dt"), [([0, 0, 0], 1.0), ([3, 0, 0], 1.0), ([3, 0, 0], 1 / 60), ([0, 3, 0], 0.2), ([0, 0, -3], 1 / 24)]
+)
+def test_ropes_are_whole_again_a_second_after_a_long_step_or_a_jump(way, dt):
+    motion = clip("walk")
+    state = ropes().start(shaped().posed(motion[0]))
+    for frame in range(20):
+        state = ropes().step(state, shaped().posed(motion[frame]), 1 / 60)
+    state = ropes().step(state, shaped().posed(moved(motion[40], way)), dt)
+    for frame in range(40, 100):
+        state = ropes().step(state, shaped().posed(moved(motion[frame], way)), 1 / 60)
+    assert np.isfinite(state.positions).all()
+    assert ropes().excess(state)[~state.touched].max() <= 1e-5
+    assert ropes().excess(state).max() <= 0.2
+    assert np.linalg.norm(state.velocities, axis=1).max() < 10
 
 
 def test_arrays_and_back_play_the_same_bits():

@@ -5,11 +5,13 @@ import pytest
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation, Slerp
 
-from hemline.animators.ropes import rope_collision_kernels as collisions
+from hemline.animators.ropes import joint_frame_kernels as joint_frames
+from hemline.animators.ropes import placed_kernels as placed_room
+from hemline.animators.ropes import push_out_kernels as collisions
 from hemline.animators.ropes import rope_force_kernels as forces
 from hemline.animators.ropes import rope_frame_kernels as frames_room
-from hemline.animators.ropes import rope_step_kernels as steps
 from hemline.animators.ropes import tension_kernels as tension
+from hemline.animators.ropes import turn_kernels as turns_room
 from hemline.animators.ropes.constants import RopeConstants
 from hemline.animators.ropes.dynamics import RopeChains
 from hemline.collide.primitives.distances import box_shape, ellipsoid_shape, round_cone_shape, rounded_cone
@@ -27,7 +29,7 @@ def geometry(positions, masses, lengths=None):
     spans = np.linalg.norm(ropes, axis=1)
     directions, found, taut = np.zeros((count, 3)), np.zeros(count), np.zeros(count, np.bool_)
     lengths = np.append(0, spans) if lengths is None else lengths
-    tension.rope_directions(positions, lengths, 1e-5, directions, found, taut)
+    tension.rope_directions(positions, lengths, 1e-5, directions, found, np.zeros(count), taut)
     np.testing.assert_allclose(directions[1:], ropes / spans[:, None], atol=1e-14)
     np.testing.assert_allclose(found[1:], spans)
     inverse = 1 / masses
@@ -84,7 +86,7 @@ def test_held_ropes_are_solved_as_equations():
     every = np.ones(8, np.bool_)
     every[0] = False
     wanted, values, active, upper = np.zeros(8), np.zeros(8), np.zeros(8, np.bool_), np.zeros(8)
-    tension.impulse_demand(directions, velocities, wanted)
+    tension.impulse_demand(directions, np.zeros(8), velocities, 1 / 60, wanted)
     np.testing.assert_allclose(wanted[1:], (np.diff(velocities, axis=0) * directions[1:]).sum(1))
     tension.solve_direct(diagonal, beside, wanted, every, every, values, active, upper)
     np.testing.assert_allclose(values[1:], np.linalg.solve(dense(diagonal, beside), wanted[1:]))
@@ -96,9 +98,11 @@ def test_demands_are_eq_1_and_4_for_equal_masses():
     rng = np.random.default_rng(2)
     positions, velocities, _ = random_chain(rng, 7)
     mass, accelerations = 0.4, rng.normal(0, 5, (7, 3))
-    directions, spans, *_ = geometry(positions, np.full(7, mass))
-    wanted = np.zeros(7)
-    tension.tension_demand(directions, np.append(0, spans), velocities, accelerations, 0.0, wanted)
+    directions, spans, _, inverse, *_ = geometry(positions, np.full(7, mass))
+    wanted, none = np.zeros(7), np.zeros(7)
+    tension.tension_demand(
+        directions, np.append(0, spans), none, inverse, none, velocities, accelerations, 0.0, 0.0, wanted
+    )
     for i in range(1, 7):
         # Eq. 1: centripetal force about the centre of mass; the root has infinite mass
         first = i == 1
@@ -115,12 +119,12 @@ def test_demands_are_eq_1_and_4_for_equal_masses():
 def test_finite_turns_come_to_eq_1(h):
     rng = np.random.default_rng(2)
     positions, velocities, _ = random_chain(rng, 7)
-    directions, spans, *_ = geometry(positions, np.ones(7))
-    exact, near = np.zeros(7), np.zeros(7)
+    directions, spans, _, inverse, *_ = geometry(positions, np.ones(7))
+    exact, near, none = np.zeros(7), np.zeros(7), np.zeros(7)
     still = np.zeros((7, 3))
     spans = np.append(0, spans)
-    tension.tension_demand(directions, spans, velocities, still, 0.0, exact)
-    tension.tension_demand(directions, spans, velocities, still, h, near)
+    tension.tension_demand(directions, spans, none, inverse, none, velocities, still, 0.0, 0.0, exact)
+    tension.tension_demand(directions, spans, none, inverse, none, velocities, still, h, 0.5 * h, near)
     away = np.append(0, (np.diff(velocities, axis=0) * directions[1:]).sum(1))
     np.testing.assert_allclose(near - 2 / h * np.minimum(away, 0), exact, rtol=1e-3, atol=1e-4)
 
@@ -134,18 +138,18 @@ def test_a_node_turns_on_its_sphere_as_a_rotation_does():
         across = velocity - (velocity @ unit) * unit
         axis = np.cross(unit, across) / np.linalg.norm(across)
         turn = Rotation.from_rotvec(axis * np.linalg.norm(across) * time / length)
-        found = steps.turn_about(*offset, *velocity, time, length)
+        found = turns_room.turn_about(*offset, *velocity, time, length)
         np.testing.assert_allclose(found, turn.apply(unit) * length, atol=1e-12)
-    assert np.linalg.norm(steps.turn_about(0.3, 0, 0, 5, 0, 0, 1.0, 0.7)) == pytest.approx(0.7)
+    assert np.linalg.norm(turns_room.turn_about(0.3, 0, 0, 5, 0, 0, 1.0, 0.7)) == pytest.approx(0.7)
 
 
 def test_a_slack_node_flies_until_its_rope_is_taut_and_turns_from_there():
     starts = np.array([[0.0, 0, 0], [0.6, 0, 0]])
     velocities = np.array([[0.0, 0, 0], [1.0, 1.0, 0]])
     after = np.zeros((2, 3))
-    steps.move_node(1, 1.0, False, 0.1, starts, velocities, after)
+    turns_room.move_node(1, 1.0, False, 0.1, starts, velocities, after)
     np.testing.assert_allclose(after[1], [0.7, 0.1, 0])
-    steps.move_node(1, 1.0, False, 1.0, starts, velocities, after)
+    turns_room.move_node(1, 1.0, False, 1.0, starts, velocities, after)
     root = (-0.6 + np.sqrt(0.36 + 2 * 0.64)) / 2
     taut = np.array([0.6 + root, root])
     turn = abs(taut[0] - taut[1]) * (1 - root)
@@ -160,7 +164,7 @@ def test_frames_between_go_straight_and_turn_evenly():
     poses = [np.concatenate([turns[k : k + 5].as_matrix(), rng.normal(size=(5, 3, 1))], axis=2) for k in (0, 5)]
     found = np.zeros((5, 3, 4))
     for share in (0.0, 0.3, 1.0):
-        steps.frames_between(*poses, pivots, share, found)
+        joint_frames.frames_between(*poses, pivots, share, found)
         for j in range(5):
             slerp = Slerp([0, 1], Rotation.concatenate([turns[j], turns[j + 5]]))(share).as_matrix()
             np.testing.assert_allclose(found[j, :, :3], slerp, atol=1e-7)
@@ -200,17 +204,26 @@ def test_external_accelerations_equal_numpy():
         wind=(1, 2, 3),
         air_drag=2,
         air_lift=0.7,
+        root_damping=8.0,
+        bend_damping=3.0,
+        lateral_damping=2.0,
     )
     numbers = constants.numbers()
     springs, found = np.zeros((9, 3)), np.zeros((9, 3))
-    frames = np.tile(np.eye(3), (2, 1, 1))
+    frames = Rotation.random(2, random_state=0).as_matrix()
     down = np.tile([0.0, -1, 0], (9, 1))
-    forces.spring_accelerations(offsets, rest_spans, down, inverse, pairs, spans, numbers, h, frames, push, x, springs)
+    balance, loads, tensions = rng.normal(0, 5, (9, 3)), rng.uniform(1, 30, 9), rng.uniform(0, 20, 9)
+    forces.spring_accelerations(
+        offsets, rest_spans, down, inverse, pairs, spans, numbers, h, frames, balance, loads, push, tensions, x, springs
+    )
     across = np.array([[i, i] for i in range(9)], np.int32)
     across[pairs[:, 1], 0], across[pairs[:, 0], 1] = pairs[:, 0], pairs[:, 1]
-    forces.external_accelerations(offsets, across, numbers, h, springs, x, v, found)
+    forces.external_accelerations(offsets, across, inverse, numbers, h, springs, x, v, found)
 
     expected = np.array(constants.gravity) + push
+    for i in (2, 3, 4, 6, 7, 8):
+        load = 9.81 / inverse[i] + (0 if i in (4, 8) else tensions[i + 1])
+        expected[i] += min(load / loads[i], 1) * frames[int(i > 4)] @ balance[i]
 
     def add(a, b, relative, way):
         share = inverse[a] + inverse[b]
@@ -225,10 +238,15 @@ def test_external_accelerations_equal_numpy():
         span = np.linalg.norm(x[i] - x[i - 1])
         if span < rest_spans[i]:
             add(i - 1, i, 50 / (1 + 50 * h * h / 0.3) * (rest_spans[i] - span), (x[i] - x[i - 1]) / span)
+    for i, a, b, rate in [(k, k - 1, k + 1, 3.0) for k in (2, 3, 6, 7)]:
+        away = rate / (1 + 4 * h * rate) * (v[i] - (v[a] + v[b]) / 2) / inverse[i]
+        for node, share in ((i, -1), (a, 0.5), (b, 0.5)):
+            expected[node] += share * inverse[node] * away
     wind = np.array([1.0, 2, 3])
     for i in (2, 3, 4, 6, 7, 8):
-        towards = (1.3 * wind + 2.0 * v[i - 1]) / 3.3
-        expected[i] += (1 - np.exp(-0.5 * h * 3.3)) / (0.5 * h) * (towards - v[i])
+        damping = 2.0 + 8.0 * np.exp(-(i - (2 if i < 5 else 6)))
+        towards = (1.3 * wind + damping * v[i - 1]) / (1.3 + damping)
+        expected[i] += (1 - np.exp(-0.5 * h * (1.3 + damping))) / (0.5 * h) * (towards - v[i])
         below = min(i + 1, 4 if i < 5 else 8)
         normal = np.cross(x[below] - x[i - 1], x[across[i, 1]] - x[across[i, 0]])
         if np.linalg.norm(normal) > 1e-12:
@@ -310,18 +328,18 @@ def test_measured_gaps_are_those_of_the_plain_twin_and_ways_are_never_too_short(
         turn *= np.sign(np.diag(turn))
         frames.append(np.concatenate([turn, rng.normal(0, 0.1, (3, 1))], axis=1)[None].copy())
     kinds, joints, shapes, centres, _ = proxy.colliders
-    placed = np.zeros((collisions.PLACED, len(kinds)))
-    collisions.place_primitives(kinds, joints, shapes, centres, frames[0], frames[0], placed)
-    collisions.place_primitives(kinds, joints, shapes, centres, frames[0], frames[1], placed)
+    placed = np.zeros((placed_room.PLACED, len(kinds)))
+    placed_room.place_primitives(kinds, joints, shapes, centres, frames[0], frames[0], placed)
+    placed_room.place_primitives(kinds, joints, shapes, centres, frames[0], frames[1], placed)
     (before,), (after,) = frames
     for _ in range(50):
         start, end = rng.normal(0, 0.4, (2, 3))
-        collisions.measure(placed, *start, *end)
+        placed_room.measure(placed, *start, *end)
         rest, was = (end - after[:, 3]) @ after[:, :3], (start - before[:, 3]) @ before[:, :3]
         for k, shape in enumerate(shapes):
             plain, _ = rounded_cone(rest[None], shape[:3], shape[3:6], shape[6], shape[7])
-            assert placed[collisions.GAP, k] == pytest.approx(plain[0], abs=1e-12)
-        assert (placed[collisions.WAY] >= np.linalg.norm(rest - was) - 1e-12).all()
+            assert placed[placed_room.GAP, k] == pytest.approx(plain[0], abs=1e-12)
+        assert (placed[placed_room.WAY] >= np.linalg.norm(rest - was) - 1e-12).all()
 
 
 @pytest.mark.parametrize("name", ["ellipsoid", "box", "ball", "blunt cone"])

@@ -9,8 +9,9 @@ from scipy.spatial import cKDTree
 from hemline.collide.projection.displace_kernels import lifted
 from hemline.collide.projection.project import Projector
 from hemline.collide.projection.project_frame import SKYLINE_MARGIN, ProjectedFrame
-from hemline.collide.projection.ray_kernels import certify, into_frame
-from hemline.collide.projection.surface_kernels import nearest_weights, seek_place
+from hemline.collide.projection.ray_kernels import certify
+from hemline.collide.surface.box_kernels import into_frame
+from hemline.collide.surface.surface_kernels import nearest_weights, seek_place
 from hemline.collide.winding.numbers import winding_numbers
 from hemline.meshes import ClosestTree
 
@@ -26,7 +27,7 @@ def frame():
 
 def test_into_the_frame_of_a_bone_and_back(frame):
     turn, shift = frame.to_world[:, :3], frame.to_world[:, 3]
-    assert np.allclose(frame.points @ turn.T + shift, frame.vertices[frame.projector.order], atol=2e-6)
+    assert np.allclose(frame.points @ turn.T + shift, frame.vertices[frame.projector.worn.order], atol=2e-6)
     again = np.empty_like(frame.points)
     every = np.arange(len(again), dtype=np.int32)
     into_frame(np.eye(3, 4, dtype=np.float32), frame.points, every, again)
@@ -36,18 +37,18 @@ def test_into_the_frame_of_a_bone_and_back(frame):
 def test_boxes_hold_what_they_should(frame):
     patches = frame.patches
     for leaf in range(0, len(patches.leaf_start) - 1, 91):
-        corners = frame.body[patches.faces[leaf * 8 : leaf * 8 + 8].reshape(-1)]
-        assert (frame.leaf_box[:, leaf] == np.concatenate([corners.min(0), corners.max(0)])).all()
+        corners = frame.skin.body[patches.faces[leaf * 8 : leaf * 8 + 8].reshape(-1)]
+        assert (frame.skin.leaf_box[:, leaf] == np.concatenate([corners.min(0), corners.max(0)])).all()
     for patch, (first, last) in enumerate(zip(patches.patch_start[:-1], patches.patch_start[1:], strict=True)):
-        held = frame.leaf_box[:, first:last]
-        assert (frame.patch_box[:, patch] == np.concatenate([held[:3].min(1), held[3:].max(1)])).all()
+        held = frame.skin.leaf_box[:, first:last]
+        assert (frame.skin.patch_box[:, patch] == np.concatenate([held[:3].min(1), held[3:].max(1)])).all()
 
 
 @pytest.mark.parametrize("way", range(6))
 def test_winding_numbers_are_the_same_along_all_six_directions(frame, way):
     frame.state.directions[:] = way
     found, _ = frame.windings(frame.points, np.arange(len(frame.points), dtype=np.int32))
-    expected = winding_numbers(frame.body, frame.patches.faces, frame.points)
+    expected = winding_numbers(frame.skin.body, frame.patches.faces, frame.points)
     assert set(np.unique(expected)) >= {0, 1}
     assert (found == expected).all()
 
@@ -59,12 +60,12 @@ def test_certified_vertices_are_free_by_the_margin():
     frame = ProjectedFrame(projector, projector.start(), poses[0], carried(poses[0], 0.0))
     state, near = frame.projector.start(), np.empty(len(frame.points), np.int32)
     count = certify(
-        frame.points, frame.patch_box, state.lively, SKYLINE_MARGIN, 1, 5, state.directions, state.hidden, near
+        frame.points, frame.skin.patch_box, state.lively, SKYLINE_MARGIN, 1, 5, state.directions, state.hidden, near
     )
     certified = np.setdiff1d(np.arange(len(frame.points)), near[:count])
     assert len(certified) > 0.5 * len(frame.points)
-    assert (winding_numbers(frame.body, frame.patches.faces, frame.points[certified]) == 0).all()
-    tree = ClosestTree(frame.body.astype(float), frame.patches.faces)
+    assert (winding_numbers(frame.skin.body, frame.patches.faces, frame.points[certified]) == 0).all()
+    tree = ClosestTree(frame.skin.body.astype(float), frame.patches.faces)
     assert (tree.closest(frame.points[certified]).distances >= SKYLINE_MARGIN - 1e-6).all()
 
 
@@ -87,10 +88,10 @@ def test_sought_places_are_nearest(frame):
         return np.sqrt([squared for _, _, _, squared in rows])
 
     limb = patches.limb[0]
-    own = cKDTree(frame.body[patches.limb == limb]).query(points)[0]
+    own = cKDTree(frame.skin.body[patches.limb == limb]).query(points)[0]
     assert (distances(limb) <= own + 1e-6).all()
     real = patches.faces[patches.faces[:, 0] != patches.faces[:, 1]]
-    exact = ClosestTree(frame.body.astype(float), real).closest(points).distances
+    exact = ClosestTree(frame.skin.body.astype(float), real).closest(points).distances
     error = np.abs(distances(np.int32(-1)) - exact)
     assert (error < 1e-5).mean() > 0.9
     assert error.max() < 5e-3

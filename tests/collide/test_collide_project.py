@@ -8,7 +8,7 @@ from projection_samples import Skintight, clip, inside_count, sheet_behind, two_
 
 from hemline import garments, motions
 from hemline.collide import ProjectionSettings, Projector
-from hemline.collide.projection.patches import dominant_joints, limbs
+from hemline.collide.surface.patches import dominant_joints, limbs
 from hemline.collide.winding.numbers import winding_numbers
 from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree
@@ -117,7 +117,7 @@ def test_a_vertex_is_pinched_only_where_the_body_cuts_itself(tight):
         seen += len(report.pinched)
         # the anchor, 2 mm over the skin, is inside
         assert (winding_numbers(posed.vertices, posed.faces, report.pinched_anchors) != 0).all()
-        limb = projector.limb[np.argsort(projector.order)][report.pinched]
+        limb = projector.worn.limb[np.argsort(projector.worn.order)][report.pinched]
         for each in np.unique(limb):
             tree = ClosestTree(posed.vertices.astype(float), posed.faces[limb_of_face == each])
             anchors = report.pinched_anchors[limb == each]

@@ -85,10 +85,10 @@ def test_what_is_within_rounding_of_the_skin_is_found_along_all_directions(way):
     winding, near = frame.windings(frame.points, every)
     assert near.all()
     real = frame.patches.faces[frame.patches.faces[:, 0] != frame.patches.faces[:, 1]]
-    skin = ClosestTree(frame.body.astype(float), real)
+    skin = ClosestTree(frame.skin.body.astype(float), real)
     off = skin.closest(frame.points).distances > 1e-12  # on the skin itself there is no winding number
     assert off.sum() > 6000
-    assert (winding == winding_numbers(frame.body, real, frame.points))[off].all()
+    assert (winding == winding_numbers(frame.skin.body, real, frame.points))[off].all()
     for off in (3e-6, 1e-5, 1e-3):
         moved = (frame.points + np.float32(off) * np.array([0.36, 0.48, 0.8], np.float32)).astype(np.float32)
         _, near = frame.windings(moved, every)

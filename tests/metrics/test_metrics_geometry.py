@@ -13,9 +13,15 @@ from hemline.metrics import (
     inside_figures,
     inside_percent,
     mean_and_worst,
+    neighbouring_faces,
     normal_error_deg,
     normal_errors_deg,
     pinched_percent,
+    resolved_percent,
+    ripple_deg,
+    ripple_figures,
+    stretch_figures,
+    stretch_percent,
     vertex_error_mm,
     vertex_errors_mm,
 )
@@ -115,3 +121,35 @@ def test_area_change_of_scaled_squares():
     figures = mean_and_worst(changes)
     assert figures["mean"] == pytest.approx((0 + 21 - 75) / 3, abs=1e-3)
     assert figures["worst_frame"] == pytest.approx(-75, abs=1e-3)
+
+
+def test_stretch_counts_what_is_too_long_and_nothing_that_is_short():
+    vertices = np.array([[0, 0, 0], [1.2, 0, 0], [0, 0.5, 0], [0, 0, 1.5]])
+    edges, lengths = np.array([[0, 1], [0, 2], [0, 3]]), np.ones(3)
+    p99, long = stretch_percent(vertices, edges, lengths)
+    assert p99 == pytest.approx(np.percentile([20, 0, 50], 99))
+    assert long == pytest.approx(100 / 3)
+    figures = stretch_figures([(p99, long), (10.0, 0.0)])
+    assert figures == {"p99_mean": (p99 + 10) / 2, "p99_worst": p99, "long": long / 2}
+
+
+def test_resolved_counts_vertices_that_moved_more_than_a_millimetre():
+    before = np.zeros((4, 3), np.float32)
+    after = before + np.array([[0, 0, 0], [0.0009, 0, 0], [0.0011, 0, 0], [0, 0.5, 0]], np.float32)
+    assert resolved_percent(before, after) == 50
+
+
+@pytest.mark.parametrize("sides", [12, 40])
+def test_ripples_of_a_prism_are_the_angle_between_its_sides(sides):
+    """Two triangles a side: half of the inner edges are flat, the others bend by a turn over the sides."""
+    turn = 2 * np.pi * np.arange(sides) / sides
+    ring = np.stack([np.cos(turn), 0 * turn, np.sin(turn)], axis=1)
+    vertices, here = np.concatenate([ring, ring + [0, 1, 0]]), np.arange(sides)
+    there = (here + 1) % sides
+    faces = np.concatenate(
+        [np.stack([here, here + sides, there], 1), np.stack([there, here + sides, there + sides], 1)]
+    )
+    pairs = neighbouring_faces(faces)
+    assert len(pairs) == 2 * sides
+    assert ripple_deg(vertices, faces, pairs) == pytest.approx(180 / sides)
+    assert ripple_figures([(2.0, None), (4.0, None)]) == {"mean": 3.0, "truth": None}

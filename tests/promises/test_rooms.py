@@ -10,7 +10,8 @@ ORDER = [
     {"errors", "arrays", "compiled", "files", "options", "version"},
     {"meshes", "motions"},
     {"bodies"},
-    {"garments", "collide"},
+    {"garments"},
+    {"collide"},
     {"datasets", "learning"},
     {"sim"},
     {"animators"},
@@ -32,7 +33,7 @@ BESIDE = {
 """Pairs in one set of which the first may import the second."""
 INNER = {
     "sim": ["settings", "cloth", "solver", "contact", "step", "rest", "takes"],
-    "collide": ["primitives", "winding", "projection"],
+    "collide": ["primitives", "winding", "surface", "whole", "projection"],
 }
 """Rooms inside a room, from left to right; its `__init__` is the door to all of them."""
 ARRAYS_ONLY = {"metrics", "pictures", "export"}

@@ -16,7 +16,7 @@ from .simulator import bench_sensitivity, bench_settle
 
 
 def bench_cape() -> dict[str, Any]:
-    """Whole frame of the shipped cape on the six shipped excerpts, one core: body, ropes, networks, projection."""
+    """Whole frame of the shipped cape on the six shipped excerpts, one core, by stage."""
     _one_thread()
     frames = [frame.milliseconds for frame in _played()]
     return {"frame_ms": frame_ms(frames), "frames": len(frames)} | _stages_of_the_animator()
@@ -89,21 +89,21 @@ def _played() -> Iterator[Any]:
 
 
 def _stages_of_the_animator() -> dict[str, Any]:
-    """Ropes and networks apart, on the run [ms]."""
+    """Bones and networks apart, on the run [ms]."""
     cape = animators.load("cape")
     body = bodies.load(cape.body_name).shaped()
     motion = body.placed(motions.load("run"))
     poses = [body.posed(motion[i]) for i in range(len(motion))]
     state, times = cape.start(poses[0]), []
-    ropes = state.ropes
+    bones = state.bones
     for posed in poses:
         before = time.perf_counter()
-        ropes = cape.ropes.step(ropes, posed, 1 / 30)
+        bones, _ = cape.source.step(bones, posed, 1 / 30, state.rest_bones)
         between = time.perf_counter()
-        cape.step(state, posed, 1 / 30, bones=ropes.positions)
+        cape.step(state, posed, 1 / 30, bones=bones.ropes.positions)
         times.append((between - before, time.perf_counter() - between))
-    ropes_ms, networks_ms = np.median(np.array(times) * 1e3, axis=0)
-    return {"ropes_ms": float(ropes_ms), "networks_ms": float(networks_ms)}
+    bones_ms, networks_ms = np.median(np.array(times) * 1e3, axis=0)
+    return {"bones_ms": float(bones_ms), "networks_ms": float(networks_ms)}
 
 
 def _simulated(name: str, *, self_contact: bool) -> dict[str, Any]:

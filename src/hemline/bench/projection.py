@@ -30,8 +30,7 @@ def bench_projection_cape() -> dict[str, Any]:
     cape = animators.load("cape")
     body = bodies.load(cape.body_name).shaped()
     clips = [
-        [(frame.body.pose, frame.animated) for frame in play(cape, body, motions.load(name))]
-        for name in motions.names()
+        [(frame.body.pose, frame.held) for frame in play(cape, body, motions.load(name))] for name in motions.names()
     ]
     return _timed(body, cape.garment.vertices, clips)
 

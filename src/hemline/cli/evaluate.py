@@ -36,6 +36,8 @@ class Arguments:
     """Threads of compiled code; left out: as many as there are cores."""
     untangle: bool = False
     """Lift limbs out of each other first."""
+    whole: bool = True
+    """Keep the cloth in one piece; without, what the animator makes, moved out of the body vertex by vertex."""
     picture: Path | None = None
     """A PNG of the worst frame, beside the truth where there is one."""
     json: bool = False
@@ -72,6 +74,7 @@ def run(arguments: Arguments) -> int:
         drive=arguments.drive,
         fps=arguments.fps,
         untangle=arguments.untangle,
+        whole=arguments.whole,
         start=0.0 if truth is None else arguments.start,
         seconds=None if truth is None else arguments.seconds,
     )

@@ -1,12 +1,16 @@
-"""The body as an obstacle: analytic distances for ropes, winding numbers, and the final projection of cloth."""
+"""The body as an obstacle: distances for ropes, winding numbers, whole cloth, and the final projection."""
 
-from .projection.patches import limb_of_vertices as limb_of_vertices
-from .projection.patches import limbs as limbs
 from .projection.prepared import Guarantee as Guarantee
 from .projection.prepared import ProjectionSettings as ProjectionSettings
 from .projection.prepared import ProjectorState as ProjectorState
 from .projection.project import Projector as Projector
 from .projection.project_frame import ProjectionReport as ProjectionReport
+from .surface.patches import limb_of_vertices as limb_of_vertices
+from .surface.patches import limbs as limbs
+from .surface.worn import WornGarment as WornGarment
+from .whole.whole_cloth import WholeCloth as WholeCloth
+from .whole.whole_cloth import WholeSettings as WholeSettings
+from .whole.whole_cloth import WholeState as WholeState
 from .winding.numbers import inside as inside
 from .winding.numbers import winding_numbers as winding_numbers
 
@@ -16,6 +20,10 @@ __all__ = [
     "ProjectionSettings",
     "Projector",
     "ProjectorState",
+    "WholeCloth",
+    "WholeSettings",
+    "WholeState",
+    "WornGarment",
     "inside",
     "limb_of_vertices",
     "limbs",

@@ -9,9 +9,11 @@ from .closest_points import closest_points_on_mesh as closest_points_on_mesh
 from .components import components as components
 from .edge_strains import edge_lengths as edge_lengths
 from .edge_strains import edge_strains as edge_strains
+from .edge_strains import rest_lengths as rest_lengths
 from .edge_strains import strains as strains
 from .edges import edges as edges
 from .geodesic_distances import geodesic_distances as geodesic_distances
+from .geodesic_points import SurfaceWays as SurfaceWays
 from .mesh import ReadMesh as ReadMesh
 from .normals import face_areas as face_areas
 from .normals import face_normals as face_normals
@@ -27,6 +29,7 @@ __all__ = [
     "ClosestPoints",
     "ClosestTree",
     "ReadMesh",
+    "SurfaceWays",
     "boundary_loops",
     "check_mesh",
     "closest_points_on_mesh",
@@ -41,6 +44,7 @@ __all__ = [
     "geodesic_distances",
     "read_mesh",
     "read_obj",
+    "rest_lengths",
     "self_crossings",
     "strains",
     "subdivided",

@@ -18,7 +18,7 @@ def _box_distance(point, low, high):
 def corner_weights(point, a, b, c):
     """Barycentric weights of the point of triangle a b c nearest to `point` (Ericson 2005, section 5.1.5).
 
-    Two other kernels find the same regions, with other last bits: `collide.projection.surface_kernels.nearest_weights`
+    Two other kernels find the same regions, with other last bits: `collide.surface.surface_kernels.nearest_weights`
     in float32 about the origin, which the projection calls for each vertex in real time, and
     `sim.contact.touch_kernels.closest_on_triangle` in float64 without leaving early, inlined in loops over pairs. This
     one goes region by region and gives exact zeros at corners and edges, which `ClosestTree.outward` reads.
@@ -82,7 +82,7 @@ def tree_boxes(corners, order, leaf, low_out, high_out):
 def nearest_points(points, corners, order, leaf, low, high, face_out, weights_out, squared_out):
     """Nearest triangle, barycentric weights there and squared distance, for each point.
 
-    Exact, over all triangles, offline. `collide.projection.surface_kernels.walk` and `sim.contact.touch_kernels.
+    Exact, over all triangles, offline. `collide.surface.surface_kernels.walk` and `sim.contact.touch_kernels.
     closest_faces` follow a moving body: from the last place or the nearest vertex over its neighbours, without a tree
     that each frame would have to be built for.
 

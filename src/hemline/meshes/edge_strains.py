@@ -44,6 +44,22 @@ def strains(
     return np.linalg.norm(along, axis=-1) / rest_lengths - 1
 
 
+def rest_lengths(
+    faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"]
+) -> tuple[Int[np.ndarray, "edges 2"], Float[np.ndarray, " edges"]]:
+    """Each edge once, smaller vertex first, sorted, and its length at rest [m].
+
+    Args:
+        faces: Triangles.
+        rest_edges: As for `edge_strains`. An edge of two triangles is as long as in the one where it is longer.
+    """
+    ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    every, which = np.unique(ends, axis=0, return_inverse=True)
+    lengths = np.zeros(len(every))
+    np.maximum.at(lengths, which.reshape(-1), edge_lengths(rest_edges).reshape(-1))
+    return every.astype(np.int32), lengths
+
+
 def edge_lengths(rest_edges: Float[np.ndarray, "faces 2 2"]) -> Float[np.ndarray, "faces 3"]:
     """Lengths of the three edges of each flat triangle: 0-1, 1-2, 2-0 [m].
 

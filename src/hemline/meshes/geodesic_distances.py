@@ -44,9 +44,9 @@ def geodesic_distances(
     if len(sources) == 0 or sources[0] < 0 or sources[-1] >= len(vertices):
         what = f"a source of geodesic distances must be one of {len(vertices)} vertices"
         raise BadMesh(what, "none" if len(sources) == 0 else f"{sources[0]} to {sources[-1]}", "count from 0")
-    lengths = _opposite_lengths(vertices, faces, rest_edges)
+    lengths = opposite_lengths(vertices, faces, rest_edges)
     distance, source = _along_edges(faces, lengths, sources, len(vertices))
-    face_start, face_list = _faces_around(faces, len(vertices))
+    face_start, face_list = faces_around(faces, len(vertices))
     order = np.argsort(distance, kind="stable")
     order = order[np.isfinite(distance[order]) & (distance[order] > 0)].astype(np.int32)
     faces = np.ascontiguousarray(faces, np.int32)
@@ -58,7 +58,7 @@ def geodesic_distances(
     return distance
 
 
-def _opposite_lengths(vertices: np.ndarray, faces: np.ndarray, rest_edges: np.ndarray | None) -> np.ndarray:
+def opposite_lengths(vertices: np.ndarray, faces: np.ndarray, rest_edges: np.ndarray | None) -> np.ndarray:
     """Length of the edge opposite to each corner (faces, 3)."""
     if rest_edges is None:
         corner = np.asarray(vertices, np.float64)[faces]
@@ -79,7 +79,7 @@ def _along_edges(faces: np.ndarray, lengths: np.ndarray, sources: np.ndarray, co
     return distance, source.astype(np.int32)
 
 
-def _faces_around(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def faces_around(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     corner = faces.reshape(-1)
     start = np.concatenate([[0], np.cumsum(np.bincount(corner, minlength=count))])
     return start.astype(np.int32), (np.argsort(corner, kind="stable") // 3).astype(np.int32)

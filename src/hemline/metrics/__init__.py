@@ -23,6 +23,12 @@ from .memory_mb import memory_mb as memory_mb
 from .model_mb import model_mb as model_mb
 from .normal_error_deg import normal_error_deg as normal_error_deg
 from .normal_error_deg import normal_errors_deg as normal_errors_deg
+from .resolved_percent import resolved_percent as resolved_percent
+from .ripple_deg import neighbouring_faces as neighbouring_faces
+from .ripple_deg import ripple_deg as ripple_deg
+from .ripple_deg import ripple_figures as ripple_figures
+from .stretch_percent import stretch_figures as stretch_figures
+from .stretch_percent import stretch_percent as stretch_percent
 from .vertex_error_mm import vertex_error_mm as vertex_error_mm
 from .vertex_error_mm import vertex_errors_mm as vertex_errors_mm
 
@@ -41,10 +47,16 @@ __all__ = [
     "mean_and_worst",
     "memory_mb",
     "model_mb",
+    "neighbouring_faces",
     "normal_error_deg",
     "normal_errors_deg",
     "pinched_percent",
+    "resolved_percent",
+    "ripple_deg",
+    "ripple_figures",
     "self_crossings",
+    "stretch_figures",
+    "stretch_percent",
     "vertex_error_mm",
     "vertex_errors_mm",
 ]

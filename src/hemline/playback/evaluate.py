@@ -68,6 +68,7 @@ def evaluate(
     seconds: float | None = None,
     guarantee: Guarantee = "exact",
     untangle: bool = False,
+    whole: bool = True,
     keep: Callable[[Frame], None] | None = None,
 ) -> Evaluation:
     """Play a motion and measure.
@@ -86,6 +87,7 @@ def evaluate(
         seconds: How much to measure; None: to the end [s].
         guarantee: As for `play`.
         untangle: As for `play`.
+        whole: As for `play`.
         keep: Called with each frame, to record it.
 
     Returns:
@@ -101,10 +103,11 @@ def evaluate(
         raise BadInput("drive 'truth' needs simulated takes", "none", "name a dataset with --truth")
     takes = None if truth is None else takes_of(truth, motion, body.betas)
     fps = fps if takes is None else takes[0].motion.fps
-    compile_s = Player.prepare(animator, body, guarantee=guarantee).warm_up(motion[0])
+    compile_s = Player.prepare(animator, body, guarantee=guarantee, whole=whole).warm_up(motion[0])
     tally = Tally(animator, keep)
     last = math.inf if seconds is None else start + seconds
-    for index, (frame, reference) in enumerate(_frames(animator, body, motion, takes, drive, fps, guarantee, untangle)):
+    played = _frames(animator, body, motion, takes, drive, fps, untangle, {"guarantee": guarantee, "whole": whole})
+    for index, (frame, reference) in enumerate(played):
         if index / fps > last + 1e-9:
             break
         if index / fps >= start - 1e-9:
@@ -121,17 +124,17 @@ def _frames(
     takes: list[Take] | None,
     drive: str,
     fps: float,
-    guarantee: Guarantee,
     untangle: bool,
+    options: dict[str, Any],
 ) -> Iterator[tuple[Frame, Vertices | None]]:
     """Frames of the clip proper, each with its ground truth where there is one."""
     if takes is None:
-        for frame in play(animator, body, motion, fps=fps, guarantee=guarantee, untangle=untangle):
+        for frame in play(animator, body, motion, fps=fps, untangle=untangle, **options):
             yield frame, None
         return
     for take in takes:
         driven = take.vertices if drive == "truth" else None
-        frames = play(animator, body, take.motion, fps=None, guarantee=guarantee, placed=True, truth=driven)
+        frames = play(animator, body, take.motion, fps=None, placed=True, truth=driven, **options)
         for index, frame in enumerate(frames):
             if not take.lead_in[index]:
                 yield frame, take.vertices[index]

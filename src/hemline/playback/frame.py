@@ -15,10 +15,12 @@ class Frame:
     vertices: Vertices
     """Garment vertices after the projection [m]."""
     animated: Vertices
-    """The same before the projection: what the animator made [m]."""
+    """What the animator made [m]."""
+    held: Vertices
+    """The same after the whole-cloth step, before the projection [m]; what the animator made where the step is off."""
     body: PosedBody
     """The body of this frame."""
     report: ProjectionReport
     """What the projection did."""
     milliseconds: Mapping[str, float]
-    """Time by stage [ms]: `body`, `animator`, `projection`."""
+    """Time by stage [ms]: `body`, `animator`, `whole`, `projection`."""

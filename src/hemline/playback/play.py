@@ -25,6 +25,7 @@ def play(
     untangle: bool = False,
     placed: bool = False,
     truth: FramesOfVertices | None = None,
+    whole: bool = True,
 ) -> Iterator[Frame]:
     """Play a motion, frame by frame.
 
@@ -42,6 +43,7 @@ def play(
         placed: The motion is already scaled and grounded for this body.
         truth: Simulated vertices, one row a frame of the motion as it is played: they drive the animator in the place
             of its own dynamics.
+        whole: As for `Player.prepare`.
 
     Yields:
         One `Frame` a frame.
@@ -52,7 +54,7 @@ def play(
     """
     if fps is not None and not 0 < fps <= 1000:
         raise BadInput("fps must lie between 0 and 1000", fps, "leave it out for 30")
-    player = Player.prepare(animator, body, guarantee=guarantee, measure=measure, placed=True)
+    player = Player.prepare(animator, body, guarantee=guarantee, measure=measure, placed=True, whole=whole)
     motion = motion if placed else body.placed(motion)
     motion = motion if fps is None or fps == motion.fps else motion.resampled(fps)
     motion = body.untangled_motion(motion) if untangle else motion

@@ -1,7 +1,7 @@
-"""One garment on one body, frame by frame: place the pose, skin the body, animate, project, time.
+"""One garment on one body, frame by frame: place the pose, skin the body, animate, hold together, project, time.
 
-Everything that shows a garment goes through a `Player`: `play`, `evaluate`, the demo, and a program's own loop. So "no
-cloth inside the body" holds for all of them.
+Everything that shows a garment goes through a `Player`: `play`, `evaluate`, the demo, and a program's own loop. So
+"cloth in one piece, and none of it inside the body" holds for all of them.
 """
 
 import time
@@ -15,13 +15,13 @@ from hemline.animators.base import Animator, Driven
 from hemline.arrays import Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
-from hemline.collide import Guarantee, Projector, ProjectorState
+from hemline.collide import Guarantee, Projector, ProjectorState, WholeCloth, WholeState, WornGarment
 from hemline.errors import BadInput, BadModel
 from hemline.motions.motion import Pose
 
 from .frame import Frame
 
-STAGES = ("body", "animator", "projection")
+STAGES = ("body", "animator", "whole", "projection")
 """What a frame's time is made of."""
 
 
@@ -31,6 +31,8 @@ class PlayerState:
 
     animator: Any
     """The animator's own State."""
+    whole: WholeState | None
+    """None where the step is off."""
     projector: ProjectorState
 
 
@@ -41,6 +43,7 @@ class Player:
     Attributes:
         animator: What moves the garment.
         body: The body that wears it.
+        whole: What keeps the cloth in one piece, between animator and projection; None: nothing does.
         projector: What moves vertices out of the body in each frame.
         placed: Whether poses of a motion are on this body already.
 
@@ -56,6 +59,7 @@ class Player:
 
     animator: Animator
     body: ShapedBody
+    whole: WholeCloth | None
     projector: Projector
     placed: bool
     _placements: dict[str, Placement] = field(default_factory=dict, init=False, repr=False)
@@ -70,6 +74,7 @@ class Player:
         guarantee: Guarantee = "exact",
         measure: bool = False,
         placed: bool = False,
+        whole: bool = True,
     ) -> Self:
         """Put a garment on a body: half a second of work, once.
 
@@ -83,6 +88,8 @@ class Player:
             guarantee: `exact`: no vertex inside the body, tested in every frame; `fast`: not tested.
             measure: Let reports say how many vertices were inside before, and how deep.
             placed: Poses of motions are on this body already (`body.placed(motion)`).
+            whole: Keep the cloth in one piece where the animator tears it or puts it through a limb. Off, one sees what
+                the animator makes.
 
         Raises:
             BadModel: The animator was fitted on another kind of body.
@@ -94,8 +101,12 @@ class Player:
                 "load that body, or fit again",
             )
         garment = animator.garment
-        projector = Projector.prepare(body, garment.vertices, garment.faces, guarantee=guarantee, measure=measure)
-        return cls(animator, body, projector, placed)
+        worn = WornGarment.of(body, garment.vertices)
+        projector = Projector.prepare(
+            body, garment.vertices, garment.faces, guarantee=guarantee, measure=measure, worn=worn
+        )
+        held = WholeCloth.prepare(body, garment, worn) if whole else None
+        return cls(animator, body, held, projector, placed)
 
     def start(self, pose: Pose, *, pre_roll: float = 1.0, dt: float = 1 / 30) -> PlayerState:
         """The state before the first frame, in which the garment has settled.
@@ -106,10 +117,13 @@ class Player:
             dt: Its steps [s].
         """
         posed = self._posed(pose)
-        state = self.animator.start(posed)
+        surface = self.projector.worn.surface(posed)
+        state, whole = self.animator.start(posed), self.whole.start() if self.whole else None
         for _ in range(round(pre_roll / dt)):
-            state, _ = self.animator.step(state, posed, dt)
-        return PlayerState(state, self.projector.start())
+            state, vertices = self.animator.step(state, posed, dt)
+            if self.whole and whole:
+                whole, _ = self.whole.step(whole, posed, vertices, dt=dt, surface=surface)
+        return PlayerState(state, whole, self.projector.start())
 
     def step(self, state: PlayerState, pose: Pose, dt: float) -> tuple[PlayerState, Frame]:
         """The next frame.
@@ -120,7 +134,7 @@ class Player:
             dt: Time since the state [s].
 
         Returns:
-            The state after, and the frame: no vertex of its cloth is inside the body.
+            The state after, and the frame: its cloth is in one piece, and no vertex of it is inside the body.
 
         Raises:
             BadInput: `dt` is not a positive time.
@@ -163,15 +177,19 @@ class Player:
             raise BadInput("a frame must take a positive time", f"dt = {dt} s", "give the time since the last frame")
         clock = [time.perf_counter()]
         posed = self._posed(pose)
-        _ = posed.vertices
+        surface = self.projector.worn.surface(posed)
         clock.append(time.perf_counter())
         moved, animated = animate(state.animator, posed, dt)
         clock.append(time.perf_counter())
-        projected, vertices, report = self.projector.project(state.projector, posed, animated, dt=dt)
+        whole, held = state.whole, animated
+        if self.whole and whole:
+            whole, held = self.whole.step(whole, posed, animated, dt=dt, surface=surface)
+        clock.append(time.perf_counter())
+        projected, vertices, report = self.projector.project(state.projector, posed, held, dt=dt, surface=surface)
         clock.append(time.perf_counter())
         spans = [(after - before) * 1e3 for before, after in pairwise(clock)]
-        frame = Frame(vertices, animated, posed, report, dict(zip(STAGES, spans, strict=True)))
-        return PlayerState(moved, projected), frame
+        frame = Frame(vertices, animated, held, posed, report, dict(zip(STAGES, spans, strict=True)))
+        return PlayerState(moved, whole, projected), frame
 
 
 def driven(animator: Animator) -> Driven:

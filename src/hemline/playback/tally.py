@@ -11,6 +11,7 @@ from hemline.arrays import Vertices
 from hemline.collide import inside
 from hemline.compiled import threads
 from hemline.errors import BadInput
+from hemline.meshes import rest_lengths
 
 from .frame import Frame
 
@@ -28,6 +29,13 @@ class Tally:
 
     def __init__(self, animator: Animator, keep: Callable[[Frame], None] | None = None):
         self.animator, self.keep = animator, keep
+        garment = animator.garment
+        edges, lengths = rest_lengths(garment.faces, garment.rest_edges)
+        counted = ~np.isin(edges, garment.pins.vertices).all(axis=1)
+        self._edges, self._lengths = edges[counted], lengths[counted]
+        self._pairs = metrics.neighbouring_faces(garment.faces)
+        self._stretches: list[tuple[float, float]] = []
+        self._ripples: list[tuple[float, float | None]] = []
         self._milliseconds: list[dict[str, float]] = []
         self._values: dict[str, list[float]] = {}
         self._strains: list[np.ndarray] = []
@@ -52,6 +60,10 @@ class Tally:
         self._add("area", metrics.area_change_percent(frame.vertices, garment.faces, garment.rest_edges))
         if (len(self._milliseconds) - 1) % CROSSINGS_EVERY == 0:
             self._add("crossing", metrics.self_crossings(frame.vertices, garment.faces)["edge_percent"])
+        self._stretches.append(metrics.stretch_percent(frame.vertices, self._edges, self._lengths))
+        ripples = None if truth is None else metrics.ripple_deg(truth, garment.faces, self._pairs)
+        self._ripples.append((metrics.ripple_deg(frame.vertices, garment.faces, self._pairs), ripples))
+        self._add("resolved", metrics.resolved_percent(frame.held, frame.vertices))
         strains = metrics.edge_strains(frame.vertices, garment.faces, garment.rest_edges)
         self._strains.append(strains.astype(np.float32))
         if truth is not None:
@@ -86,6 +98,9 @@ class Tally:
             "deepest_mm": {"before": max(values["deepest_before"]), "after": max(values["deepest_after"])},
             "self_crossing_percent": metrics.mean_and_worst(values["crossing"]),
             "edge_strain": metrics.edge_strain(np.stack(self._strains)),
+            "stretch_percent": metrics.stretch_figures(self._stretches),
+            "resolved_percent": float(np.mean(values["resolved"])),
+            "ripple_deg": metrics.ripple_figures(self._ripples),
             "area_change_percent": metrics.mean_and_worst(values["area"]),
             "vertex_error_mm": metrics.vertex_error_mm(np.stack(self._errors_mm)) if errors else None,
             "normal_error_deg": metrics.normal_error_deg(np.stack(self._normal_errors_deg)) if errors else None,
@@ -99,12 +114,12 @@ class Tally:
     def _add_inside(self, frame: Frame) -> None:
         """Vertices inside before and after the projection, their depth, and the papers' own test."""
         body, faces, pinched = frame.body.vertices, frame.body.faces, frame.report.pinched
-        before, after = inside(body, faces, frame.animated), inside(body, faces, frame.vertices)
+        before, after = inside(body, faces, frame.held), inside(body, faces, frame.vertices)
         self._add("before", metrics.inside_percent(before))
         self._add("after", metrics.inside_percent(after, pinched))
         self._add("pinched", metrics.pinched_percent(pinched, len(after)))
         after[pinched] = False
-        self._add("deepest_before", metrics.deepest_mm(body, faces, frame.animated, before))
+        self._add("deepest_before", metrics.deepest_mm(body, faces, frame.held, before))
         self._add("deepest_after", metrics.deepest_mm(body, faces, frame.vertices, after))
         self._add("behind", metrics.behind_nearest_percent(frame.vertices, body, faces))
 

@@ -5,7 +5,7 @@ import numpy as np
 from hemline.collide.primitives.primitive_kernels import primitive_distance
 from hemline.compiled import kernel
 
-from .rope_collision_kernels import to_rest, to_world, turned
+from .joint_frame_kernels import to_rest, to_world, turned
 
 ROUNDS = 4
 """A point that leaves one primitive may enter another: so often the deepest is sought."""

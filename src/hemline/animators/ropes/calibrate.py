@@ -26,12 +26,10 @@ Clip = tuple[Motion, Float[np.ndarray, "frames nodes 3"]]
 _STEPS = (4.0, 2.0, 1.4)
 _ROUNDS = 2
 _SMALLEST = 0.05
-_LENGTHS = (50.0, 75.0, 90.0, 99.0)
-"""Percentiles of the simulated spans of a rope that are tried as its length, besides the one it has."""
 _TREMBLE = 1 / 30
 """What trembles within this time is an error [s]."""
-_CLEARANCE = 2.0
-"""Percentile of a bone's simulated distance to the proxy that it may come close to."""
+_STAND, _SHOVE = 3.0, 0.5
+"""So long ropes stand still [s] after a shove of this speed at each bone and axis [m/s], and are to be back by then."""
 
 
 def calibrated(
@@ -39,17 +37,19 @@ def calibrated(
     shaped: "ShapedBody",
     clips: Sequence[Clip],
     *,
-    window_seconds: float = 1.0,
-    window_count: int = 12,
+    window_seconds: float = 2.0,
+    window_count: int = 16,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Ropes:
-    """The same bones on lengths, clearances and constants that bring them closest to simulated ones.
+    """The same bones on constants that bring them closest to simulated ones.
 
-    Each bone may come as close to the body's primitives as the simulated one did (they are rougher than the skin). The
-    length of each rope stays, or is a percentile of its simulated span, the same for all. Then a compass search over
-    drag, springs, damping and friction: each is multiplied and divided by a step, what helps is kept, the step shrinks.
-    The error is the mean distance to the ground truth over windows that start from it, and as much again of how far
-    the trembling is off: without that, ropes that shake around the right place would be the best.
+    A compass search over drag, springs, damping and friction: each is multiplied and divided by a step, what helps is
+    kept, the step shrinks. The error is the mean distance to the ground truth over windows that start from it, and as
+    much again of how far the trembling is off: without that, ropes that shake around the right place would be the best.
+    To it comes how far ropes are from the settled drape that were shoved and have stood still since, and how they
+    tremble there. Lengths and clearances are those of the drape and stay: ropes as long as the simulated spans would
+    not hang as it does, and bones that may come as near to the body's primitives as simulated ones did come to lie
+    inside the body, which is not where the primitives are.
 
     Args:
         ropes: Bones laid on the garment that was simulated, and the constants to begin with.
@@ -67,14 +67,10 @@ def calibrated(
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Section 10 (constants from ground truth, future work there). Differs: a search without
-        derivatives; lengths from the bones' own spans, since ropes of the cloth's 99th percentile would hang lower than
-        the cloth does.
+        derivatives.
     """
-    windows = _windows(ropes, shaped, clips, window_seconds, window_count)
-    ropes = _with_clearances(ropes, shaped, clips)
-    lengths = [ropes, *(_with_lengths(ropes, clips, percentile) for percentile in _LENGTHS)]
-    errors = [_cost(each, windows) for each in lengths]
-    ropes, error = lengths[int(np.argmin(errors))], min(errors)
+    windows, standing = _windows(ropes, shaped, clips, window_seconds, window_count), shaped.posed(shaped.rest_pose)
+    error = _cost(ropes, windows, standing)
     limits = _limits(ropes.constants.substep)
     best, tries, most = ropes.constants, 0, len(_STEPS) * _ROUNDS * 2 * len(limits)
     for step, _ in itertools.product(_STEPS, range(_ROUNDS)):
@@ -82,7 +78,7 @@ def calibrated(
             for factor in (step, 1 / step):
                 tried = _moved(best, name, factor, limit)
                 tries += 1
-                found = _cost(ropes.with_constants(tried), windows) if tried != best else math.inf
+                found = _cost(ropes.with_constants(tried), windows, standing) if tried != best else math.inf
                 if progress is not None:
                     progress("ropes", tries, most)
                 if found < error:
@@ -91,25 +87,8 @@ def calibrated(
     return ropes.with_constants(best)
 
 
-def _with_clearances(ropes: Ropes, shaped: "ShapedBody", clips: Sequence[Clip]) -> Ropes:
-    distances = []
-    for motion, bones in clips:
-        for frame in range(0, len(motion), 5):
-            distances.append(ropes.proxy.distances(bones[frame], shaped.posed(motion[frame]).transforms)[0])
-    lowest = np.percentile(distances, _CLEARANCE, axis=0)
-    return replace(ropes, chains=replace(ropes.chains, clearances=np.minimum(lowest, ropes.chains.clearances)))
-
-
-def _with_lengths(ropes: Ropes, clips: Sequence[Clip], percentile: float) -> Ropes:
-    free = np.flatnonzero(ropes.parents >= 0)
-    spans = np.concatenate([np.linalg.norm(bones[:, free] - bones[:, free - 1], axis=2) for _, bones in clips])
-    lengths = ropes.lengths.copy()
-    lengths[free] = np.maximum(np.percentile(spans, percentile, axis=0), 0.5 * lengths[free])
-    return replace(ropes, chains=replace(ropes.chains, lengths=lengths))
-
-
 def bone_error_mm(
-    ropes: Ropes, shaped: "ShapedBody", clips: Sequence[Clip], *, window_seconds: float = 1.0, window_count: int = 12
+    ropes: Ropes, shaped: "ShapedBody", clips: Sequence[Clip], *, window_seconds: float = 2.0, window_count: int = 16
 ) -> float:
     """Mean distance of swinging bones to the ground truth, over windows that start from it [mm].
 
@@ -151,13 +130,27 @@ def _windows(ropes: Ropes, shaped: "ShapedBody", clips: Sequence[Clip], seconds:
     return windows
 
 
-def _cost(ropes: Ropes, windows: list[Window]) -> float:
+def _cost(ropes: Ropes, windows: list[Window], standing: "PosedBody") -> float:
     """Mean distance to the ground truth, plus the mean distance of third differences over `_TREMBLE` seconds [m]."""
-    costs = []
-    for miss, dt in _misses(ropes, windows):
-        trembling = np.diff(miss, 3, axis=0) * (_TREMBLE / dt) ** 3
-        costs.append(sum(np.linalg.norm(each, axis=2).mean() for each in (miss, trembling) if len(each)))
-    return float(np.mean(costs))
+    costs = [_off(miss, dt) for miss, dt in _misses(ropes, windows)]
+    return float(np.mean(costs)) + _unrest(ropes, standing)
+
+
+def _off(miss: Float[np.ndarray, "frames free 3"], dt: float) -> float:
+    trembling = np.diff(miss, 3, axis=0) * (_TREMBLE / dt) ** 3
+    return sum(float(np.linalg.norm(each, axis=2).mean()) for each in (miss, trembling) if len(each))
+
+
+def _unrest(ropes: Ropes, standing: "PosedBody") -> float:
+    """The same against the settled drape, in the last second of standing still after a shove [m]."""
+    state, free, dt = ropes.start(standing), ropes.parents >= 0, _TREMBLE
+    drape, away = state.positions, []
+    shove = np.random.default_rng(0).normal(0, _SHOVE, drape.shape) * free[:, None]
+    state = replace(state, velocities=shove)
+    for _ in range(round(_STAND / dt)):
+        state = ropes.step(state, standing, dt)
+        away.append((state.positions - drape)[free])
+    return _off(np.stack(away[-round(1 / dt) :]), dt)
 
 
 def _misses(ropes: Ropes, windows: list[Window]) -> Iterator[tuple[Float[np.ndarray, "frames free 3"], float]]:
@@ -196,6 +189,7 @@ def _limits(substep: float) -> dict[str, float]:
         "rest_angle": REST_ANGLE_BOUND,
     }
     damping = {"drag": 0.5 / substep, "air_drag": 20.0, "air_lift": 20.0, "parent_damping": 0.5 / substep}
+    damping |= {"root_damping": 1000.0, "bend_damping": 1000.0, "lateral_damping": 1000.0}
     return damping | {"friction": 1.0} | {name: bound / substep**2 for name, bound in springs.items()}
 
 

@@ -35,6 +35,8 @@ CHAIN_ARRAYS = (
     "pairs",
     "pair_spans",
     "clearances",
+    "balance",
+    "rest_tensions",
 )
 CARRIAGE_ARRAYS = ("rest", "weights", "nearest", "nearest_rest")
 _TELEPORT_SPEED = 30.0
@@ -131,7 +133,7 @@ class Ropes:
         return RopesState(
             positions,
             np.zeros_like(positions),
-            np.zeros(len(positions)),
+            self.chains.rest_tensions.copy(),
             np.zeros(len(positions), np.bool_),
             frames,
             still,
@@ -155,7 +157,8 @@ class Ropes:
             The next state.
 
         Raises:
-            BadInput: `dt` is not a positive number, or the body's transforms are not finite.
+            BadInput: `dt` is not a positive number, the body's transforms are not finite, or the hook returns something
+                else than finite accelerations of all nodes.
         """
         if not (math.isfinite(dt) and dt > 0):
             raise BadInput("a step needs a positive dt", dt, "give seconds, such as 1 / 60")
@@ -175,7 +178,7 @@ class Ropes:
         if last_dt == 0.0:
             # no history: the garment moves along with its roots at first
             velocities = velocities + motion[2, self.chains.offsets[0] :].mean(0)
-        push = None if self.hook is None else np.ascontiguousarray(self.hook(state.positions, velocities), np.float64)
+        push = None if self.hook is None else _pushed(self.hook, state.positions, velocities)
         colliders = Colliders(self.proxy.kinds, self.proxy.joints, state.shapes, state.centres, state.pivots)
         positions, velocities, tensions, touched = self.chains.advance(
             state.positions,
@@ -243,3 +246,11 @@ class Ropes:
             "key_joint": self.key_joint,
             "proxy_names": list(self.proxy.names),
         }
+
+
+def _pushed(hook: Hook, positions: Nodes, velocities: Nodes) -> Nodes:
+    push = np.ascontiguousarray(hook(positions, velocities), np.float64)
+    if push.shape != positions.shape or not np.isfinite(push).all():
+        got = f"shape {push.shape}" if push.shape != positions.shape else "NaN or infinity"
+        raise BadInput(f"a hook returns finite accelerations {positions.shape}", got, "correct the hook of the ropes")
+    return push

@@ -22,6 +22,9 @@ _FORCES = (
     "rest_angle",
     "friction",
     "margin",
+    "bend_damping",
+    "lateral_damping",
+    "root_damping",
 )
 """Numbers of the force kernels after gravity and wind, in their order."""
 
@@ -40,24 +43,30 @@ class RopeConstants:
     """Velocity of the air [m/s]."""
     drag: float = not_negative(1.0)
     """Rate at which a node takes on the air's velocity, whichever way the cloth faces [1/s]."""
-    air_drag: float = not_negative(4.0)
+    air_drag: float = not_negative(2.0)
     """Drag of cloth that faces the air: half the air's density times a coefficient, over the cloth's density [1/m]."""
-    air_lift: float = not_negative(1.0)
+    air_lift: float = not_negative(0.2)
     """The same for the force along the cloth's normal [1/m]."""
-    lateral: float = not_negative(20.0)
+    lateral: float = not_negative(100.0)
     """Springs between neighbouring chains towards the distance at rest: relative acceleration per metre [1/s^2]."""
-    lateral_stretch: float = not_negative(800.0)
+    lateral_stretch: float = not_negative(1500.0)
     """The same beyond the longest distance that the cloth between them allows [1/s^2]."""
-    shrink: float = not_negative(0.3)
+    shrink: float = not_negative(14.0)
     """Springs that keep a rope from getting shorter than at rest [1/s^2]."""
-    parent_damping: float = not_negative(0.25)
+    parent_damping: float = not_negative(7.0)
     """Rate at which a node takes on the velocity of the node above it [1/s]."""
+    root_damping: float = not_negative(300.0)
+    """The same for the node below a root, in addition; e times less with each node from there [1/s]."""
+    bend_damping: float = not_negative(100.0)
+    """Rate at which a node takes on the mean velocity of the nodes above and below it [1/s]."""
+    lateral_damping: float = not_negative(50.0)
+    """Rate at which a node takes on the mean velocity of the nodes to both sides [1/s]."""
     rest_angle: float = not_negative(0.0)
     """Springs towards the rest angle between consecutive ropes [1/s^2]."""
-    friction: float = not_negative(0.3)
+    friction: float = not_negative(0.5)
     """Coulomb's coefficient against the body [1]."""
-    margin: float = not_negative(0.003)
-    """Distance that nodes keep from the body's primitives [m]."""
+    margin: float = not_negative(0.02)
+    """Distance that nodes keep from the body's primitives, unless their own clearance is smaller [m]."""
     substep: float = positive(1 / 60)
     """Longest substep [s]; short ropes and hard pulls take shorter ones by themselves."""
     substep_limit: int = positive(16)

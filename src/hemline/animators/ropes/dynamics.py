@@ -36,6 +36,7 @@ import numpy as np
 from hemline.arrays import Float, Int, Nodes
 from hemline.collide.primitives.proxy import Colliders
 
+from .balance import loads_of
 from .constants import RopeConstants
 from .rope_step_kernels import advance_chains
 
@@ -68,6 +69,10 @@ class RopeChains:
     """Distance of each pair at rest, and the longest that the cloth allows [m]."""
     clearances: Values
     """Distance of each node to the collider at rest [m]: none keeps a larger one than that."""
+    balance: Nodes
+    """Accelerations that hold each node in the drape at rest, in the body's rest pose, see `balanced` [m/s^2]."""
+    rest_tensions: Values
+    """Tension of the rope above each node there [N]."""
     constants: RopeConstants
 
     @classmethod
@@ -85,7 +90,21 @@ class RopeChains:
         weights = np.ones(offsets[-1]) if masses is None else np.concatenate(masses).astype(float)
         roots, free = np.zeros(len(chains), np.int32), np.full(len(weights), np.inf)
         none = np.zeros((0, 2))
-        return cls(offsets, spans, weights, spans, directions, roots, none.astype(np.int32), none, free, constants)
+        pairs, still = none.astype(np.int32), np.zeros_like(directions)
+        return cls(
+            offsets,
+            spans,
+            weights,
+            spans,
+            directions,
+            roots,
+            pairs,
+            none,
+            free,
+            still,
+            np.zeros(len(weights)),
+            constants,
+        )
 
     @cached_property
     def kinematic(self) -> Int[np.ndarray, " kin"]:
@@ -181,6 +200,8 @@ class RopeChains:
             self._numbers,
             self._choices,
             *colliders,
+            self.balance,
+            self.rest_loads,
             self.kinematic,
             kinematic,
             *frames,
@@ -201,6 +222,11 @@ class RopeChains:
         result = np.zeros(positions.shape[:-1])
         result[..., free] = np.maximum(0.0, spans / self.lengths[free] - 1.0)
         return result
+
+    @cached_property
+    def rest_loads(self) -> Values:
+        """What each node carries where the balance is all that it lacks: its weight and the rope below [N]."""
+        return loads_of(self.offsets, self.masses, self.rest_tensions)
 
     @cached_property
     def _numbers(self) -> np.ndarray:

@@ -12,7 +12,7 @@ from .config import RopesConfig
 from .gather import Source
 from .layout import lay_out
 
-WINDOW_SECONDS = 1.0
+WINDOW_SECONDS = 2.0
 MOST_CLIPS = 12
 """Clips that the constants are fitted to."""
 
@@ -30,8 +30,8 @@ def ropes_for(
         progress: Called with stage, steps done and steps in all.
 
     Returns:
-        The ropes, and the mean distance of their bones to the ground truth after a second on their own, on the clips
-        to train on and on the others [mm]; clips shorter than that say nothing.
+        The ropes, and the mean distance of their bones to the ground truth over windows of `WINDOW_SECONDS` on their
+        own, on the clips to train on and on the others [mm]; clips shorter than that say nothing.
     """
     strain = float(np.median([row.figures.get("edge_strain_p99", 0.02) for row in source.rows]))
     ropes = lay_out(source.dataset.garment, shaped, rest=rest, chain_count=config.chains, strain_p99=strain)

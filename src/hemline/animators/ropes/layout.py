@@ -15,6 +15,7 @@ from hemline.collide.primitives.proxy import BodyProxy
 from hemline.errors import BadGarment
 from hemline.meshes import geodesic_distances
 
+from .balance import balanced
 from .chains import Ropes
 from .chart import Chart
 from .constants import RopeConstants
@@ -24,6 +25,12 @@ from .embedding import Carriage, Embedding
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
     from hemline.garments.garment import Garment
+
+
+_TAUT = 0.75
+"""A rope is taut at rest that is at least this share of its cloth long; there it cannot be longer."""
+_APART = 0.002
+"""So much nearer to the body than at rest each bone may come, at least [m]."""
 
 
 class _Plan(NamedTuple):
@@ -58,8 +65,8 @@ def lay_out(
         constants: What the chains run on.
 
     Raises:
-        BadGarment: The pinned rim has no length, a chain names a vertex that does not exist or fewer than two, or the
-            counts cannot be used.
+        BadGarment: The pinned rim has no length; a chain names a vertex that does not exist, or fewer than two; chains
+            cross or end above where they begin; or the counts cannot be used.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Section 3 and Fig. 2. Differs: geodesic lines where the paper says manually or by skinning
@@ -80,8 +87,10 @@ def _bound(
     garment: "Garment", shaped: "ShapedBody", vertices: Vertices, plan: _Plan, strain: float, constants: RopeConstants
 ) -> Ropes:
     rest = plan.embedding.embedded(vertices)
+    _check_downward(garment, plan.offsets, rest)
     spans, directions = ropes_of(rest, plan.offsets)
-    lengths = np.maximum(plan.lengths * (1 + strain), spans)
+    taut = spans >= _TAUT * plan.lengths
+    lengths = np.where(taut, spans, plan.lengths * (1 + strain))
     pairs = plan.pairs
     pair_rest = np.linalg.norm(rest[pairs[:, 0]] - rest[pairs[:, 1]], axis=1)
     masses = _masses(garment, vertices, rest)
@@ -90,6 +99,7 @@ def _bound(
     roots = carriage.weights[len(kinematic) - len(plan.offsets) + 1 :]
     proxy = BodyProxy.fit(shaped)
     clearances, _ = proxy.distances(rest, np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1)))
+    balance, tensions = balanced(plan.offsets, directions, masses, taut)
     chains = RopeChains(
         plan.offsets,
         lengths,
@@ -99,7 +109,9 @@ def _bound(
         roots.argmax(1).astype(np.int32),
         pairs,
         np.column_stack([pair_rest, np.maximum(plan.pair_lengths * (1 + strain), pair_rest)]),
-        clearances,
+        clearances - _APART,
+        balance,
+        tensions,
         constants,
     )
     betas = np.asarray(shaped.betas, np.float64)
@@ -115,6 +127,7 @@ def _by_hand(garment: "Garment") -> _Plan:
             raise BadGarment(what, got, "correct the chains")
     offsets = np.concatenate([[0], np.cumsum([len(chain) for chain in used])]).astype(np.int32)
     ways = _ways_between(garment, np.concatenate(used))
+    _check_crossing(garment, offsets, ways)
     following = np.arange(1, len(ways))
     lengths = np.concatenate([[0.0], ways[following - 1, following]])
     lengths[offsets[:-1]] = 0.0
@@ -122,6 +135,30 @@ def _by_hand(garment: "Garment") -> _Plan:
     across = ways[pairs[:, 0], pairs[:, 1]]
     joined = np.isfinite(across)  # not so between pieces of cloth
     return _Plan(Embedding.at_vertices(np.concatenate(used)), offsets, lengths, pairs[joined], across[joined])
+
+
+def _check_crossing(
+    garment: "Garment", offsets: Int[np.ndarray, " chains_and_one"], ways: Float[np.ndarray, "nodes nodes"]
+) -> None:
+    """Of four points of a sheet, the pair of lines that cross is longer than both other pairs."""
+    ends = np.setdiff1d(np.arange(1, offsets[-1]), offsets)
+    chain = np.searchsorted(offsets, ends, side="right")
+    one, two = (index.ravel() for index in np.meshgrid(ends, ends, indexing="ij"))
+    apart = (chain[:, None] < chain).ravel()
+    one, two = one[apart], two[apart]
+    both = ways[one - 1, one] + ways[two - 1, two]
+    beside, across = ways[one - 1, two - 1] + ways[one, two], ways[one - 1, two] + ways[one, two - 1]
+    crossed = np.flatnonzero(both > 1.001 * np.maximum(beside, across))
+    if len(crossed):
+        which = (np.searchsorted(offsets, [one[crossed[0]], two[crossed[0]]], side="right") - 1).tolist()
+        raise BadGarment(f"garment '{garment.name}': chains must not cross", f"chains {which}", "correct the chains")
+
+
+def _check_downward(garment: "Garment", offsets: Int[np.ndarray, " chains_and_one"], rest: Nodes) -> None:
+    upward = np.flatnonzero(rest[offsets[1:] - 1, 1] >= rest[offsets[:-1], 1])
+    if len(upward):
+        what = f"garment '{garment.name}': a chain hangs from its first vertex"
+        raise BadGarment(what, f"chain {upward[0]} ends above it", "give the pinned end first")
 
 
 def _ways_between(garment: "Garment", vertices: Int[np.ndarray, " nodes"]) -> Float[np.ndarray, "nodes nodes"]:

@@ -8,9 +8,12 @@ import math
 
 from hemline.compiled import kernel
 
+from .balance import STANDARD_GRAVITY
+
 GRAVITY, WIND = 0, 3
 DRAG, AIR_DRAG, AIR_LIFT, LATERAL, LATERAL_STRETCH, SHRINK = 6, 7, 8, 9, 10, 11
 PARENT_DAMPING, REST_ANGLE, FRICTION, MARGIN = 12, 13, 14, 15
+BEND_DAMPING, LATERAL_DAMPING, ROOT_DAMPING = 16, 17, 18
 
 LATERAL_BOUND, SHRINK_BOUND, REST_ANGLE_BOUND = 0.4, 0.3, 0.1
 """Largest k h^2 of each kind: with the tension of a rope at its substep, the sum of all modes stays below 4."""
@@ -107,6 +110,25 @@ def add_rest_angles(offsets, rest_directions, inverse_masses, numbers, h, chain_
 
 
 @kernel
+def add_balance(offsets, balance, rest_loads, inverse_masses, numbers, chain_frames, tensions, accelerations_out):
+    # model: balance (nodes, 3) at rest, rest_loads (nodes,) weight and pull from below there
+    # in: chain_frames (chains, 3, 3) rest -> world at the root, tensions (nodes,)
+    # out: accelerations_out changed. What held the cloth at rest yields with its load, and holds no more than at rest.
+    x, y, z = numbers[GRAVITY], numbers[GRAVITY + 1], numbers[GRAVITY + 2]
+    gravity = math.sqrt(x * x + y * y + z * z)
+    for c in range(offsets.shape[0] - 1):
+        for i in range(offsets[c] + 1, offsets[c + 1]):
+            load = gravity / inverse_masses[i]
+            if i + 1 < offsets[c + 1]:
+                load += tensions[i + 1]
+            share = min(load / rest_loads[i], gravity / STANDARD_GRAVITY)
+            x, y, z = share * balance[i, 0], share * balance[i, 1], share * balance[i, 2]
+            for d in range(3):
+                turned = chain_frames[c, d, 0] * x + chain_frames[c, d, 1] * y + chain_frames[c, d, 2] * z
+                accelerations_out[i, d] += turned
+
+
+@kernel
 def spring_accelerations(
     offsets,
     rest_spans,
@@ -117,15 +139,20 @@ def spring_accelerations(
     numbers,
     h,
     chain_frames,
+    balance,
+    rest_loads,
     push,
+    tensions,
     positions,
     accelerations_out,
 ):
-    # model: chains, rest state, numbers   in: substep h, chain_frames, push (nodes, 3), positions
-    # out: accelerations_out (nodes, 3) that do not depend on velocities: gravity, push, springs
+    # model: chains, rest state, numbers, balance
+    # in: substep h, chain_frames, push (nodes, 3), tensions (nodes,), positions
+    # out: accelerations_out (nodes, 3) that do not depend on velocities: gravity, push, balance, springs
     for i in range(positions.shape[0]):
         for d in range(3):
             accelerations_out[i, d] = numbers[GRAVITY + d] + push[i, d]
+    add_balance(offsets, balance, rest_loads, inverse_masses, numbers, chain_frames, tensions, accelerations_out)
     if numbers[LATERAL] > 0.0 or numbers[LATERAL_STRETCH] > 0.0:
         add_lateral(pairs, pair_spans, inverse_masses, numbers, h, positions, accelerations_out)
     if numbers[SHRINK] > 0.0:
@@ -176,17 +203,48 @@ def add_air(offsets, across, numbers, h, positions, velocities, accelerations_ou
 
 
 @kernel
-def external_accelerations(offsets, across, numbers, h, springs, positions, velocities, accelerations_out):
-    # model: chains, across (nodes, 2), numbers
-    # in: substep h, springs (nodes, 3) from `spring_accelerations`, positions, velocities
-    # out: accelerations_out (nodes, 3): with wind drag, air, and damping relative to the parent
-    drag, damping = numbers[DRAG], numbers[PARENT_DAMPING]
-    rate = (1.0 - math.exp(-0.5 * h * (drag + damping))) / (0.5 * h)
-    wind_share = drag / (drag + damping) if drag + damping > 0.0 else 0.0
+def smooth_node(i, a, b, rate, inverse_masses, velocities, accelerations_out):
+    # in: node i between nodes a and b, rate at which it takes on their mean velocity
+    # out: accelerations_out of all three changed, their momentum kept
+    for d in range(3):
+        away = rate * (velocities[i, d] - 0.5 * (velocities[a, d] + velocities[b, d]))
+        accelerations_out[i, d] -= away
+        accelerations_out[a, d] += 0.5 * away * inverse_masses[a] / inverse_masses[i]
+        accelerations_out[b, d] += 0.5 * away * inverse_masses[b] / inverse_masses[i]
+
+
+@kernel
+def add_smoothing(offsets, across, inverse_masses, numbers, h, velocities, accelerations_out):
+    # out: accelerations_out changed: a node takes on the mean velocity of the nodes above and below it, and of those
+    #     to both sides, at rates bounded so that half a step brings none beyond it; a turning chain is left alone
+    down = numbers[BEND_DAMPING] / (1.0 + 4.0 * h * numbers[BEND_DAMPING])
+    side = numbers[LATERAL_DAMPING] / (1.0 + 4.0 * h * numbers[LATERAL_DAMPING])
     for c in range(offsets.shape[0] - 1):
         for i in range(offsets[c] + 1, offsets[c + 1]):
+            if i + 1 < offsets[c + 1]:
+                smooth_node(i, i - 1, i + 1, down, inverse_masses, velocities, accelerations_out)
+            if across[i, 0] != i and across[i, 1] != i:
+                smooth_node(i, across[i, 0], across[i, 1], side, inverse_masses, velocities, accelerations_out)
+
+
+@kernel
+def external_accelerations(
+    offsets, across, inverse_masses, numbers, h, springs, positions, velocities, accelerations_out
+):
+    # model: chains, across (nodes, 2), inverse_masses, numbers
+    # in: substep h, springs (nodes, 3) from `spring_accelerations`, positions, velocities
+    # out: accelerations_out (nodes, 3): with wind drag, air, and damping
+    #     relative to the node above, harder below the root, and to the nodes around
+    drag = numbers[DRAG]
+    for c in range(offsets.shape[0] - 1):
+        for i in range(offsets[c] + 1, offsets[c + 1]):
+            damping = numbers[PARENT_DAMPING] + numbers[ROOT_DAMPING] * math.exp(offsets[c] + 1.0 - i)
+            rate = (1.0 - math.exp(-0.5 * h * (drag + damping))) / (0.5 * h)
+            wind_share = drag / (drag + damping) if drag + damping > 0.0 else 0.0
             for d in range(3):
                 towards = wind_share * numbers[WIND + d] + (1.0 - wind_share) * velocities[i - 1, d]
                 accelerations_out[i, d] = springs[i, d] + rate * (towards - velocities[i, d])
+    if numbers[BEND_DAMPING] > 0.0 or numbers[LATERAL_DAMPING] > 0.0:
+        add_smoothing(offsets, across, inverse_masses, numbers, h, velocities, accelerations_out)
     if numbers[AIR_DRAG] > 0.0 or numbers[AIR_LIFT] > 0.0:
         add_air(offsets, across, numbers, h, positions, velocities, accelerations_out)

@@ -104,15 +104,16 @@ def solve_sweeps(diagonal, beside, wanted, taut, held, sweeps, from_tip, values_
 
 
 @kernel
-def rope_directions(positions, lengths, slackness, directions_out, spans_out, taut_out):
-    # in: one chain's positions (m + 1, 3), lengths (m + 1,)   out: unit directions, spans, taut flags
+def rope_directions(positions, lengths, slackness, directions_out, spans_out, slack_out, taut_out):
+    # in: one chain's positions (m + 1, 3), lengths (m + 1,)
+    # out: unit directions, spans, what the ropes lack of their lengths, taut flags
     taut_out[0] = False
     for i in range(1, positions.shape[0]):
         x = positions[i, 0] - positions[i - 1, 0]
         y = positions[i, 1] - positions[i - 1, 1]
         z = positions[i, 2] - positions[i - 1, 2]
         span = math.sqrt(x * x + y * y + z * z)
-        spans_out[i] = span
+        spans_out[i], slack_out[i] = span, max(lengths[i] - span, 0.0)
         taut_out[i] = span >= lengths[i] * (1.0 - slackness)
         if span < 1e-12:
             directions_out[i, 0], directions_out[i, 1], directions_out[i, 2] = 0.0, -1.0, 0.0
@@ -146,12 +147,14 @@ def tangent(angle):
 
 
 @kernel
-def tension_demand(directions, spans, velocities, accelerations, h, wanted_out):
-    # in: one chain's directions, spans, velocities and external accelerations (m + 1, 3), the root's own in row 0;
-    #     step h: the turn within it is followed exactly, and a rope that slackens is only caught if it must be;
-    #     0: Eq. 1 and 4 as printed
+def tension_demand(directions, spans, slack, inverse_masses, tensions, velocities, accelerations, h, ahead, wanted_out):
+    # in: one chain's directions, spans, slack, inverse_masses, velocities and external accelerations (m + 1, 3), the
+    #     root's own in row 0; step h: the turn within it is followed exactly, slack is taken up within it, and a rope
+    #     that slackens is only caught if it must be; 0: Eq. 1 and 4 as printed; the turn is that of the velocities a
+    #     time `ahead`, to which accelerations and the neighbours' tensions (m + 1,) bring them
     # out: wanted_out (m + 1,): right-hand side of Eq. 4 as accelerations, centripetal part of Eq. 1 included
-    for i in range(1, directions.shape[0]):
+    last = directions.shape[0] - 1
+    for i in range(1, last + 1):
         dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
         ax = accelerations[i, 0] - accelerations[i - 1, 0]
         ay = accelerations[i, 1] - accelerations[i - 1, 1]
@@ -159,13 +162,23 @@ def tension_demand(directions, spans, velocities, accelerations, h, wanted_out):
         vx = velocities[i, 0] - velocities[i - 1, 0]
         vy = velocities[i, 1] - velocities[i - 1, 1]
         vz = velocities[i, 2] - velocities[i - 1, 2]
-        away = vx * dx + vy * dy + vz * dz
+        away = vx * dx + vy * dy + vz * dz - (slack[i] / h if h > 0.0 else 0.0)
         pulled = ax * dx + ay * dy + az * dz
         radius = max(spans[i], 1e-9)
         if h == 0.0:
             wanted_out[i] = pulled + max(vx * vx + vy * vy + vz * vz - away * away, 0.0) / radius
             continue
-        vx, vy, vz = vx + 0.5 * h * ax, vy + 0.5 * h * ay, vz + 0.5 * h * az
+        if i > 1:
+            above = inverse_masses[i - 1] * tensions[i - 1]
+            ax += above * directions[i - 1, 0]
+            ay += above * directions[i - 1, 1]
+            az += above * directions[i - 1, 2]
+        if i < last:
+            below = inverse_masses[i] * tensions[i + 1]
+            ax += below * directions[i + 1, 0]
+            ay += below * directions[i + 1, 1]
+            az += below * directions[i + 1, 2]
+        vx, vy, vz = vx + ahead * ax, vy + ahead * ay, vz + ahead * az
         along = vx * dx + vy * dy + vz * dz
         speed = math.sqrt(max(vx * vx + vy * vy + vz * vz - along * along, 0.0))
         turn = 2.0 / h * speed * tangent(min(0.5 * h * speed / radius, 0.8))
@@ -173,13 +186,15 @@ def tension_demand(directions, spans, velocities, accelerations, h, wanted_out):
 
 
 @kernel
-def impulse_demand(directions, velocities, wanted_out):
-    # in: directions and velocities (m + 1, 3)   out: wanted_out (m + 1,): how fast each rope lengthens (Eq. 7)
+def impulse_demand(directions, slack, velocities, h, wanted_out):
+    # in: directions and velocities (m + 1, 3), slack (m + 1,), step h
+    # out: wanted_out (m + 1,): how fast each rope lengthens (Eq. 7), beyond what takes up its slack within the step
     for i in range(1, directions.shape[0]):
         wanted_out[i] = (
             (velocities[i, 0] - velocities[i - 1, 0]) * directions[i, 0]
             + (velocities[i, 1] - velocities[i - 1, 1]) * directions[i, 1]
             + (velocities[i, 2] - velocities[i - 1, 2]) * directions[i, 2]
+            - slack[i] / h
         )
 
 

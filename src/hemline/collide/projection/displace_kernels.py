@@ -2,9 +2,16 @@
 
 import numpy as np
 
+from hemline.collide.surface.surface_kernels import (
+    MOST_STEPS,
+    blended_normal,
+    place_on,
+    plane_height,
+    seek,
+    seek_place,
+    walk,
+)
 from hemline.compiled import kernel
-
-from .surface_kernels import MOST_STEPS, blended_normal, place_on, plane_height, seek, seek_place, walk
 
 _index = np.uintp
 SLOW_DEPTH = np.float32(0.01)

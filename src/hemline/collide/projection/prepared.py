@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING, Literal, Self
 import numpy as np
 
 from hemline.arrays import Bool, Faces, Float, Int, UInt, Vertices
-from hemline.errors import BadGarment
-
-from .patches import Patches, dominant_joints, make_patches, vertex_blocks
-from .ray_kernels import BLOCK, GROUP
+from hemline.collide.surface.box_kernels import BLOCK, GROUP
+from hemline.collide.surface.worn import WornGarment
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -55,15 +53,7 @@ class ProjectorState:
 class PreparedProjection:
     """A garment and a body made ready for the projection."""
 
-    patches: Patches
-    order: Int[np.ndarray, " verts"]
-    """The projector's order of vertices to the garment's."""
-    home: Int[np.ndarray, " verts"]
-    """Body vertex nearest to each garment vertex at rest, both renumbered."""
-    limb: Int[np.ndarray, " verts"]
-    """The limb that each garment vertex belongs to: that of its home."""
-    key_joint: int
-    """The bone in whose frame rays run."""
+    worn: WornGarment
     guarantee: Guarantee
     settings: ProjectionSettings
     measure: bool
@@ -79,6 +69,7 @@ class PreparedProjection:
         guarantee: Guarantee = "exact",
         settings: ProjectionSettings | None = None,
         measure: bool = True,
+        worn: WornGarment | None = None,
     ) -> Self:
         """Make a garment on a body ready: cut the body into patches, the garment into blocks.
 
@@ -89,26 +80,14 @@ class PreparedProjection:
             guarantee: `exact` tests every vertex in every frame; `fast` only displaces, and reports inside as unknown.
             settings: Distances and times.
             measure: Report how many vertices were inside before, and how deep: costs a test more of each vertex near.
+            worn: Both, cut before; None: cut here.
 
         Raises:
             BadBody: The body's mesh is not closed.
             BadGarment: The garment is empty or not finite.
         """
-        from scipy.spatial import KDTree
-
-        rest = np.asarray(garment_vertices_rest, np.float32).reshape(-1, 3)
-        if not len(rest) or not np.isfinite(rest).all():
-            raise BadGarment("the projection needs a garment", f"{len(rest)} vertices, not all finite", "give a mesh")
-        patches = make_patches(shaped)
-        order = vertex_blocks(rest, BLOCK)
-        home = np.asarray(KDTree(shaped.vertices[patches.order]).query(rest[order])[1])
-        joints = dominant_joints(shaped.body.weight_indices, shaped.body.weights)[patches.order[home]]
         return cls(
-            patches=patches,
-            order=order.astype(np.int32),
-            home=home.astype(np.int32),
-            limb=patches.limb[home],
-            key_joint=int(np.bincount(joints).argmax()),
+            worn=worn or WornGarment.of(shaped, garment_vertices_rest),
             guarantee=guarantee,
             settings=settings or ProjectionSettings(),
             measure=measure,
@@ -116,10 +95,10 @@ class PreparedProjection:
 
     def start(self) -> ProjectorState:
         """The state before the first frame."""
-        count = len(self.order)
+        count = len(self.worn.order)
         return ProjectorState(
             frame=0,
-            anchors=self.patches.ring[self.patches.ring_start[self.home]],
+            anchors=self.worn.home_faces,
             heights=np.zeros(count, np.float32),
             offsets=np.zeros((count, 3), np.float32),
             directions=np.zeros(-(-count // GROUP), np.int8),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.arrays import Int, Vertices
-from hemline.errors import BadGarment
+from hemline.collide.surface.posed_surface import PosedSurface
 
 from .prepared import PreparedProjection, ProjectorState
 from .project_frame import ProjectedFrame, ProjectionReport
@@ -32,6 +32,7 @@ class Projector(PreparedProjection):
         *,
         dt: float,
         places: Int[np.ndarray, " verts"] | None = None,
+        surface: PosedSurface | None = None,
     ) -> tuple[ProjectorState, Vertices, ProjectionReport]:
         """Move the vertices of one frame out of the posed body.
 
@@ -42,6 +43,7 @@ class Projector(PreparedProjection):
             dt: Time since the frame before [s].
             places: The face of the body that each vertex was held off from, -1 for none. Such a vertex is led out over
                 that place or not at all: however near other skin is, it may be across flesh.
+            surface: The body's surface in this frame (`worn.surface(posed)`), where it is there already.
 
         Returns:
             The next state, the vertices outside of the body, and what was done.
@@ -49,13 +51,4 @@ class Projector(PreparedProjection):
         Raises:
             BadGarment: Another number of vertices than was prepared, or positions that are not finite.
         """
-        vertices = np.ascontiguousarray(vertices, np.float32)
-        if vertices.shape != (len(self.order), 3):
-            raise BadGarment(
-                "the projection was prepared for another garment",
-                f"vertices {vertices.shape}, not {(len(self.order), 3)}",
-                "prepare a projector for this garment",
-            )
-        if not np.isfinite(vertices).all():
-            raise BadGarment("garment vertices must be finite", "NaN or infinity", "look at what made this frame")
-        return ProjectedFrame(self, state, posed, vertices, places).projected(dt)
+        return ProjectedFrame(self, state, posed, self.worn.checked(vertices), places, surface).projected(dt)

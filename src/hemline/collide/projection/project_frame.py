@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.arrays import Bool, Float, Int, Points, Vertices
+from hemline.collide.surface.box_kernels import BLOCK
+from hemline.collide.surface.posed_surface import PosedSurface
 
 from .displace_kernels import deepest, displace, judge, list_doubtful, seek_ways_out, take_ways_out, write_back
 from .prepared import PreparedProjection, ProjectorState
-from .ray_kernels import BLOCK, certify, into_frame, surface_boxes, windings
-from .surface_kernels import Skin
+from .ray_kernels import certify, windings
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
@@ -52,39 +53,18 @@ class ProjectedFrame:
         posed: "PosedBody",
         vertices: Vertices,
         places: Int[np.ndarray, " verts"] | None = None,
+        surface: PosedSurface | None = None,
     ):
-        patches = projector.patches
-        self.projector, self.patches, self.vertices = projector, patches, vertices
+        self.projector, self.patches, self.vertices = projector, projector.worn.patches, vertices
         self.margin, self.gap = np.float32(projector.settings.margin), np.float32(projector.settings.gap)
-        self.to_world = np.ascontiguousarray(posed.transforms[projector.key_joint], np.float32)
-        self.body, self.points = np.empty((len(patches.order), 3), np.float32), np.empty_like(vertices)
-        into_frame(self.to_world, posed.vertices, patches.order, self.body)
-        into_frame(self.to_world, vertices, projector.order, self.points)
-        leaves = len(patches.leaf_start) - 1
-        self.leaf_box, self.corners = np.empty((6, leaves), np.float32), np.empty((leaves, 10, BLOCK), np.float32)
-        self.gathered = np.zeros(leaves, np.bool_)
-        self.patch_box = np.empty((6, len(patches.patch_start) - 1), np.float32)
-        surface_boxes(
-            self.body, patches.leaf_start, patches.leaf_vertices, patches.patch_start, self.leaf_box, self.patch_box
-        )
-        reach = float(np.abs(self.patch_box).max())
+        surface = surface or projector.worn.surface(posed)
+        self.to_world, self.skin = surface.to_world, surface.skin
+        self.points = surface.seen(vertices, projector.worn.order)
+        leaves = self.skin.leaf_box.shape[1]
+        self.corners, self.gathered = np.empty((leaves, 10, BLOCK), np.float32), np.zeros(leaves, np.bool_)
+        reach = float(np.abs(self.skin.patch_box).max())
         far = float(np.abs(self.to_world[:, 3]).max()) + reach
         self.rounding = np.float32(np.finfo(np.float32).eps * (TURNS * reach + 2 * far))
-        self.skin = Skin(
-            body=self.body,
-            faces=patches.faces,
-            across=patches.across,
-            ring_start=patches.ring_start,
-            ring=patches.ring,
-            leaf_start=patches.leaf_start,
-            leaf_vertices=patches.leaf_vertices,
-            leaf_box=self.leaf_box,
-            patch_start=patches.patch_start,
-            patch_box=self.patch_box,
-            patch_limb=patches.patch_limb,
-            known=np.zeros(len(self.body), np.bool_),
-            normals=np.empty_like(self.body),
-        )
         self.state = replace(
             state,
             frame=state.frame + 1,
@@ -95,9 +75,9 @@ class ProjectedFrame:
         )
         self.places = np.full(len(self.points), -1, np.int64)
         if places is not None:
-            corners = posed.shaped.body.faces[places[projector.order], 0]
-            held = places[projector.order] >= 0
-            self.places[held] = patches.ring[patches.ring_start[patches.number[corners[held]]]]
+            corners = posed.shaped.body.faces[places[projector.worn.order], 0]
+            held = places[projector.worn.order] >= 0
+            self.places[held] = self.patches.ring[self.patches.ring_start[self.patches.number[corners[held]]]]
 
     def projected(self, dt: float) -> tuple[ProjectorState, Vertices, ProjectionReport]:
         """The next state, the garment outside of the body, and the report."""
@@ -111,7 +91,7 @@ class ProjectedFrame:
                 pinched, anchors = self.led_out(ids, bad, displaced, signed)
         offsets, lively = np.empty_like(self.state.offsets), np.empty_like(self.state.lively)
         out = self.vertices.copy()
-        moved = write_back(self.points, ids, displaced, self.to_world, self.projector.order, offsets, lively, out)
+        moved = write_back(self.points, ids, displaced, self.to_world, self.projector.worn.order, offsets, lively, out)
         before, depth = self.measured(ids, signed) if self.projector.measure else (None, float("nan"))
         report = ProjectionReport(moved, 1000 * depth, pinched, anchors, before, exact)
         return replace(self.state, offsets=offsets, lively=lively), out, report
@@ -122,7 +102,7 @@ class ProjectedFrame:
         tries = 5 if state.frame == 1 else 1
         count = certify(
             self.points,
-            self.patch_box,
+            self.skin.patch_box,
             state.lively,
             SKYLINE_MARGIN,
             state.frame,
@@ -212,7 +192,7 @@ class ProjectedFrame:
         free, where = bad[~held], np.empty((0, 3), np.float32)
         for own_limb in (False, True):
             free, where = self.tried(ids, free, displaced, signed, np.full(len(free), -1, np.int64), own_limb=own_limb)
-        vertices = self.projector.order[ids[np.concatenate([kept, free])]]
+        vertices = self.projector.worn.order[ids[np.concatenate([kept, free])]]
         rank = np.argsort(vertices)
         where = np.concatenate([at_kept, where])[rank]
         return vertices[rank], where @ self.to_world[:, :3].T + self.to_world[:, 3]
@@ -234,7 +214,7 @@ class ProjectedFrame:
             self.points,
             ids,
             bad,
-            self.projector.limb,
+            self.projector.worn.limb,
             own_limb,
             PINCH_OFFSET,
             self.margin,

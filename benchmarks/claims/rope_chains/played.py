@@ -1,0 +1,196 @@
+"""What a model of rope chains looks like when it plays: `python benchmarks/claims/rope_chains/played.py MODEL TRUTH`.
+
+MODEL is a file or the name of a shipped model, TRUTH a dataset of the same garment with clips of subjects that nobody
+fitted to (`hemline simulate cape -m run walk jump turn kick dance -o cape-test`). Each clip is played three times: by
+the model's own bones, the same without the whole-cloth step, and driven by simulated bones. Beside it stands the rest
+drape carried along stiffly by the key joint: what one gets without any model. Then the body stands still for five
+seconds in its rest pose, and is frozen in the middle of a run.
+
+One JSON line a clip goes to benchmarks/results/rope_chains_played.jsonl, pictures of the worst frame of each clip
+(without the step, with it, the simulation) to docs/rope_chains/.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+
+import hemline
+from hemline import pictures
+from hemline.arrays import FramesOfVertices
+from hemline.bench.machine import commit, machine
+from hemline.compiled import use_threads
+from hemline.learning.key_frame import to_key
+from hemline.motions.motion import Motion
+
+ROOT = Path(__file__).parents[3]
+RESULTS = ROOT / "benchmarks" / "results" / "rope_chains_played.jsonl"
+PICTURES = ROOT / "docs" / "rope_chains"
+BANDS = ((0.0, 1.0), (1.0, 2.0), (2.0, 4.0), (4.0, 8.0))
+"""Of the hem's motion [Hz]."""
+HEM = 10
+"""The lowest so many percent of the vertices at rest are the hem."""
+STANDING_S, FROZEN_AT_S, FROZEN_S = 5.0, 1.0, 4.0
+LOOK_CLOSER = (640, 640)
+
+
+class Kept:
+    """The frames of one clip."""
+
+    def __init__(self):
+        self.frames = []
+
+    def __call__(self, frame):
+        self.frames.append(frame)
+
+    @property
+    def vertices(self) -> FramesOfVertices:
+        return np.stack([frame.vertices for frame in self.frames])
+
+
+def hem_in_key(model, frames, vertices: FramesOfVertices) -> np.ndarray:
+    """The hem in the frame of the key joint, clip mean taken off [m]."""
+    hem = model.rest[:, 1] <= np.percentile(model.rest[:, 1], HEM)
+    keys = [frame.body.transforms[model.key] for frame in frames]
+    seen = np.stack([to_key(key, each[hem]) for key, each in zip(keys, vertices, strict=True)])
+    return seen - seen.mean(axis=0)
+
+
+def power_by_band(seen: np.ndarray, fps: float) -> list[float]:
+    """Mean power of the hem's motion in each of `BANDS` [m^2]."""
+    window = np.hanning(len(seen))[:, None, None]
+    power = (np.abs(np.fft.rfft(seen * window, axis=0)) ** 2).mean(axis=(1, 2))
+    at = np.fft.rfftfreq(len(seen), 1 / fps)
+    return [float(power[(at >= low) & (at < high)].sum()) for low, high in BANDS]
+
+
+def played(model, body, truth, row) -> dict:
+    """All figures of one clip."""
+    take = truth.take(row)
+    ways = {"own": {}, "own, step off": {"whole": False}, "truth": {"drive": "truth"}}
+    found, kept = {}, {}
+    for name, options in ways.items():
+        kept[name] = Kept()
+        evaluation = hemline.evaluate(model, body, take.motion, truth=truth, keep=kept[name], **options)
+        found[name] = {
+            key: evaluation.figures[key]
+            for key in (
+                "vertex_error_mm",
+                "stretch_percent",
+                "inside_percent",
+                "resolved_percent",
+                "ripple_deg",
+                "jerk_m_s3",
+                "frame_ms",
+            )
+        }
+    clip = ~take.lead_in
+    vertices, frames = take.vertices[clip], kept["own"].frames
+    powers = [
+        power_by_band(hem_in_key(model, frames, each), take.motion.fps) for each in (kept["own"].vertices, vertices)
+    ]
+    carried = [model.rest @ f.body.transforms[model.key][:, :3].T + f.body.transforms[model.key][:, 3] for f in frames]
+    stiff = 1e3 * float(np.linalg.norm(np.stack(carried) - vertices, axis=2).mean())
+    worst = int(np.argmax([_longest(model, frame) for frame in kept["own, step off"].frames]))
+    meshes = [
+        (kept["own, step off"].frames[worst].vertices, "cloth"),
+        (frames[worst].vertices, "cloth"),
+        (vertices[worst], "truth"),
+    ]
+    _picture(PICTURES / f"{model.garment.name}-{row.clip}.png", frames[worst].body, meshes, model.garment.faces)
+    ratios = [ours / max(theirs, 1e-12) for ours, theirs in zip(*powers, strict=True)]
+    return {"clip": row.clip, "frames": len(frames), "stiff_mm": stiff, "hem_power_ratio": ratios} | found
+
+
+def _longest(model, frame) -> float:
+    strains = hemline.metrics.edge_strains(frame.vertices, model.garment.faces, model.garment.rest_edges)
+    return float(np.percentile(strains, 99))
+
+
+def _picture(path: Path, body, meshes, faces) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    views = [
+        pictures.picture_of(
+            [(body.vertices, body.faces, "body"), (vertices, faces, colour)], "back_three_quarter", size=LOOK_CLOSER
+        )
+        for vertices, colour in meshes
+    ]
+    pictures.write_png(path, pictures.side_by_side(views))
+
+
+def standing(model, body) -> dict:
+    """How far the bones of the ropes drift from the settled drape while the body stands still [mm]."""
+    posed = body.posed(body.rest_pose)
+    state, free = model.ropes.start(posed), model.ropes.parents >= 0
+    begun, speeds = state.positions[free], []
+    for _ in range(round(30 * STANDING_S)):
+        state = model.ropes.step(state, posed, 1 / 30)
+        speeds.append(np.linalg.norm(state.velocities[free], axis=1).mean())
+    drift = np.linalg.norm(state.positions[free] - begun, axis=1)
+    return {"ropes_drift_mm": 1e3 * float(drift.mean()), "ropes_speed_mm_s": 1e3 * float(np.mean(speeds[-30:]))}
+
+
+def frozen(model, body) -> dict:
+    """The body stops dead in the middle of the run: how far the hem swings on, and how fast it dies down."""
+    run = body.placed(hemline.motions.load("run").resampled(30))
+    stop, still = round(30 * FROZEN_AT_S), round(30 * FROZEN_S)
+    index = np.concatenate([np.arange(stop), np.full(still, stop)])
+    motion = Motion(
+        run.rotations[index], run.translations[index], 30.0, run.leg_length, "frozen run", run.source, run.licence
+    )
+    frames = list(hemline.play(model, body, motion, fps=None, placed=True))
+    hem = model.rest[:, 1] <= np.percentile(model.rest[:, 1], HEM)
+    path = np.stack([frame.vertices[hem].mean(axis=0) for frame in frames[stop:]])
+    away = np.linalg.norm(path - path[-15:].mean(axis=0), axis=1)
+    swing = away.max()
+    still_swinging = np.flatnonzero(away > swing / np.e)
+    return {"swing_on_mm": 1e3 * float(swing), "decay_s": float(still_swinging[-1] / 30)}
+
+
+def shown(row: dict) -> str:
+    """One clip as a line of a table."""
+    own, off, driven = row["own"], row["own, step off"], row["truth"]
+    stretch, torn = own["stretch_percent"], off["stretch_percent"]
+    bands = " ".join(f"{each:.2f}" for each in row["hem_power_ratio"])
+    return (
+        f"| {row['clip']} | {own['vertex_error_mm']['mean']:.0f}; {driven['vertex_error_mm']['mean']:.1f}; "
+        f"{row['stiff_mm']:.0f} | {torn['p99_mean']:.0f} -> {stretch['p99_mean']:.0f} | "
+        f"{torn['p99_worst']:.0f} -> {stretch['p99_worst']:.0f} | {torn['long']:.2f} -> {stretch['long']:.2f} | "
+        f"{off['inside_percent']['before']:.1f} -> {own['inside_percent']['before']:.2f} | "
+        f"{off['resolved_percent']:.1f} -> {own['resolved_percent']:.2f} | {own['inside_percent']['after']:.2f} | "
+        f"{own['jerk_m_s3']['ratio']:.2f} | {own['ripple_deg']['mean']:.1f} ({own['ripple_deg']['truth']:.1f}) | "
+        f"{bands} | {own['frame_ms']['median']:.2f} ({own['frame_ms']['stages']['whole']:.2f}) |"
+    )
+
+
+HEADER = """\
+| clip | error mm: own; by simulated bones; rest drape carried | stretch p99 % | worst frame % | > 30 % long, % | \
+inside before, % | projection moves, % | inside after, % | jerk / truth | ripples deg (truth) | \
+hem power / truth by band | frame ms (step) |
+|---|---|---|---|---|---|---|---|---|---|---|---|"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="What a model of rope chains looks like when it plays.")
+    parser.add_argument("model", help="a model file, or the name of a shipped model")
+    parser.add_argument("truth", type=Path, help="a dataset of clips that the model was not fitted to")
+    asked = parser.parse_args()
+    use_threads(1)
+    model, truth = hemline.load(asked.model), hemline.datasets.open_dataset(asked.truth)
+    body = hemline.bodies.load(model.body_name).shaped(model.garment.body_betas)
+    common = {"model": model.garment.name, "machine": machine(), "commit": commit(), "threads": 1}
+    print(HEADER, flush=True)
+    RESULTS.parent.mkdir(parents=True, exist_ok=True)
+    with RESULTS.open("a") as stream:
+        for row in truth.clips():
+            figures = played(model, body, truth, row)
+            stream.write(json.dumps(figures | common) + "\n")
+            print(shown(figures), flush=True)
+        still = standing(model, body) | frozen(model, body)
+        stream.write(json.dumps(still | common) + "\n")
+    print(" ".join(f"{name} {value:.2f}" for name, value in still.items()))
+
+
+if __name__ == "__main__":
+    main()

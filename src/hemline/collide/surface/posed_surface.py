@@ -1,0 +1,69 @@
+"""The body's surface in one pose, in the frame of one bone."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.arrays import Float, Int, Points
+
+from .box_kernels import into_frame, out_of_frame, surface_boxes
+from .patches import Patches
+from .surface_kernels import Skin
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody
+
+
+@dataclass(frozen=True, eq=False)
+class PosedSurface:
+    """What whatever looks for the skin in a frame walks over; made once a frame, see `WornGarment.surface`."""
+
+    to_world: Float[np.ndarray, "3 4"]
+    """The bone: its frame to the world, float32."""
+    skin: Skin
+    """The surface, in the bone's frame."""
+
+    @classmethod
+    def of(cls, patches: Patches, joint: int, posed: "PosedBody") -> "PosedSurface":
+        """The surface of a posed body.
+
+        Args:
+            patches: The surface, cut.
+            joint: The bone in whose frame it is seen.
+            posed: The body.
+        """
+        to_world = np.ascontiguousarray(posed.transforms[joint], np.float32)
+        body = np.empty((len(patches.order), 3), np.float32)
+        into_frame(to_world, posed.vertices, patches.order, body)
+        leaf_box = np.empty((6, len(patches.leaf_start) - 1), np.float32)
+        patch_box = np.empty((6, len(patches.patch_start) - 1), np.float32)
+        surface_boxes(body, patches.leaf_start, patches.leaf_vertices, patches.patch_start, leaf_box, patch_box)
+        skin = Skin(
+            body=body,
+            faces=patches.faces,
+            across=patches.across,
+            ring_start=patches.ring_start,
+            ring=patches.ring,
+            leaf_start=patches.leaf_start,
+            leaf_vertices=patches.leaf_vertices,
+            leaf_box=leaf_box,
+            patch_start=patches.patch_start,
+            patch_box=patch_box,
+            patch_limb=patches.patch_limb,
+            known=np.zeros(len(body), np.bool_),
+            normals=np.empty_like(body),
+        )
+        return cls(to_world, skin)
+
+    def seen(self, points: Points, order: Int[np.ndarray, " points"]) -> Points:
+        """Points of the world in the bone's frame, reordered, float32."""
+        out = np.empty((len(order), 3), np.float32)
+        into_frame(self.to_world, points, order, out)
+        return out
+
+    def placed(self, points: Points, order: Int[np.ndarray, " points"]) -> Points:
+        """Points of the bone's frame in the world, back in the order that `seen` took them from, float32."""
+        out = np.empty_like(points)
+        out_of_frame(self.to_world, points, order, out)
+        return out

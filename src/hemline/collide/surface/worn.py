@@ -1,0 +1,86 @@
+"""A garment at rest on a body: what lies next to what."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from hemline.arrays import Int, Vertices
+from hemline.errors import BadGarment
+
+from .box_kernels import BLOCK
+from .patches import Patches, dominant_joints, make_patches, vertex_blocks
+from .posed_surface import PosedSurface
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody, ShapedBody
+
+
+@dataclass(frozen=True)
+class WornGarment:
+    """The body's surface in patches, the garment's vertices in blocks, and what of the body each is next to."""
+
+    patches: Patches
+    order: Int[np.ndarray, " verts"]
+    """Vertices in compact blocks: the order that kernels work in, to the garment's own."""
+    home: Int[np.ndarray, " verts"]
+    """Body vertex nearest to each garment vertex at rest, both renumbered."""
+    limb: Int[np.ndarray, " verts"]
+    """The limb that each garment vertex belongs to: that of its home."""
+    key_joint: int
+    """The bone that most of the garment is next to: the frame that kernels work in."""
+
+    @classmethod
+    def of(cls, shaped: "ShapedBody", rest: Vertices) -> Self:
+        """Cut the body into patches and the garment into blocks.
+
+        Args:
+            shaped: The body.
+            rest: The garment at rest, in the world of the body's rest pose [m].
+
+        Raises:
+            BadBody: The body's mesh is not closed.
+            BadGarment: The garment is empty or not finite.
+        """
+        from scipy.spatial import KDTree
+
+        rest = np.asarray(rest, np.float32).reshape(-1, 3)
+        if not len(rest) or not np.isfinite(rest).all():
+            raise BadGarment("the projection needs a garment", f"{len(rest)} vertices, not all finite", "give a mesh")
+        patches = make_patches(shaped)
+        order = vertex_blocks(rest, BLOCK)
+        home = np.asarray(KDTree(shaped.vertices[patches.order]).query(rest[order])[1])
+        joints = dominant_joints(shaped.body.weight_indices, shaped.body.weights)[patches.order[home]]
+        return cls(
+            patches=patches,
+            order=order.astype(np.int32),
+            home=home.astype(np.int32),
+            limb=patches.limb[home],
+            key_joint=int(np.bincount(joints).argmax()),
+        )
+
+    @property
+    def home_faces(self) -> Int[np.ndarray, " verts"]:
+        """A face around the home of each vertex: its number in `patches.faces`."""
+        return self.patches.ring[self.patches.ring_start[self.home]]
+
+    def checked(self, vertices: Vertices) -> Vertices:
+        """The vertices of a frame [m], float32 and contiguous, if they can be this garment's.
+
+        Raises:
+            BadGarment: Another number of vertices than was prepared, or positions that are not finite.
+        """
+        vertices = np.ascontiguousarray(vertices, np.float32)
+        if vertices.shape != (len(self.order), 3):
+            raise BadGarment(
+                "the projection was prepared for another garment",
+                f"vertices {vertices.shape}, not {(len(self.order), 3)}",
+                "prepare a projector for this garment",
+            )
+        if not np.isfinite(vertices).all():
+            raise BadGarment("garment vertices must be finite", "NaN or infinity", "look at what made this frame")
+        return vertices
+
+    def surface(self, posed: "PosedBody") -> PosedSurface:
+        """The body's surface in a pose, for all that is done to the garment in that frame."""
+        return PosedSurface.of(self.patches, self.key_joint, posed)

@@ -1,0 +1,231 @@
+"""Keeps a garment in one piece between the animator and the projection.
+
+What an animator makes may cut deep into a limb. The projection moves each vertex alone, so neighbours would come out on
+different sides of it. This step takes patches of cloth out as a whole, and shortens edges that are too long.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from hemline.arrays import Float, Int, Points, UInt, Vertices
+from hemline.collide.surface.posed_surface import PosedSurface
+from hemline.collide.surface.worn import WornGarment
+
+from .limit_kernels import decay_shifts, limit_coarse, limit_fine, spread_shifts
+from .models import CoarseModel, FineModel, coarse_model, fine_model
+from .plane_kernels import Cells, Limbs, SampleMemory, fill_cells, hold_samples, place_pins
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody, ShapedBody
+    from hemline.garments import Garment
+
+
+@dataclass(frozen=True)
+class WholeSettings:
+    """Sizes, distances and times of the whole-cloth step."""
+
+    controls: int = 800
+    """Control vertices."""
+    samples: int = 2000
+    """Vertices that the skin holds off."""
+    near: float = 0.018
+    """A sample below this height over the skin is held off [m]."""
+    margin: float = 0.01
+    """Height that it is held at [m]."""
+    stretch: float = 1.06
+    """Longest that an edge may be, over its length at rest."""
+    memory: float = 0.1
+    """Time constant with which shifts of control vertices fade [s]."""
+    speed: float = 0.36
+    """Fastest that they fade [m/s]."""
+    keep: float = 0.97
+    """What is kept of a vertex's fine offset after a thirtieth of a second."""
+    rounds: int = 2
+    """How often samples look for the skin in a frame."""
+    coarse_sweeps: int = 6
+    """Sweeps over coarse edges after each look."""
+    fine_sweeps: int = 4
+    """Sweeps over all edges."""
+    cell: float = 0.05
+    """Size of the cells that tell where skin may be near [m]."""
+    widen: float = 0.02
+    """How far from skin a cell counts as near [m]."""
+
+
+@dataclass(frozen=True)
+class WholeState:
+    """What moves from frame to frame: plain arrays in the frame of the key bone."""
+
+    frame: int
+    """Frames done."""
+    shifts: Float[np.ndarray, "controls 3"]
+    """Of the control vertices [m]."""
+    offsets: Float[np.ndarray, "verts 3"]
+    """Of each vertex, beside what control vertices do [m]; in the kernels' order."""
+    memory: SampleMemory
+
+
+@dataclass(frozen=True)
+class WholeCloth:
+    """A garment on a body made ready for the step; frozen. Make it with `WholeCloth.prepare`."""
+
+    worn: WornGarment
+    coarse: CoarseModel
+    fine: FineModel
+    pins: Int[np.ndarray, " pins"]
+    """Hard pins, in the kernels' order of vertices."""
+    pin_corners: Int[np.ndarray, "pins 3"]
+    pin_weights: Float[np.ndarray, "pins 3"]
+    pin_heights: Float[np.ndarray, " pins"]
+    pin_joints: Int[np.ndarray, " pins"]
+    """The joint that carries each pin; -1 for one on the skin."""
+    pin_offsets: Float[np.ndarray, "pins 3"]
+    """From that joint [m]."""
+    limbs: Limbs
+    patch_bit: UInt[np.ndarray, " patches"]
+    settings: WholeSettings
+
+    @classmethod
+    def prepare(
+        cls,
+        shaped: "ShapedBody",
+        garment: "Garment",
+        worn: WornGarment,
+        settings: WholeSettings | None = None,
+    ) -> Self:
+        """Spread control vertices and samples over a garment: a tenth of a second, once.
+
+        Args:
+            shaped: The body.
+            garment: The garment.
+            worn: Both, cut into patches and blocks.
+            settings: Sizes, distances and times.
+        """
+        settings = settings or WholeSettings()
+        number = np.empty(len(worn.order), np.int64)
+        number[worn.order] = np.arange(len(worn.order))
+        hard = np.flatnonzero(np.isinf(garment.pins.stiffness))
+        hard = hard[np.argsort(number[garment.pins.vertices[hard]])]
+        pins, faces = number[garment.pins.vertices[hard]], number[garment.faces]
+        vertices = garment.vertices[worn.order]
+        coarse = coarse_model(vertices, faces, garment.rest_edges, pins, settings.controls, settings.samples)
+        _, limb = np.unique(worn.patches.limb, return_inverse=True)
+        bits = np.left_shift(np.uint32(1), limb.astype(np.uint32))
+        limbs = {int(name): bit for name, bit in zip(worn.patches.limb, bits, strict=True)}
+        return cls(
+            worn=worn,
+            coarse=coarse,
+            fine=fine_model(faces, garment.rest_edges, pins),
+            pins=pins.astype(np.int32),
+            pin_corners=worn.patches.number[shaped.body.faces[garment.pins.body_faces[hard]]].astype(np.int32),
+            pin_weights=garment.pins.barycentric[hard].astype(np.float32),
+            pin_heights=garment.pins.heights[hard].astype(np.float32),
+            pin_joints=garment.pins.joints[hard],
+            pin_offsets=garment.pins.offsets[hard],
+            limbs=Limbs(worn.patches.limb, bits),
+            patch_bit=np.array([limbs[int(name)] for name in worn.patches.patch_limb], np.uint32),
+            settings=settings,
+        )
+
+    def start(self) -> WholeState:
+        """The state before the first frame: nothing shifted, each sample next to the skin that is nearest at rest."""
+        samples = self.coarse.samples
+        return WholeState(
+            frame=0,
+            shifts=np.zeros((len(self.coarse.controls), 3), np.float32),
+            offsets=np.zeros((len(self.worn.order), 3), np.float32),
+            memory=SampleMemory(
+                faces=self.worn.home_faces[samples].astype(np.int64),
+                heights=np.zeros(len(samples), np.float32),
+                fresh=np.ones(len(samples), np.bool_),
+            ),
+        )
+
+    def step(
+        self,
+        state: WholeState,
+        posed: "PosedBody",
+        vertices: Vertices,
+        *,
+        dt: float,
+        surface: PosedSurface | None = None,
+    ) -> tuple[WholeState, Vertices]:
+        """Hold the cloth of one frame together.
+
+        Args:
+            state: From `start`, or from the frame before; it is not changed.
+            posed: The body in this frame.
+            vertices: What the animator made [m].
+            dt: Time since the frame before [s].
+            surface: The body's surface in this frame (`worn.surface(posed)`), where it is there already.
+
+        Returns:
+            The state after, and the vertices [m].
+
+        Raises:
+            BadGarment: Another number of vertices than was prepared, or positions that are not finite.
+        """
+        settings, coarse = self.settings, self.coarse
+        surface = surface or self.worn.surface(posed)
+        points = surface.seen(self.worn.checked(vertices), self.worn.order)
+        shifts = np.empty_like(state.shifts)
+        decay_shifts(state.shifts, np.float32(math.exp(-dt / settings.memory)), np.float32(settings.speed * dt), shifts)
+        places = self.pin_places(posed, surface)
+        pinned = np.flatnonzero(coarse.free == 0)
+        if len(pinned):
+            at = np.searchsorted(self.pins, coarse.controls[pinned])
+            shifts[pinned] = places[at] - points[coarse.controls[pinned]]
+        cells, memory = self.cells(surface), state.memory.copy()
+        count = len(coarse.samples)
+        planes, held = np.empty((count, 4), np.float32), np.empty(count, np.int64)
+        listed = np.arange(count)
+        for again in range(settings.rounds):
+            count = hold_samples(
+                surface.skin,
+                self.limbs,
+                cells,
+                points,
+                shifts,
+                coarse,
+                listed,
+                again > 0,
+                state.frame,
+                np.float32(settings.near),
+                np.float32(settings.margin),
+                memory,
+                planes,
+                held,
+            )
+            listed = held[:count].copy()
+            limit_coarse(points, coarse, planes, listed, settings.coarse_sweeps, shifts)
+        moved, carried = np.empty_like(points), np.empty_like(points)
+        keep = np.float32(settings.keep ** (30 * dt))
+        spread_shifts(points, shifts, coarse.weight_ids, coarse.weights, state.offsets, keep, moved, carried)
+        moved[self.pins] = places
+        limit_fine(self.fine, np.float32(settings.stretch), settings.fine_sweeps, moved)
+        after = WholeState(state.frame + 1, shifts, moved - carried, memory)
+        return after, surface.placed(moved, self.worn.order)
+
+    def pin_places(self, posed: "PosedBody", surface: PosedSurface) -> Points:
+        """Where the hard pins are, as `garments.Pins.positions`, in the frame of the key bone [m]."""
+        places = np.empty((len(self.pins), 3), np.float32)
+        place_pins(surface.skin, self.pin_corners, self.pin_weights, self.pin_heights, places)
+        hung = np.flatnonzero(self.pin_joints >= 0)
+        if len(hung):
+            joint = self.pin_joints[hung]
+            turned = np.einsum("pij,pj->pi", posed.transforms[joint, :, :3], self.pin_offsets[hung])
+            places[hung] = surface.seen((posed.joints[joint] + turned).astype(np.float32), np.arange(len(hung)))
+        return places
+
+    def cells(self, surface: PosedSurface) -> Cells:
+        """Which limbs may be near, in a grid over the body."""
+        settings, boxes = self.settings, surface.skin.patch_box
+        size, widen = np.float32(settings.cell), np.float32(settings.widen)
+        low = boxes[:3].min(axis=1) - widen
+        counts = np.ceil((boxes[3:].max(axis=1) + widen - low) / size).astype(int)
+        bits = np.zeros(tuple(np.maximum(counts, 1)), np.uint32)
+        fill_cells(boxes, self.patch_bit, low, size, widen, bits)
+        return Cells(bits, low, size)
