@@ -75,8 +75,15 @@ def test_figures_are_what_they_say(learned, frames):
         assert learned.figures[f"{side}_frames"] == len(chosen)
 
 
-def test_first_basis_is_the_svd_of_the_truth(learned, frames):
-    _, _, vectors = np.linalg.svd(frames.displacements[frames.train].astype(np.float64), full_matrices=False)
+def line(frames, wanted: np.ndarray) -> np.ndarray:
+    """What a ridge regression from the bones says of the training frames."""
+    noise = np.where(frames.free > 0, SMALL.bone_noise, SMALLEST_DEVIATION)
+    matrix, offset = ridge(frames.bones[frames.train], wanted.astype(np.float64), noise)
+    return frames.bones[frames.train] @ matrix.T + offset
+
+
+def test_first_basis_is_the_svd_of_what_a_line_says_of_the_truth(learned, frames):
+    _, _, vectors = np.linalg.svd(line(frames, frames.displacements[frames.train]), full_matrices=False)
     basis = learned.skinning_basis.unpacked()[:6]
     cosines = np.abs((basis * vectors[:6]).sum(axis=1) / np.linalg.norm(basis, axis=1))
     assert cosines.min() > 0.9995  # 8 bits
@@ -86,9 +93,7 @@ def test_second_basis_is_the_svd_of_what_a_line_says_of_what_the_trained_first_n
     bones = frames.bones[frames.train]
     first, _ = played(learned, bones)
     left = (frames.displacements[frames.train] - first).astype(np.float64)
-    noise = np.where(frames.free > 0, SMALL.bone_noise, SMALLEST_DEVIATION)
-    matrix, offset = ridge(bones, left, noise)
-    said = bones @ matrix.T + offset
+    said = line(frames, left)
     _, values, vectors = np.linalg.svd(said, full_matrices=False)
     basis = learned.shape_basis.unpacked()
     apart = [k for k in range(6) if values[k + 1] < 0.97 * values[k] and (k == 0 or values[k] < 0.97 * values[k - 1])]
@@ -231,9 +236,10 @@ def test_sampled_collision_loss_is_unbiased(frames, floor):
 
     from hemline.animators.ropes.networks import CoefficientObjective
     from hemline.animators.ropes.training_set import Contact, TrainingSet
-    from hemline.learning.pca import principal
+    from hemline.learning.pca import principal_of_map
 
-    found = principal(lambda at: frames.displacements[:, at], 3 * VERTICES, 12)
+    rows = 3 * VERTICES
+    found = principal_of_map(np.eye(rows), np.zeros(rows), frames.displacements, 12)
     training = TrainingSet(
         "skinning",
         frames.bones,

@@ -83,6 +83,8 @@ def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
         "5",
         "--correction-epochs",
         "5",
+        "--bones-epochs",
+        "5",
         "--components",
         "20",
         "--shape-components",

@@ -85,7 +85,8 @@ def learned_model(reach: float = 9.0, clearance: float = 0.0) -> AnimatorRopes:
     layers = [(np.zeros(size), np.zeros(size[0])) for size in sizes]
     as_network(np.concatenate(back, axis=1), np.zeros(modes), layers)
     network = Mlp.rounded([weights for weights, _ in layers], [biases for _, biases in layers])
-    far = np.full(COUNT, reach, np.float32)
+    far = np.full(COUNT + 2 * modes, 9.0, np.float32)
+    far[:COUNT] = reach
     return replace(model, learned=LearnedBones(basis, network, -far, far, 1 / 30, clearance))
 
 

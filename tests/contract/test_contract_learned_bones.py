@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_models import body, learned_model, ropes_model, turned_about_the_vertical, vertical, walk
 
-from hemline.animators.ropes.body_inputs import BodyAtRest, body_inputs
+from hemline.animators.ropes.body_inputs import COUNT, BodyAtRest, body_inputs
 from hemline.animators.ropes.bone_contact_kernels import push_points_out
 from hemline.animators.ropes.learned_bones import LearnedBones
 from hemline.learning.mlp import Mlp
@@ -46,10 +46,12 @@ def made() -> LearnedBones:
 
 def silent(clearance: float) -> LearnedBones:
     """All directions, and a network that says nothing: bones are free bodies without weight."""
-    rows, count = made().modes.shape[1], len(made().low)
+    rows, count = made().modes.shape[1], COUNT
+    far = np.full(count + 2 * rows, 9.0, np.float32)
     sizes = ((4, count + 2 * rows), (4, 4), (rows, 4))
     network = Mlp.rounded([np.zeros(size) for size in sizes], [np.zeros(size[0]) for size in sizes])
-    return replace(made(), modes=np.eye(rows, dtype=np.float32), network=network, clearance=clearance)
+    modes = np.eye(rows, dtype=np.float32)
+    return replace(made(), modes=modes, network=network, low=-far, high=far, clearance=clearance)
 
 
 def played(model, poses, dt=H, state=None) -> tuple[np.ndarray, list]:
@@ -82,7 +84,7 @@ def test_inputs_of_the_body_do_not_say_where_in_the_world_it_stands_or_looks():
     poses = [turned_about_the_vertical(motion[k], 2.0, shift) for k in range(4)]
     elsewhere = np.stack([body().posed(pose).transforms for pose in poses]).astype(np.float64)
     one, other = (body_inputs(at_rest(), *frames[:3], H, H) for frames in (transforms(motion), elsewhere))
-    assert one.shape == (len(made().low),)
+    assert one.shape == (COUNT,)
     np.testing.assert_allclose(one, other, atol=2e-4)  # poses are float32, velocities divided by a frame
 
 
@@ -126,6 +128,21 @@ def test_a_teleport_carries_bones_and_their_swing_along():
     back = (there[16:] - shift) @ vertical(angle)
     reach = np.linalg.norm(here[15:] - here[15:].mean(axis=1, keepdims=True), axis=2).max()
     assert np.linalg.norm(back - here[15:], axis=2).mean() < 0.05 * reach
+
+
+def test_bones_cannot_run_away_farther_than_in_the_training():
+    """A network that blows up: coefficients stay in their range, and ropes take over."""
+    wild = replace(made().network, biases=(*made().network.biases[:2], made().network.biases[2] + 5))
+    near = np.full(len(made().low), 0.3, np.float32)
+    near[:COUNT] = 9
+    learned = replace(made(), network=wild, low=-near, high=near)
+    found, _ = steps(learned, transforms(walk()), H)
+    rest = ropes_model().ropes.rest[np.flatnonzero(ropes_model().ropes.parents >= 0)]
+    for bones, frame in zip(found, transforms(walk()), strict=True):
+        local = (bones - frame[12, :, 3]) @ frame[12, :, :3] - rest
+        assert np.abs(learned.modes @ local.reshape(-1)).max() < 0.3 + 0.05  # pushed out of the body after that
+    _, states = played(replace(learned_model(), learned=learned), poses_of(walk()))
+    assert float(states[-1].bones.share) == 1
 
 
 def test_a_minute_goes_by_without_drift():

@@ -111,6 +111,7 @@ def test_the_five_commands_run_as_they_stand(tmp_path, monkeypatch):
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in shirt.faces.tolist()]
     (tmp_path / "my_jacket.obj").write_text("\n".join(lines) + "\n")
     small = "--epochs 2 --correction-epochs 2 --components 4 --shape-components 4 --hidden 16 --correction-hidden 8"
+    small += " --bones-epochs 2"
     shorter = {"simulate": ["--seconds", "0.5"], "fit": [*small.split(), "--batch", "16"]}
     typed = [
         words

@@ -1,4 +1,4 @@
-"""Principal components of many large frames, without holding more than a strip of them."""
+"""Principal components of what a linear map makes, and projections of large frames, strip by strip."""
 
 import functools
 from collections.abc import Callable, Iterator
@@ -33,41 +33,6 @@ class Pca:
         return functools.reduce(np.add, parts)
 
 
-def principal(strips: Strips, rows: int, count: int) -> Pca:
-    r"""The `count` first principal directions of displacements $u$ about zero.
-
-    The eigenvectors $v_k$ of the Gram matrix $G_{ij} = u_i \cdot u_j$ give $b_k = U^T v_k / \sqrt{\lambda_k}$: the
-    frames are far fewer than the coordinates. $G$ is summed in float64, strip by strip.
-
-    Args:
-        strips: The displacements [m].
-        rows: Coordinates a frame.
-        count: Directions wanted; fewer come back where the frames span fewer.
-
-    Returns:
-        The basis; the sign of a vector is such that its largest entry is positive.
-
-    Raises:
-        BadDataset: No frame, or none that moves.
-
-    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
-        Clothing", 2024, Section 7 ("a standard PCA model"). Differs: the mean is not removed first, so that
-        coefficients of zero are the rest drape; it costs one direction.
-    """
-    gram, square = _gram(strips, rows)
-    values, vectors = _leading(gram, count)
-    if not len(values):
-        raise BadDataset(
-            "principal components need frames that move", f"{len(gram)} frames at rest", "add takes to the dataset"
-        )
-    weights = (vectors / np.sqrt(values)).astype(np.float32)
-    basis = np.concatenate([weights.T @ strips(at) for at in _strips(rows)], axis=1)
-    basis *= np.sign(basis[np.arange(len(basis)), np.abs(basis).argmax(axis=1)])[:, None]
-    basis /= np.linalg.norm(basis.astype(np.float64), axis=1)[:, None].astype(np.float32)
-    explained = float(values.sum() / square)
-    return Pca(np.ascontiguousarray(basis), np.sqrt(values / len(gram)).astype(np.float32), explained)
-
-
 def principal_of_map(
     matrix: Float[np.ndarray, "rows ins"],
     offset: Float[np.ndarray, " rows"],
@@ -76,8 +41,8 @@ def principal_of_map(
 ) -> Pca:
     r"""The first principal directions of what a linear map $A x + a$ makes of given inputs, about zero.
 
-    With $[A\ a] = Y$ and $S$ the second moments of $(x, 1)$ those are the left singular vectors of $Y S^{1/2}$: as few
-    as inputs, whatever the frames.
+    With $[A\ a] = Y$ and $S$ the second moments of $(x, 1)$ those are the left singular vectors of $Y S^{1/2}$: the
+    work grows with the inputs, not with the frames. The identity gives those of the inputs themselves.
 
     Args:
         matrix: $A$.
@@ -86,10 +51,14 @@ def principal_of_map(
         count: Directions wanted; fewer come back where the map has a lower rank.
 
     Returns:
-        The basis, its signs as those of `principal`.
+        The basis; the sign of a vector is such that its largest entry is positive.
 
     Raises:
         BadDataset: The map makes nothing but zeros.
+
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Section 7 ("a standard PCA model"). Differs: the mean is not removed first, so that
+        coefficients of zero are the rest drape; it costs one direction. Of what a map makes, not of the frames.
     """
     whole = np.column_stack([matrix, offset]).astype(np.float64)
     ones = np.column_stack([inputs, np.ones(len(inputs))]).astype(np.float64)
@@ -111,22 +80,11 @@ def _strips(rows: int) -> Iterator[slice]:
         yield slice(first, min(first + STRIP, rows))
 
 
-def _gram(strips: Strips, rows: int) -> tuple[np.ndarray, float]:
-    gram: np.ndarray | float = 0.0
-    for at in _strips(rows):
-        strip = strips(at).astype(np.float64)
-        gram = gram + strip @ strip.T
-    gram = np.asarray(gram)
-    return gram, float(np.trace(gram))
-
-
 def _leading(gram: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     from scipy.linalg import eigh
 
-    frames = len(gram)
-    if not frames:
-        return np.zeros(0), np.zeros((0, 0))
-    values, vectors = eigh(gram, subset_by_index=(max(0, frames - count), frames - 1))
+    size = len(gram)
+    values, vectors = eigh(gram, subset_by_index=(max(0, size - count), size - 1))
     values, vectors = values[::-1], vectors[:, ::-1]
     solid = values > max(values[0], 0.0) * 1e-12
     return values[solid], vectors[:, solid]

@@ -19,7 +19,7 @@ from .state import RopesState
 
 GRAVITY = RopeConstants().gravity
 """The one that learned bones know [m/s^2]."""
-NEAR, FAR = 0.25, 0.75
+NEAR, FAR = 0.1, 0.3
 """Ropes begin to take over where the body is this far out of the range of the training, as a share of that range, and
 have taken over there."""
 SECONDS_TO_ROPES = 0.2

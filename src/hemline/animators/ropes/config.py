@@ -74,7 +74,9 @@ class RopesConfig:
     """Standard deviation of noise on each coefficient of the bones that a rollout begins with [m]."""
     body_noise: float = not_negative(0.3)
     """Standard deviation of noise on what learned bones see of the body, as a share of the deviation of each input."""
-    bone_clearance: float = not_negative(0.02)
+    swing_weight: float = not_negative(10.0)
+    """Weight of the mean square error of what bones move from frame to frame, beside that of where they are."""
+    bone_clearance: float = not_negative(0.01)
     """Learned bones are pushed this far out of the body's primitives [m]."""
     checkpoint_epochs: int = positive(10)
     """The state of a training is kept every so many passes."""

@@ -73,7 +73,7 @@ def fit(
     if ropes is None:
         ropes, found = ropes_for(source, shaped, rest, config, progress)
     with _kept(checkpoints) as folder:
-        frames, clearances = gather(source, ropes, folder, mirror=config.mirror)
+        frames, clearances = gather(source, ropes, folder, mirror=config.mirror, progress=progress)
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
         played, figures = _own(source, ropes, frames, learned, config, seed, progress, folder)
     return AnimatorRopes(

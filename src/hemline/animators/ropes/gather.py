@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies
+from hemline.animators.base import Progress
 from hemline.arrays import FramesOfVertices, Int, Transforms, Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset, Row, Take
@@ -101,7 +102,9 @@ class _Shown:
     shape: int
 
 
-def gather(source: Source, ropes: Ropes, folder: Path, *, mirror: bool) -> tuple[Frames, Clearances]:
+def gather(
+    source: Source, ropes: Ropes, folder: Path, *, mirror: bool, progress: Progress | None = None
+) -> tuple[Frames, Clearances]:
     """All frames in the frame of the key joint.
 
     Args:
@@ -109,6 +112,7 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, mirror: bool) -> tuple
         ropes: The bones.
         folder: Displacements and clearances are mapped from files here: they may be larger than the memory.
         mirror: Show the frames to train on mirrored, too, where garment and body are symmetric.
+        progress: Called with "frames", frames done and in all.
 
     Returns:
         The frames, and where the body is for the collision term.
@@ -134,6 +138,8 @@ def gather(source: Source, ropes: Ropes, folder: Path, *, mirror: bool) -> tuple
         normals[at] = np.einsum("fvi,fij->fvj", shown.clearances.normals, keys[:, :, :3])
         heights[at] = shown.clearances.heights
         first = at.stop
+        if progress is not None:
+            progress("frames", first, count)
     free = np.ones((ropes.node_count, 3), np.float32)
     free[ropes.kinematic] = 0
     frames = Frames(

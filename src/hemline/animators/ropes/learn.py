@@ -11,7 +11,7 @@ from hemline.files import content_hash
 from hemline.learning.collision import Clearances
 from hemline.learning.mlp import Mlp
 from hemline.learning.packed_basis import PackedBasis, pack_basis
-from hemline.learning.pca import Pca, principal, principal_of_map
+from hemline.learning.pca import Pca, principal_of_map
 
 from .config import RopesConfig
 from .fit_figures import fit_figures
@@ -19,9 +19,6 @@ from .frames import Frames
 from .linear import LinearMap
 from .stage import Stage, projected
 from .training_set import Contact, Skinned, TrainingSet
-
-BASIS_FRAMES = 5000
-"""Frames that the first basis is found from; of more, this many are drawn: its time grows with their square."""
 
 
 @dataclass(frozen=True)
@@ -70,19 +67,20 @@ def learn(
         MissingExtra: torch is not installed.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
-        Clothing", 2024, Sections 7 and 8. Differs: the second basis holds what a linear map from the bones can say of
-        the residual of the first network (as it is played, 8 bits and all), not the residual itself, most of which no
-        network can say: see `linear.LinearMap`.
+        Clothing", 2024, Sections 7 and 8. Differs: a basis holds what a linear map from the bones can say of the ground
+        truth, or of the residual of the first network (as it is played, 8 bits and all), not those themselves: much of
+        them no network can say, and what it can would not find room. See `linear.LinearMap`.
     """
     tell = progress or (lambda stage, done, total: None)
     mark = content_hash(asdict(config), {"seed": seed}, frames.mark)
+    tell("line", 0, 1)
     linear = LinearMap.fitted(frames, config.bone_noise)
-    tell("first basis", 0, 1)
-    pca = _first_basis(frames, config.components, seed)
-    tell("first basis", 1, 1)
+    tell("line", 1, 1)
+    trained = frames.bones[frames.train]
     common = (frames, clearances, config, mark, tell, folder)
+    pca = principal_of_map(linear.matrix, linear.offset, trained, config.components)
     first = _stage("skinning", pca, None, config.second_columns, config.skinning_rate, seed, *common)
-    pca = principal_of_map(*linear.beyond(frames, first), frames.bones[frames.train], config.shape_components)
+    pca = principal_of_map(*linear.beyond(frames, first), trained, config.shape_components)
     second = _stage("shape", pca, first, 0, config.shape_rate, seed + 1, *common)
     from .correction import train_correction
 
@@ -99,15 +97,6 @@ def learn(
     )
     figures = fit_figures(frames, first, second, linear)
     return Learned(first.basis, second.basis, first.network, second.network, correction, figures)
-
-
-def _first_basis(frames: Frames, count: int, seed: int) -> Pca:
-    train = frames.train
-    if len(train) > BASIS_FRAMES:
-        train = np.sort(np.random.default_rng(seed).choice(train, BASIS_FRAMES, replace=False))
-    return principal(
-        lambda at: np.ascontiguousarray(frames.displacements[train, at]), frames.displacements.shape[1], count
-    )
 
 
 def _stage(

@@ -1,14 +1,15 @@
 """Learned bones from simulated ones, and what the bones of a garment are when it plays."""
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
 from hemline.animators.base import Progress
 from hemline.arrays import Float
-from hemline.errors import MissingExtra
+from hemline.errors import BadDataset, MissingExtra
 from hemline.files import content_hash
+from hemline.learning.pca import principal_of_map
 
 from .bone_source import BoneSource
 from .bones import rest_bones
@@ -18,8 +19,8 @@ from .gather import Source
 from .learned_bones import LearnedBones
 from .sequences import sequences
 
-RANGE = 0.1
-"""Percentile of the training set at which the range of an input begins; it ends as far from the other end."""
+SHORTEST = 10
+"""Steps that a rollout must be able to take."""
 
 
 def learn_bones(
@@ -42,6 +43,7 @@ def learn_bones(
         folder: Where the state of the training is kept.
 
     Raises:
+        BadDataset: No take is long enough.
         BadModel: The training diverged.
         MissingExtra: torch is not installed.
     """
@@ -51,10 +53,14 @@ def learn_bones(
         raise MissingExtra("torch", "learn", "fitting rope chains") from reason
     tell = progress or (lambda stage, done, total: None)
     data = sequences(source, ropes, mirror=config.mirror)
-    low, high = np.percentile(data.body[data.windows(0, 0)], [RANGE, 100 - RANGE], axis=0).astype(np.float32)
-    data = replace(data, body=np.clip(data.body, low, high))
-    modes = _principal(data.bones[data.side == 0], config.bone_components)
-    network = train_rollouts(
+    if data.longest < SHORTEST:
+        got = f"none longer than {max(0, data.longest + 3)} frames"
+        what = f"learned bones need takes of {SHORTEST + 3} frames, lead-in and all"
+        raise BadDataset(what, got, "simulate longer clips, or ask for 'bones': 'ropes'")
+    trained = data.bones[data.side == 0].reshape((data.side == 0).sum(), -1)
+    rows = trained.shape[1]
+    modes = principal_of_map(np.eye(rows), np.zeros(rows), trained, config.bone_components).basis
+    network, low, high = train_rollouts(
         data,
         modes,
         config,
@@ -80,10 +86,3 @@ def own_bones(source: Source, bones: BoneSource) -> Float[np.ndarray, "frames in
             moved.append(each)
         found.append(np.stack(moved)[take.clip_frames])
     return np.concatenate(found)
-
-
-def _principal(bones: Float[np.ndarray, "frames free 3"], count: int) -> Float[np.ndarray, "modes rows"]:
-    """The first principal directions about zero, float32."""
-    flat = bones.reshape(len(bones), -1).astype(np.float64)
-    _, vectors = np.linalg.eigh(flat.T @ flat)
-    return np.ascontiguousarray(vectors[:, ::-1][:, :count].T, np.float32)

@@ -59,7 +59,7 @@ class BonesStep:
     velocities: Float[np.ndarray, "free 3"]
     """Their mean velocities since the last full step [m/s]."""
     beyond: float
-    """How far the body is out of the range of the training, as a share of that range; 0 within it."""
+    """How far an input, or what came of it, is out of the range of the training, as a share of that; 0 within it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +67,8 @@ class LearnedBones:
     r"""Where the free bones of a garment are $h$ seconds after the last two steps.
 
     In the frame of the key joint, with $c$ and $\dot c$ the coefficients of the bones of the last step and of their way
-    in it, both carried by inertia into the new frame, and with $b$ what the body does there (`body_inputs`), kept
-    within the range of the training:
+    in it, both carried by inertia into the new frame, and with $b$ what the body does there (`body_inputs`), all kept
+    within the range of the training, as $c'$ is:
 
     $$c' = c + s\,\dot c + s^2\,g(b, c, \dot c), \qquad s = \tau / h$$
 
@@ -82,7 +82,7 @@ class LearnedBones:
     network: Mlp
     """$g$."""
     low: Float[np.ndarray, " ins"]
-    """Least value of each of `body_inputs` in the training, float32."""
+    r"""Least value of each of the inputs $b, c, \dot c$ in the training, float32."""
     high: Float[np.ndarray, " ins"]
     """Largest value."""
     seconds: float
@@ -155,17 +155,19 @@ class LearnedBones:
         now: Transforms,
         dt: float,
     ) -> tuple[np.ndarray, float]:
-        """The bones `dt` after the last full step, and how far the body is out of range."""
+        """The bones `dt` after the last full step, and how far anything is out of range."""
         share, key = dt / self.seconds, now[body.key]
         place = self._modes @ ((positions[1] - key[:, 3]) @ key[:, :3] - rest).reshape(-1)
         way = self._modes @ ((positions[1] - positions[0]) @ key[:, :3]).reshape(-1)
-        seen = body_inputs(body, bodies[0], bodies[1], now, self.seconds, dt)
+        seen = np.concatenate([body_inputs(body, bodies[0], bodies[1], now, self.seconds, dt), place, way])
         kept = np.clip(seen, self.low, self.high)
-        inputs = np.concatenate([kept, place, way]).astype(np.float32)
-        found = place + share * way + share**2 * self.network(inputs)
-        moved = (rest + (found @ self._modes).reshape(-1, 3)) @ key[:, :3].T + key[:, 3]
+        found = place + share * way + share**2 * self.network(kept.astype(np.float32))
+        reach = slice(COUNT, COUNT + len(place))
+        made = np.clip(found, self.low[reach], self.high[reach])
+        out = max((np.abs(seen - kept) / self._widths).max(), (np.abs(found - made) / self._widths[reach]).max())
+        moved = (rest + (made @ self._modes).reshape(-1, 3)) @ key[:, :3].T + key[:, 3]
         push_points_out(*colliders[:4], now, self.clearance, moved)
-        return moved, float((np.abs(seen - kept) / self._widths).max())
+        return moved, float(out)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What a model file holds."""
@@ -188,7 +190,7 @@ class LearnedBones:
             BadModel: Something is missing or of another type or shape, or a range or a time cannot be used.
         """
         modes = array_of(arrays, "modes", "float32", (None, rows))
-        low, high = (array_of(arrays, name, "float32", (COUNT,)) for name in ("low", "high"))
+        low, high = (array_of(arrays, name, "float32", (COUNT + 2 * len(modes),)) for name in ("low", "high"))
         seconds, clearance = (float(entry(metadata, name, float)) for name in ("seconds", "clearance"))
         if not (math.isfinite(seconds) and seconds > 0 and math.isfinite(clearance)):
             raise BadModel("learned bones need a time step above 0 and a clearance", (seconds, clearance), AGAIN)

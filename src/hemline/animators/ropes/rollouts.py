@@ -20,6 +20,8 @@ STAGES = (5, 2, 1)
 """The longest rollout is divided by these, one stage of the training after the other."""
 STRIDE = 0.4
 """Rollouts begin so many of their lengths apart: each frame is seen that much less often in a pass, no frame never."""
+RARE = 0.1
+"""Percentage of the training set that is out of the range of an input at either end."""
 VALIDATION_FRAMES, SETTLING = 60, 15
 """Length of the rollouts that choose the best epoch, and how many of their first frames do not count."""
 
@@ -33,14 +35,14 @@ def train_rollouts(
     mark: str,
     progress: Callable[[int, int], None],
     folder: Path | None,
-) -> Mlp:
+) -> tuple[Mlp, Float[np.ndarray, " ins"], Float[np.ndarray, " ins"]]:
     r"""Fit the network $g$ of `LearnedBones`.
 
     It begins as the ridge regression of single steps from simulated bones, which diverges when it goes on from what it
     made. Then rollouts from simulated bones with noise, each stage longer than the one before.
 
     Args:
-        data: Bones and inputs, their body inputs within the range that they are kept in.
+        data: Bones and inputs.
         modes: Principal directions of the bones.
         config: Options.
         seed: Seed of the weights, of the order of rollouts and of the noise.
@@ -48,22 +50,27 @@ def train_rollouts(
         progress: Called with the epochs done and in all.
         folder: Where the checkpoints are kept; None: nowhere.
 
+    Returns:
+        The network, and the range of each input, low and high.
+
     Raises:
         BadModel: The loss is no longer finite.
 
-    Source: the loss through rollouts: Holden, Duong, Datta, Nowrouzezahrai, "Subspace Neural Physics", 2019, Section 4.
-        Differs: inertia carries what is learned into the new frame of the key joint.
+    Source: Holden, Duong, Datta, Nowrouzezahrai, "Subspace Neural Physics: Fast Data-Driven Interactive Simulation",
+        2019 (a network on principal coefficients, trained over windows of frames with noise). Differs: inertia acts in
+        the world and is carried into the new frame of the key joint; bones leave the body in every step; the network
+        begins as a line.
     """
     objective = RolloutObjective(data, modes, config, seed)
     total = config.bones_epochs * len(STAGES)
     for stage, share in enumerate(STAGES):
-        objective.length = max(1, config.rollout_frames // share)
+        objective.length = max(2, min(config.rollout_frames, data.longest) // share)
         rate, done = config.bones_rate / 2**stage, config.bones_epochs * stage
         schedule = Schedule(config.bones_epochs, config.bones_batch, rate, seed + stage, config.threads)
         file = f"bones{stage}.safetensors"
         checkpoint = Checkpoint(folder / file, mark, config.checkpoint_epochs) if folder else None
         Trainer(objective, schedule).run(checkpoint=checkpoint, progress=lambda k, _, at=done: progress(at + k, total))
-    return objective.network.folded()
+    return objective.network.folded(), objective.low, objective.high
 
 
 class RolloutObjective:
@@ -72,10 +79,12 @@ class RolloutObjective:
     name = "learned bones"
 
     def __init__(self, data: Sequences, modes: Float[np.ndarray, "modes rows"], config: RopesConfig, seed: int):
-        self.data, self.config, self.length = data, config, 1
+        self.data, self.config, self.length = data, config, 2
         self.modes = torch.from_numpy(modes)
         self.wanted = torch.from_numpy(data.bones.reshape(len(data.bones), -1) @ modes.T)
         inputs, outputs = self._single_steps()
+        self.low, self.high = _ranges(inputs)
+        inputs = np.clip(inputs, self.low, self.high)
         scale = np.maximum(outputs.std(axis=0), 1e-4)
         self.network = ScaledNetwork(inputs, scale, hidden=config.bones_hidden, seed=seed)
         noise = config.body_noise * self.network.spread
@@ -94,8 +103,13 @@ class RolloutObjective:
         return self.data.windows(0, self.length)[:: max(1, round(STRIDE * self.length))]
 
     def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
-        """Over rollouts that start from bones with noise, on a body with noise in every step."""
-        return self._misses(chosen, self.length, random).mean()
+        """Over rollouts that start from bones with noise, on a body with noise.
+
+        Besides how far coefficients are off, it counts how much that changes from step to step: else swing is averaged
+        away.
+        """
+        misses = self._misses(chosen, self.length, random)
+        return misses.square().sum(2).mean() + self.config.swing_weight * misses.diff(dim=0).square().sum(2).mean()
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
         """Over long rollouts on held-out takes, without noise."""
@@ -104,13 +118,14 @@ class RolloutObjective:
         length = VALIDATION_FRAMES
         if not len(windows):
             windows, length = self.data.windows(0, self.length), self.length
-        return self._misses(windows[:: VALIDATION_FRAMES // 2], length, None)[min(SETTLING, length - 1) :].mean()
+        misses = self._misses(windows[:: VALIDATION_FRAMES // 2], length, None)[min(SETTLING, length - 1) :]
+        return misses.square().sum(2).mean()
 
     def _misses(self, frames: np.ndarray, length: int, random: np.random.Generator | None) -> torch.Tensor:
-        """Square distances (steps, rollouts) [m^2]."""
+        """How far coefficients are off (steps, rollouts, modes) [m]."""
         found = self.rollout(frames, length, random)
         wanted = self.wanted[torch.from_numpy(frames + np.arange(1, length + 1)[:, None])]
-        return ((found - wanted) ** 2).sum(dim=2)
+        return found - wanted
 
     def rollout(self, frames: np.ndarray, length: int, random: np.random.Generator | None = None) -> torch.Tensor:
         """Coefficients (steps, rollouts, modes) of steps that go on from what they made [m].
@@ -122,16 +137,25 @@ class RolloutObjective:
         """
         rest = torch.from_numpy(self.data.rest[self.data.shape[frames]])
         now, before = self._start(frames, rest, random)
-        found = []
+        found, noise = [], self._body_noise(len(frames), random)
         for step in range(1, length + 1):
             inputs, carried, inertia = self._carried(frames + step, rest, now, before)
-            if random is not None:
-                drawn = random.standard_normal((len(frames), COUNT), np.float32) * self.noise
-                inputs = inputs + torch.nn.functional.pad(torch.from_numpy(drawn), (0, inputs.shape[1] - COUNT))
-            moved = rest + ((inertia + self.network(inputs)) @ self.modes).reshape(now.shape)
+            kept = inputs.clamp(*self._reach(slice(None)))
+            new = (inertia + self.network(kept + noise)).clamp(*self._reach(slice(COUNT, COUNT + len(self.modes))))
+            moved = rest + (new @ self.modes).reshape(now.shape)
             now, before = moved + self._push(frames + step, moved.detach()), carried
             found.append((now - rest).flatten(1) @ self.modes.T)
         return torch.stack(found)
+
+    def _reach(self, inputs: slice) -> tuple[torch.Tensor, torch.Tensor]:
+        return torch.from_numpy(self.low[inputs]), torch.from_numpy(self.high[inputs])
+
+    def _body_noise(self, count: int, random: np.random.Generator | None) -> torch.Tensor:
+        """Noise on the inputs of each rollout (rollouts, ins), the same in all of its steps: as bodies differ."""
+        noise = np.zeros((count, COUNT + 2 * len(self.modes)), np.float32)
+        if random is not None:
+            noise[:, :COUNT] = random.standard_normal((count, COUNT), np.float32) * self.noise
+        return torch.from_numpy(noise)
 
     def _push(self, frames: np.ndarray, moved: torch.Tensor) -> torch.Tensor:
         """How far bones are pushed out of the body's primitives (rollouts, free, 3) [m]; taken as given by the loss."""
@@ -174,3 +198,12 @@ class RolloutObjective:
             inputs.append(given.numpy())
             outputs.append((self.wanted[torch.from_numpy(frames + 1)] - inertia).numpy())
         return np.concatenate(inputs), np.concatenate(outputs)
+
+
+def _ranges(inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Low and high of each input: of the body without its rarest values, of the bones all that there is."""
+    shares = np.full(inputs.shape[1], 0.0)
+    shares[:COUNT] = RARE
+    low = [np.percentile(column, share) for column, share in zip(inputs.T, shares, strict=True)]
+    high = [np.percentile(column, 100 - share) for column, share in zip(inputs.T, shares, strict=True)]
+    return np.array(low, np.float32), np.array(high, np.float32)

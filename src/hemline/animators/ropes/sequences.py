@@ -44,6 +44,12 @@ class Sequences:
     dt: float
     """Time between frames [s]."""
 
+    @property
+    def longest(self) -> int:
+        """The most steps that can be taken from a frame of a take to train on."""
+        trained = self.side == 0
+        return int((self.last[trained] - self.first[trained]).max(initial=0)) - 2
+
     def windows(self, side: int, length: int) -> Int[np.ndarray, " windows"]:
         """Frames of one side from which `length` steps can be taken, and which have two frames before them."""
         frames = np.arange(len(self.side))
