@@ -8,6 +8,7 @@ from swaying import VERTICES, swaying_frames
 
 from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.learn import Learned, learn
+from hemline.animators.ropes.linear import HARDLY
 from hemline.errors import BadInput, BadModel
 from hemline.learning.batches import SMALLEST_DEVIATION
 from hemline.learning.collision import Clearances, missing
@@ -92,8 +93,8 @@ def test_first_basis_is_the_svd_of_what_a_line_says_of_the_truth(learned, frames
 def test_second_basis_is_the_svd_of_what_a_line_says_of_what_the_trained_first_network_left(learned, frames):
     bones = frames.bones[frames.train]
     first, _ = played(learned, bones)
-    left = (frames.displacements[frames.train] - first).astype(np.float64)
-    said = line(frames, left)
+    matrix, offset = ridge(bones, first.astype(np.float64), np.full(bones.shape[1], HARDLY))
+    said = line(frames, frames.displacements[frames.train]) - (bones @ matrix.T + offset)
     _, values, vectors = np.linalg.svd(said, full_matrices=False)
     basis = learned.shape_basis.unpacked()
     apart = [k for k in range(6) if values[k + 1] < 0.97 * values[k] and (k == 0 or values[k] < 0.97 * values[k - 1])]

@@ -26,7 +26,7 @@ class RopesConfig:
     """Modes of the skinning basis that get 16 bits instead of 8."""
     hidden: int = positive(500)
     """Neurons in each of the two hidden layers."""
-    epochs: int = positive(60)
+    epochs: int = positive(40)
     """Passes over the training set of each network."""
     batch: int = positive(128)
     """Frames a step of the optimiser."""
@@ -36,7 +36,7 @@ class RopesConfig:
     """The same for the shape network."""
     data_weight: float = not_negative(0.1)
     """Weight of the mean square distance to the ground truth."""
-    collision_weight: float = not_negative(0.5)
+    collision_weight: float = not_negative(0.1)
     """Weight of the mean square of what vertices lack to be clear of the body."""
     expansion: float = not_negative(0.005)
     """Distance that vertices should keep from the body in the collision term [m]."""
@@ -62,7 +62,7 @@ class RopesConfig:
     """Principal components of the learned bones."""
     bones_hidden: int = positive(256)
     """Neurons in each of the two hidden layers of their network."""
-    bones_epochs: int = positive(20)
+    bones_epochs: int = positive(30)
     """Passes over the training set in each of the three stages of its training."""
     bones_batch: int = positive(256)
     """Rollouts a step of the optimiser."""

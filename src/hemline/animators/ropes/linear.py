@@ -12,6 +12,9 @@ from hemline.learning.ridge import ridge, wide_ridge
 from .frames import Frames
 from .stage import Stage
 
+HARDLY = 1e-4
+"""Noise that only keeps a regression sound [m]."""
+
 
 @dataclass(frozen=True)
 class LinearMap:
@@ -35,8 +38,12 @@ class LinearMap:
         return frames.bones[chosen] @ self.matrix.T + self.offset
 
     def beyond(self, frames: Frames, stage: Stage) -> tuple[Float[np.ndarray, "rows ins"], Float[np.ndarray, " rows"]]:
-        """The linear map to what a stage leaves over: this one less that to what the stage makes."""
-        made, offset = ridge(frames.bones[frames.train], stage.coefficients[frames.train], self.noise)
+        """The linear map to what a stage leaves over: this one less that to what the stage makes, without noise.
+
+        With noise the line would be held back twice, and what is left of it would take room from what is new.
+        """
+        hardly = np.full(len(self.noise), HARDLY)
+        made, offset = ridge(frames.bones[frames.train], stage.coefficients[frames.train], hardly)
         basis = stage.unpacked.T
         return self.matrix - basis @ made.astype(np.float32), self.offset - basis @ offset.astype(np.float32)
 
