@@ -8,7 +8,6 @@ import pytest
 
 from hemline import bodies, garments
 from hemline.animators.ropes.balance import STANDARD_GRAVITY, balanced
-from hemline.animators.ropes.checked import checked_ropes
 from hemline.animators.ropes.constants import RopeConstants
 from hemline.animators.ropes.layout import lay_out
 
@@ -88,12 +87,3 @@ def test_the_drape_turns_with_the_body():
     for _ in range(60):
         state = ropes().step(state, posed, 1 / 30)
     assert np.abs(state.positions - began).max() < 1e-3
-
-
-def test_a_file_without_a_balance_has_none():
-    arrays = ropes().arrays()
-    kept = checked_ropes(arrays, ropes().metadata()).chains
-    np.testing.assert_array_equal(kept.balance, ropes().chains.balance)
-    np.testing.assert_array_equal(kept.rest_tensions, ropes().chains.rest_tensions)
-    del arrays["balance"], arrays["rest_tensions"]
-    assert not checked_ropes(arrays, ropes().metadata()).chains.balance.any()

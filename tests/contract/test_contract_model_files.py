@@ -48,10 +48,7 @@ def test_the_list_of_arrays_is_whole(model):
     assert set(read_tensors(model, "model")[0]) == set(every_array())
 
 
-# files of version 2 have no balance
-@pytest.mark.parametrize(
-    "name", [name for name in every_array() if name not in ("ropes.balance", "ropes.rest_tensions")]
-)
+@pytest.mark.parametrize("name", every_array())
 def test_a_missing_array_is_refused(model, tmp_path, name):
     bad = changed(model, tmp_path / "bad.safetensors", {name: None})
     with pytest.raises(BadModel, match=rf"{name.split('.')[-1]}"):
@@ -107,8 +104,8 @@ def test_missing_or_mistyped_metadata_is_refused(model, tmp_path, name):
         ({"body": {"name": "anny24"}}, "lacks metadata 'hash'"),
         ({"figures": {"mm": "low"}}, "figures of the model are numbers"),
         ({"garment": {}}, "the model's garment is damaged"),
-        ({"ropes": {"constants": {}}}, "reads versions 2 and 3 of rope chains; got version 1; fit again with"),
-        ({"ropes": {"version": 4}}, "reads versions 2 and 3 of rope chains; got version 4; upgrade hemline"),
+        ({"ropes": {"constants": {}}}, "reads version 3 of rope chains; got version 1; fit again with"),
+        ({"ropes": {"version": 4}}, "reads version 3 of rope chains; got version 4; upgrade hemline"),
         ({"ropes": {"version": 3, "rope_constants": 3}}, "lacks metadata 'key_joint'"),
         ({"format": 99}, "newer format; got version 99; this hemline reads up to"),
         ({"kind": "take"}, "must be a model file; got a take file"),
@@ -144,14 +141,13 @@ def test_a_range_from_high_to_low_is_refused(model, tmp_path):
         load(changed(model, tmp_path / "bad.safetensors", {"learned.low": arrays["learned.high"] + 1}))
 
 
-def test_a_model_of_ropes_alone_says_so_and_one_of_version_2_has_no_learned_bones(model, tmp_path):
+def test_a_model_of_ropes_alone_says_so_and_has_no_learned_bones(model, tmp_path):
     path = tmp_path / "ropes.safetensors"
     ropes_model().save(path)
     arrays, metadata = read_tensors(path, "model")
     assert metadata["ropes"]["bones"] == "ropes"
     assert not any(name.startswith("learned.") for name in arrays)
-    old = {name: value for name, value in metadata["ropes"].items() if name != "bones"} | {"version": 2}
-    assert load(changed(path, tmp_path / "old.safetensors", metadata={"ropes": old})).learned is None
+    assert load(path).learned is None
     assert load(model).learned is not None
 
 

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 import hemline
+from hemline import metrics
 from hemline.compiled import threads, use_threads
 from hemline.errors import BadInput, BadModel
+from hemline.meshes import rest_lengths
 
 DT = 1 / 30
 
@@ -83,11 +85,43 @@ def test_an_old_state_is_a_rollback(cape, kick):
     np.testing.assert_array_equal(first.vertices, copied.vertices)
 
 
+def long_edges(frame, garment):
+    """Share of edges more than 30 % too long, those between two pins left out [percent]."""
+    edges, lengths = rest_lengths(garment.faces, garment.rest_edges)
+    kept = ~np.isin(edges, garment.pins.vertices).all(axis=1)
+    return metrics.stretch_percent(frame.vertices, edges[kept], lengths[kept])[1]
+
+
+def test_the_cloth_stays_in_one_piece_where_the_animator_tears_it(cape, kick):
+    torn, whole = (
+        looped(hemline.Player.prepare(cape, body(), whole=each), kick, 24, pre_roll=0.3)[1] for each in (False, True)
+    )
+    before = np.mean([long_edges(frame, cape.garment) for frame in torn])
+    after = np.mean([long_edges(frame, cape.garment) for frame in whole])
+    assert before > 0.2  # or there is nothing to hold together
+    assert after < 0.3 * before
+    np.testing.assert_array_equal(torn[0].held, torn[0].animated)
+
+
+def test_a_jump_and_a_long_frame_are_over_within_a_second(cape):
+    """The body jumps by three metres, then a frame takes a second: no stretched edge a second later."""
+    walk = hemline.motions.load("walk")
+    player = hemline.Player.prepare(cape, body())
+    state, _ = looped(player, walk, 5, pre_roll=0.3)
+    far = [hemline.motions.Pose(walk[n].rotations, walk[n].translation + np.float32([3, 0, 1])) for n in range(5, 40)]
+    for dt in (DT, 1.0):
+        moving, _ = player.step(state, far[0], dt)
+        for pose in far[1:31]:
+            moving, frame = player.step(moving, pose, DT)
+        assert long_edges(frame, cape.garment) < 0.1
+        assert np.linalg.norm(frame.vertices - frame.body.joints[0], axis=1).max() < 2.0
+
+
 def test_every_stage_is_timed_and_compiling_is_apart(cape, kick):
     player = hemline.Player.prepare(cape, body())
     assert 0 < player.warm_up(kick[0]) < 300
     _, (frame,) = looped(player, kick, 1, pre_roll=0.0)
-    assert list(frame.milliseconds) == ["body", "animator", "projection"]
+    assert list(frame.milliseconds) == ["body", "animator", "whole", "projection"]
     assert all(span > 0 for span in frame.milliseconds.values())
 
 

@@ -13,6 +13,7 @@ from hemline.playback.play import play
 from .machine import commit, machine
 from .projection import bench_projection_cape, bench_projection_sheet, bench_projection_shirt, bench_projection_skirt
 from .simulator import bench_sensitivity, bench_settle
+from .whole import bench_whole_cape
 
 
 def bench_cape() -> dict[str, Any]:
@@ -39,6 +40,7 @@ def bench_sim_12k_self() -> dict[str, Any]:
 
 BENCHMARKS: dict[str, Callable[[], dict[str, Any]]] = {
     "cape": bench_cape,
+    "whole-cape": bench_whole_cape,
     "projection-cape": bench_projection_cape,
     "projection-sheet": bench_projection_sheet,
     "projection-skirt": bench_projection_skirt,

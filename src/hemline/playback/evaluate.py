@@ -113,7 +113,13 @@ def evaluate(
         if index / fps >= start - 1e-9:
             tally.add(frame, reference, fps)
     worst_index, worst, worst_truth = tally.worst_frame()
-    figures = {"animator": animator.name, "drive": drive, "fps": fps, "compile_s": compile_s} | tally.figures()
+    figures = {
+        "animator": animator.name,
+        "bones": getattr(animator, "bones", None),  # not every animator has any
+        "drive": drive,
+        "fps": fps,
+        "compile_s": compile_s,
+    } | tally.figures()
     return Evaluation(figures, worst, worst_index, worst_truth)
 
 

@@ -41,8 +41,8 @@ def checked_ropes(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any])
         rest_directions=_numbers(arrays, "rest_directions", nodes, 3),
         chain_joints=_indices(arrays, "chain_joints", (count,), len(JOINT_NAMES)),
         pair_spans=_numbers(arrays, "pair_spans", len(pairs), 2),
-        balance=_balance(arrays, metadata, "balance", nodes, 3),
-        rest_tensions=_balance(arrays, metadata, "rest_tensions", nodes),
+        balance=_numbers(arrays, "balance", nodes, 3),
+        rest_tensions=_numbers(arrays, "rest_tensions", nodes),
         constants=constants,
         **values,
     )
@@ -68,11 +68,6 @@ def checked_ropes(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any])
 
 def _numbers(arrays: Mapping[str, np.ndarray], name: str, *shape: int | None) -> np.ndarray:
     return array_of(arrays, name, "float64", shape)
-
-
-def _balance(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any], name: str, *shape: int) -> np.ndarray:
-    """Zeros where it is missing in a file of version 2: those have no balance."""
-    return np.zeros(shape) if metadata.get("version") == 2 and name not in arrays else _numbers(arrays, name, *shape)
 
 
 def _indices(

@@ -28,7 +28,7 @@ from .config import RopesConfig
 from .learned_bones import LearnedBones
 
 VERSION = 3
-"""Version of what model files hold of rope chains, `ropes.version`; 1 had no such key, 2 no learned bones."""
+"""Version of what model files hold of rope chains, `ropes.version`; 1 had no such key."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +86,11 @@ class AnimatorRopes:
     def key(self) -> int:
         """Index of the key joint."""
         return JOINT_NAMES.index(self.garment.key_joint)
+
+    @property
+    def bones(self) -> str:
+        """What moves the bones: `ropes`, or `learned` with ropes in reserve."""
+        return "ropes" if self.learned is None else "learned"
 
     @cached_property
     def source(self) -> BoneSource:
@@ -160,9 +165,8 @@ class AnimatorRopes:
         )
 
     def _bones_metadata(self) -> dict[str, Any]:
-        if self.learned is None:
-            return {"version": VERSION, "bones": "ropes"}
-        return {"version": VERSION, "bones": "learned", "learned": self.learned.metadata()}
+        held = {} if self.learned is None else {"learned": self.learned.metadata()}
+        return {"version": VERSION, "bones": self.bones} | held
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
@@ -173,7 +177,7 @@ class AnimatorRopes:
                 or shape than the rest asks for.
         """
         held = entry(metadata, "ropes", dict)
-        version = _checked_version(held.get("version", 1))
+        _check_version(held.get("version", 1))
         garment = garment_of(arrays, metadata)
         with refused("the model's ropes"):
             ropes = checked_ropes(part(arrays, "ropes"), held)
@@ -188,7 +192,7 @@ class AnimatorRopes:
         skinning = Mlp.of(part(arrays, "skinning"), inputs=inputs, outputs=first.mode_count)
         shape = Mlp.of(part(arrays, "shape"), inputs=inputs, outputs=second.mode_count)
         correction = Mlp.of(part(arrays, "correction"), inputs=inputs, outputs=inputs)
-        learned = _learned_of(arrays, held, ropes) if version > 2 else None
+        learned = _learned_of(arrays, held, ropes)
         body = entry(metadata, "body", dict)
         figures = entry(metadata, "figures", dict)
         if not all(isinstance(value, int | float) for value in figures.values()):
@@ -230,12 +234,11 @@ class AnimatorRopes:
         return rest, rest_bones(self.ropes, rest, shaped)
 
 
-def _checked_version(found: Any) -> int:
-    if found not in (2, VERSION):
+def _check_version(found: Any) -> None:
+    if found != VERSION:
         newer = isinstance(found, int) and found > VERSION
         cure = "upgrade hemline" if newer else "fit again with 'hemline fit'"
-        raise BadModel(f"this hemline reads versions 2 and {VERSION} of rope chains", f"version {found}", cure)
-    return int(found)
+        raise BadModel(f"this hemline reads version {VERSION} of rope chains", f"version {found}", cure)
 
 
 def _learned_of(arrays: Mapping[str, np.ndarray], held: Mapping[str, Any], ropes: Ropes) -> LearnedBones | None:

@@ -143,10 +143,14 @@ def hold_samples(
         if away and plane_height(skin, faces[s], x, y, z) > near:
             continue
         face, at_b, at_c, squared = walk(skin, np.int64(faces[s]), np.int64(WALK_STEPS), x, y, z)
+        own = limbs.bit[_index(skin.faces[_index(face), 0])]
+        alone = again or not (fresh[s] or ((bits & ~own) != 0 and (np.int64(s) + turn) % LOOK_AGAIN == 0))
+        if alone and squared > near * near and plane_height(skin, face, x, y, z) > zero:
+            faces[s], heights[s], fresh[s] = face, np.sqrt(squared), False
+            continue
         cx, cy, cz = place_on(skin, face, at_b, at_c)
         nx, ny, nz = blended_normal(skin, face, at_b, at_c)
         height = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
-        own = limbs.bit[_index(skin.faces[_index(face), 0])]
         own_limb = np.int32(-1) if fresh[s] else limbs.number[_index(skin.faces[_index(face), 0])]
         due = height > zero and (bits & ~own) != 0 and (np.int64(s) + turn) % LOOK_AGAIN == 0
         if (fresh[s] or due) and not again and may_be_nearer(skin, own_limb, x, y, z, NEARER * squared):
