@@ -8,6 +8,7 @@ from made_models import body, learned_model, ropes_model, turned_about_the_verti
 
 from hemline.animators.ropes.body_inputs import COUNT, BodyAtRest, body_inputs
 from hemline.animators.ropes.bone_contact_kernels import push_points_out
+from hemline.animators.ropes.bone_limit_kernels import limit_bones
 from hemline.animators.ropes.learned_bones import LearnedBones
 from hemline.learning.mlp import Mlp
 from hemline.motions import Motion
@@ -222,3 +223,60 @@ def test_while_they_are_not_asked_ropes_rest_and_learned_bones_follow():
     assert float(end.share) == 1
     free = np.flatnonzero(roped.ropes.parents >= 0)
     np.testing.assert_array_equal(end.learned.positions[1], end.ropes.positions[free])
+
+
+def limited(positions, sweeps=1):
+    """Bones after sweeps of the limit, and the largest excess before."""
+    chains, moved = ropes_model().ropes.chains, positions.copy()
+    spans = chains.pair_spans[:, 1]
+    worst = limit_bones(chains.parents, chains.lengths, chains.pairs, spans, 1.1, 1.02, sweeps, moved)
+    return moved, worst
+
+
+def plainly_limited(positions):
+    """One sweep by plain NumPy."""
+    chains, moved = ropes_model().ropes.chains, positions.copy()
+    free = (chains.parents >= 0).astype(float)
+    for (a, b), most in zip(chains.pairs, 1.02 * chains.pair_spans[:, 1], strict=True):
+        along, both = moved[b] - moved[a], free[a] + free[b]
+        span = np.linalg.norm(along)
+        if span > most and both:
+            pull = (1 - most / span) / both * along
+            moved[a], moved[b] = moved[a] + free[a] * pull, moved[b] - free[b] * pull
+    for i in np.flatnonzero(free):
+        along, most = moved[i] - moved[i - 1], 1.1 * chains.lengths[i]
+        if np.linalg.norm(along) > most:
+            moved[i] = moved[i - 1] + most / np.linalg.norm(along) * along
+    return moved
+
+
+def test_bones_come_no_farther_apart_than_the_cloth_allows():
+    ropes = ropes_model().ropes
+    strewn = ropes.rest + np.random.default_rng(3).normal(0, 0.1, ropes.rest.shape)
+    once, worst = limited(strewn)
+    np.testing.assert_allclose(once, plainly_limited(strewn), atol=1e-12)
+    assert worst > 0.1
+    free = np.flatnonzero(ropes.parents >= 0)
+    spans = np.linalg.norm(once[free] - once[free - 1], axis=1)
+    assert (spans <= 1.1 * ropes.lengths[free] + 1e-12).all()
+    np.testing.assert_array_equal(once[ropes.kinematic], strewn[ropes.kinematic])
+    kept, none = limited(ropes.rest)
+    assert none == 0
+    np.testing.assert_array_equal(kept, ropes.rest)
+
+
+def test_a_network_that_tears_the_bones_apart_is_held_back():
+    """Bones that move apart by themselves: what plays keeps to the lengths of the ropes, and goes on from there."""
+    model = learned_model()
+    state, ropes = model.start(body().posed(walk()[0])), model.ropes
+    free = np.flatnonzero(ropes.parents >= 0)
+    away = np.zeros((2, len(free), 3))
+    away[1, ::2, 0] = 0.3  # every other bone flies off by 9 m/s
+    learned = replace(state.bones.learned, positions=state.bones.learned.positions + away)
+    state = replace(state, bones=replace(state.bones, learned=learned))
+    posed = body().posed(walk()[1])
+    state, _ = model.step(state, posed, H)
+    positions = np.empty((ropes.node_count, 3))
+    positions[ropes.kinematic], positions[free] = ropes.carried(posed), state.bones.learned.positions[1]
+    spans = np.linalg.norm(positions[free] - positions[free - 1], axis=1)
+    assert (spans <= 1.1 * ropes.lengths[free] + 1e-9).all()

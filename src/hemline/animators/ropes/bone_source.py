@@ -12,6 +12,7 @@ from hemline.learning.key_frame import to_key
 from hemline.learning.mlp import Mlp
 
 from .body_inputs import BodyAtRest
+from .bone_limit_kernels import limit_bones
 from .chains import Ropes
 from .constants import RopeConstants
 from .learned_bones import BonesStep, LearnedBones, LearnedBonesState
@@ -22,8 +23,11 @@ GRAVITY = RopeConstants().gravity
 NEAR, FAR = 0.1, 0.3
 """Ropes begin to take over where the body is this far out of the range of the training, as a share of that range, and
 have taken over there."""
-SECONDS_TO_ROPES = 0.2
-SECONDS_TO_LEARNED = 1.0
+ROPES_STRETCH, PAIRS_STRETCH = 1.1, 1.02
+"""How far apart simulated bones come: along a rope over its length, across over the longest that the cloth allows."""
+LIMIT_SWEEPS = 4
+SECONDS_TO_ROPES = 0.5
+SECONDS_TO_LEARNED = 2.0
 """How long a change takes at least [s]."""
 
 
@@ -91,6 +95,10 @@ class BoneSource:
         proxy = self.ropes.proxy
         colliders = Colliders(proxy.kinds, proxy.joints, old.shapes, old.centres, old.pivots)
         made = self.learned.step(shared, body, rest[self._free], colliders, frames, dt)
+        positions = np.empty((self.ropes.node_count, 3))
+        positions[self.ropes.kinematic] = self.ropes.carriage.carried(frames, old.kinematic_rest)
+        positions[self._free] = made.positions
+        made = self._limited(made, positions)
         share = self._share(float(state.share), made.beyond, dt)
         if float(state.share) > 0:
             ropes = self.ropes.step(old, posed, dt)
@@ -98,15 +106,32 @@ class BoneSource:
             ropes = self._taken_over(made, posed, shared, dt)
         else:
             ropes = old
-        positions = np.empty((self.ropes.node_count, 3))
-        positions[self.ropes.kinematic] = self.ropes.carriage.carried(frames, old.kinematic_rest)
-        positions[self._free] = made.positions
         moved = self._displaced(positions, posed, rest)
         if share > 0:
             weight = np.float32(share * share * (3 - 2 * share))
             moved = (1 - weight) * moved + weight * self._corrected(ropes.positions, posed, rest)
         learned = self._following(made, ropes) if share == 1 else made.state
         return BonesState(ropes, learned, np.asarray(share)), moved
+
+    def _limited(self, made: BonesStep, positions: Nodes) -> BonesStep:
+        """What was made, with bones no farther apart than the cloth allows; `positions`, of all bones, is changed."""
+        chains = self.ropes.chains
+        excess = limit_bones(
+            chains.parents,
+            chains.lengths,
+            chains.pairs,
+            chains.pair_spans[:, 1],
+            ROPES_STRETCH,
+            PAIRS_STRETCH,
+            LIMIT_SWEEPS,
+            positions,
+        )
+        if excess == 0:
+            return made
+        free, state = positions[self._free], made.state
+        if float(state.elapsed) == 0:
+            state = replace(state, positions=np.stack([state.positions[0], free]))
+        return replace(made, state=state, positions=free)
 
     def _share(self, now: float, beyond: float, dt: float) -> float:
         wanted = 1.0 if self.unknown_forces else float(np.clip((beyond - NEAR) / (FAR - NEAR), 0, 1))
