@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from hemline import bodies, motions
+from hemline.bodies.lead_in import Placement, between, lead_in
 from hemline.datasets import read_take, write_take
 from hemline.errors import BadGarment, BadInput, SimulationFailed
 from hemline.garments import Pins, make_cape
 from hemline.motions.motion import JOINT_NAMES
 from hemline.sim import SimSettings, Stepper, rest_drape, simulate
-from hemline.sim.step.lead_in import Placement, between, lead_in
 from hemline.sim.step.state import ClothState, StepRejected
 from hemline.sim.takes.simulate import _end_state, _state
 

@@ -11,13 +11,16 @@ from functools import partial
 from itertools import pairwise
 from typing import Any, Self
 
+import numpy as np
+
 from hemline.animators.base import Animator, Driven
 from hemline.arrays import Vertices
-from hemline.bodies.body import PosedBody, ShapedBody
+from hemline.bodies.body import ShapedBody
+from hemline.bodies.lead_in import lead_in
 from hemline.bodies.place import Placement, placement
 from hemline.collide import Guarantee, Projector, ProjectorState, WholeCloth, WholeState, WornGarment
 from hemline.errors import BadInput, BadModel
-from hemline.motions.motion import Pose
+from hemline.motions.motion import Motion, Pose
 
 from .frame import Frame
 
@@ -111,18 +114,23 @@ class Player:
     def start(self, pose: Pose, *, pre_roll: float = 1.0, dt: float = 1 / 30) -> PlayerState:
         """The state before the first frame, in which the garment has settled.
 
+        Before that the body moves from its rest pose, in which the garment hangs settled, to the first pose: so no arm
+        is through the cloth when it begins. For the first pose of a clip it runs up to the speed of the clip's start,
+        as the simulation does.
+
         Args:
             pose: The first pose.
-            pre_roll: Time for which the animator runs in that pose before anything is shown [s].
+            pre_roll: Time before the first pose for which the animator runs unseen [s].
             dt: Its steps [s].
         """
-        posed = self._posed(pose)
-        surface = self.projector.worn.surface(posed)
+        leading = self._leading(pose, round(pre_roll / dt), dt)
+        posed = self.body.posed(leading[0])
         state, whole = self.animator.start(posed), self.whole.start() if self.whole else None
-        for _ in range(round(pre_roll / dt)):
+        for each in leading[1:]:
+            posed = self.body.posed(each)
             state, vertices = self.animator.step(state, posed, dt)
             if self.whole and whole:
-                whole, _ = self.whole.step(whole, posed, vertices, dt=dt, surface=surface)
+                whole, _ = self.whole.step(whole, posed, vertices, dt=dt)
         return PlayerState(state, whole, self.projector.start())
 
     def step(self, state: PlayerState, pose: Pose, dt: float) -> tuple[PlayerState, Frame]:
@@ -162,13 +170,26 @@ class Player:
         self.step(self.start(pose, pre_roll=1 / 30), pose, 1 / 30)
         return time.perf_counter() - began
 
-    def _posed(self, pose: Pose) -> PosedBody:
+    def _placed(self, pose: Pose) -> Pose:
         clip = pose.clip
         if self.placed or clip is None:
-            return self.body.posed(pose)
+            return pose
         if clip.hash not in self._placements:
             self._placements[clip.hash] = placement(self.body, clip)
-        return self.body.posed(self._placements[clip.hash].of(pose))
+        return self._placements[clip.hash].of(pose)
+
+    def _leading(self, pose: Pose, frames: int, dt: float) -> list[Pose]:
+        """Poses of the run-up, the first pose last; that alone without one."""
+        first, clip = self._placed(pose), pose.clip
+        if frames < 1:
+            return [first]
+        translations = first.translation[None]
+        if clip is not None and len(clip) > 1 and np.array_equal(pose.translation, clip.translations[0]):
+            way = (self._placed(clip[1]).translation - first.translation) * (dt * clip.fps)
+            translations = np.stack([first.translation, first.translation + way])
+        rotations = np.repeat(first.rotations[None], len(translations), axis=0)
+        poses, _ = lead_in(self.body, Motion(rotations, translations, 1 / dt, self.body.leg_length), frames)
+        return [*(poses[index] for index in range(len(poses))), first]
 
     def _stepped(
         self, state: PlayerState, pose: Pose, dt: float, animate: Callable[..., tuple[Any, Vertices]]
@@ -176,7 +197,7 @@ class Player:
         if not 0 < dt < float("inf"):
             raise BadInput("a frame must take a positive time", f"dt = {dt} s", "give the time since the last frame")
         clock = [time.perf_counter()]
-        posed = self._posed(pose)
+        posed = self.body.posed(self._placed(pose))
         surface = self.projector.worn.surface(posed)
         clock.append(time.perf_counter())
         moved, animated = animate(state.animator, posed, dt)

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.arrays import Vertices
+from hemline.bodies.lead_in import between
 from hemline.garments.garment import Garment
 from hemline.meshes import ClosestTree, crossing_edges
 from hemline.sim import Scene, SimSettings, Skin
 from hemline.sim.rest.sewing import sewn, stretch
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
-from hemline.sim.step.lead_in import between
 from hemline.sim.step.state import ClothState
 
 from .alignment import Alignment

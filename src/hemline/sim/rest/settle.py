@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from hemline.arrays import Mask
+from hemline.bodies.lead_in import between
 from hemline.collide import inside
 from hemline.datasets.take import Take
 from hemline.errors import BadInput, SimulationFailed
@@ -18,7 +19,6 @@ from hemline.sim.contact.friction_anchors import FrictionAnchors
 from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
-from hemline.sim.step.lead_in import between
 from hemline.sim.step.state import ClothState, Scene
 
 from .carry import carried, farthest_way

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Int
 
+from hemline.bodies.lead_in import between
 from hemline.collide import limb_of_vertices
 from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
@@ -17,7 +18,6 @@ from hemline.sim.contact.capsules import Capsules
 from hemline.sim.contact.surface import Skin, Surface
 from hemline.sim.settings import SimSettings
 
-from .lead_in import between
 from .model import ClothModel
 from .state import ClothState, Scene, StepReport
 from .stepper import Stepper

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hemline.bodies.lead_in import lead_in
 from hemline.datasets.take import Take
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
@@ -19,7 +20,6 @@ from hemline.sim.rest.settle import rest_drape
 from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
-from hemline.sim.step.lead_in import lead_in
 from hemline.sim.step.state import ClothState
 
 if TYPE_CHECKING:
