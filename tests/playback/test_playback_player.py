@@ -103,6 +103,20 @@ def test_the_cloth_stays_in_one_piece_where_the_animator_tears_it(cape, kick):
     np.testing.assert_array_equal(torn[0].held, torn[0].animated)
 
 
+def test_cloth_is_whole_and_swings_from_the_first_frame_on(cape):
+    """The run begins at speed, an arm behind the back: after the run-up the cape streams and no arm is through it."""
+    run = hemline.motions.load("run")
+    player = hemline.Player.prepare(cape, body())
+    _, frames = looped(player, run, 6)
+    assert max(long_edges(frame, cape.garment) for frame in frames) < 0.1
+    hem = cape.rest[:, 1] < np.percentile(cape.rest[:, 1], 10)
+    behind = (frames[0].vertices[hem] - frames[0].body.joints[0])[:, [0, 2]].mean(axis=0)
+    ahead = (run.translations[1] - run.translations[0])[[0, 2]]
+    assert behind @ ahead / np.linalg.norm(ahead) < -0.3
+    _, standing = looped(player, run, 1, pre_roll=0.0)
+    assert long_edges(standing[0], cape.garment) > 0.1  # without it an arm is through the cloth
+
+
 def test_a_jump_and_a_long_frame_are_over_within_a_second(cape):
     """The body jumps by three metres, then a frame takes a second: no stretched edge a second later."""
     walk = hemline.motions.load("walk")
