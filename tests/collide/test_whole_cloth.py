@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from projection_samples import two_balls
 from whole_samples import DT, RADIUS, SMALL, at, prepared, sheet, stepped, stretches
 
-from hemline.collide import Projector, WholeState
+from hemline.collide import Projector, WholeCloth, WholeState, WornGarment
 from hemline.errors import BadGarment
 from hemline.motions.quaternions import from_axis_angle, rotate
 
@@ -191,3 +192,40 @@ def test_cloth_that_is_not_finite_or_another_garments_is_refused():
         stepped(whole, whole.start(), posed, broken)
     with pytest.raises(BadGarment, match="another garment"):
         stepped(whole, whole.start(), posed, garment.vertices[:5])
+
+
+def limbs_that_hold(whole, state):
+    """Which of two balls holds each sample: 0 or 1."""
+    numbers = whole.limbs.number[whole.worn.patches.faces[state.memory.faces, 0]]
+    return np.searchsorted(np.unique(whole.limbs.number), numbers)
+
+
+def on_two_balls(garment):
+    """The step on a body of two balls, and where its samples are in the sheet."""
+    shaped, _ = two_balls(1.0)
+    whole = WholeCloth.prepare(shaped, garment, WornGarment.of(shaped, garment.vertices), SMALL)
+    return whole, garment.vertices[whole.worn.order[whole.coarse.samples]]
+
+
+def test_cloth_that_one_limb_holds_sees_another_limb_come():
+    """A ball moves in beside the one that holds the sheet, next to samples that were never away from the first."""
+    garment = sheet()
+    whole, places = on_two_balls(garment)
+    state, _ = lowered(whole, two_balls(0.6)[1], garment, 0.09)
+    beside = (places[:, 0] > 0.09) & (places[:, 0] < 0.14) & (abs(places[:, 2]) < 0.06) & ~state.memory.fresh
+    assert beside.sum() > 3
+    assert (limbs_that_hold(whole, state)[beside] == 0).all()
+    state, _ = stepped(whole, state, two_balls(0.15)[1], sunk(garment, 0.09), frames=9)
+    assert (limbs_that_hold(whole, state)[beside] == 1).all()
+
+
+def test_cloth_that_comes_from_afar_finds_the_nearest_skin_at_once():
+    garment = sheet()
+    whole, places = on_two_balls(garment)
+    posed = two_balls(0.6)[1]
+    state, _ = stepped(whole, whole.start(), posed, sunk(garment, 0.09), frames=3)
+    state, _ = stepped(whole, state, posed, sunk(garment, 0.7))
+    over = sunk(garment, 0.115) + np.float32([0.6, 0, 0])
+    state, _ = stepped(whole, state, posed, over)
+    middle = np.linalg.norm(places[:, [0, 2]], axis=1) < 0.08
+    assert (limbs_that_hold(whole, state)[middle] == 1).all()

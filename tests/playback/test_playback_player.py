@@ -172,6 +172,11 @@ def test_wrong_input_is_refused(cape, kick):
     for dt in (0.0, -0.1, float("nan"), float("inf")):
         with pytest.raises(BadInput, match="a frame must take a positive time; got dt ="):
             player.step(state, kick[0], dt)
+        with pytest.raises(BadInput, match="a frame must take a positive time; got dt ="):
+            player.start(kick[0], dt=dt)
+    for pre_roll in (-1.0, float("nan"), float("inf")):
+        with pytest.raises(BadInput, match="a pre-roll takes a time from 0 on; got pre_roll ="):
+            player.start(kick[0], pre_roll=pre_roll)
     with pytest.raises(BadInput, match="a state and a pose for each player; got 2 players, 1 states, 2 poses"):
         hemline.crowd([player] * 2, [state], [kick[0]] * 2, DT)
     with pytest.raises(BadModel, match="was fitted on body 'anny24'"):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies, motions
-from hemline.bodies.lead_in import Placement, between, lead_in
+from hemline.bodies.lead_in import Stance, between, lead_in
 from hemline.datasets import read_take, write_take
 from hemline.errors import BadGarment, BadInput, SimulationFailed
 from hemline.garments import Pins, make_cape
@@ -224,7 +224,7 @@ def test_the_lead_in_starts_still_and_ends_at_the_speed_of_the_clip():
 
 def test_a_placement_moves_points_with_the_body():
     _, shaped, run, _ = stage()
-    placement = Placement.of(shaped, run[0], np.array([1.0, 0, -2]))
+    placement = Stance.of(shaped, run[0], np.array([1.0, 0, -2]))
     posed = shaped.posed(placement.pose(shaped.rest_pose))
     assert np.abs(placement.points(shaped.vertices) - posed.vertices).max() < 1e-5
 

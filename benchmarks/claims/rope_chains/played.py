@@ -1,10 +1,11 @@
 """What a model of rope chains looks like when it plays: `python benchmarks/claims/rope_chains/played.py MODEL TRUTH`.
 
 MODEL is a file or the name of a shipped model, TRUTH a dataset of the same garment with clips of subjects that nobody
-fitted to (`hemline simulate cape -m run walk jump turn kick dance -o cape-test`). Each clip is played three times: by
-the model's own bones, the same without the whole-cloth step, and driven by simulated bones. Beside it stands the rest
-drape carried along stiffly by the key joint: what one gets without any model. Then the body stands still for five
-seconds in its rest pose, and is frozen in the middle of a run.
+fitted to. The page of the cape is on `hemline simulate cape -m run walk jump turn kick dance daz_rig/135_04.bvh
+06_05.bvh 01_05.bvh 02_08.bvh -o cape-test --seconds 5`, run in the folder of the recordings. Each clip is played three
+times: by the model's own bones, the same without the whole-cloth step, and driven by simulated bones. Beside it stands
+the rest drape carried along stiffly by the key joint: what one gets without any model. Then the body stands still for
+five seconds in its rest pose, and is frozen in the middle of a run.
 
 One JSON line a clip goes to benchmarks/results/rope_chains_played.jsonl; the page docs/rope_chains/MODEL.md is written
 anew, with a picture of the worst frame of each clip: without the step, with it, the simulation.

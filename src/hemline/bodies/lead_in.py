@@ -28,7 +28,7 @@ def between(first: Pose, second: Pose, share: float) -> Pose:
     return Pose(rotations, start + share * (end - start))
 
 
-def lead_in(shaped: "ShapedBody", motion: Motion, frames: int) -> tuple[Motion, "Placement"]:
+def lead_in(shaped: "ShapedBody", motion: Motion, frames: int) -> tuple[Motion, "Stance"]:
     """Poses before a clip, the rest pose first, and where that rest pose was put.
 
     The rest pose is turned about the vertical and moved to where the clip starts, less the run-up: from standing, the
@@ -46,7 +46,7 @@ def lead_in(shaped: "ShapedBody", motion: Motion, frames: int) -> tuple[Motion, 
         velocity[1] = 0.0
         velocity *= min(1.0, FASTEST_START / max(float(np.linalg.norm(velocity)), 1e-9))
     total = frames / motion.fps
-    placement = Placement.of(shaped, first, -0.5 * total * velocity)
+    placement = Stance.of(shaped, first, -0.5 * total * velocity)
     start = placement.pose(rest)
     rotations, translations = [], []
     for frame in range(frames):
@@ -58,7 +58,7 @@ def lead_in(shaped: "ShapedBody", motion: Motion, frames: int) -> tuple[Motion, 
     return poses, placement
 
 
-class Placement:
+class Stance:
     """A turn about the vertical through the pelvis of the rest pose, and where that pelvis goes."""
 
     def __init__(self, yaw: float, pelvis: Float[np.ndarray, "3"], target: Float[np.ndarray, "3"]):
@@ -66,7 +66,7 @@ class Placement:
         self.pelvis, self.target = np.asarray(pelvis, np.float64), np.asarray(target, np.float64)
 
     @classmethod
-    def of(cls, shaped: "ShapedBody", first: Pose, offset: Float[np.ndarray, "3"]) -> "Placement":
+    def of(cls, shaped: "ShapedBody", first: Pose, offset: Float[np.ndarray, "3"]) -> "Stance":
         """The one that heads a shape's rest pose the way that `first` heads, `offset` from it."""
         rotation = shaped.posed(first).transforms[0, :, :3].astype(np.float64)
         # the twist about y of that rotation

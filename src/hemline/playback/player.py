@@ -79,7 +79,7 @@ class Player:
         placed: bool = False,
         whole: bool = True,
     ) -> Self:
-        """Put a garment on a body: half a second of work, once.
+        """Put a garment on a body: a second of work, once.
 
         A pose of a motion (`motion[0]`, `motion.at(0.5)`) is placed when it is played: scaled to the body's legs, and
         lifted so that the soles of its clip are on the floor. A pose that one makes, as an engine does, is taken as it
@@ -122,7 +122,13 @@ class Player:
             pose: The first pose.
             pre_roll: Time before the first pose for which the animator runs unseen [s].
             dt: Its steps [s].
+
+        Raises:
+            BadInput: `dt` is not a positive time, or `pre_roll` is negative or not finite.
         """
+        _check_time(dt)
+        if not 0 <= pre_roll < float("inf"):
+            raise BadInput("a pre-roll takes a time from 0 on", f"pre_roll = {pre_roll} s", "leave it out for 1 s")
         leading = self._leading(pose, round(pre_roll / dt), dt)
         posed = self.body.posed(leading[0])
         state, whole = self.animator.start(posed), self.whole.start() if self.whole else None
@@ -194,8 +200,7 @@ class Player:
     def _stepped(
         self, state: PlayerState, pose: Pose, dt: float, animate: Callable[..., tuple[Any, Vertices]]
     ) -> tuple[PlayerState, Frame]:
-        if not 0 < dt < float("inf"):
-            raise BadInput("a frame must take a positive time", f"dt = {dt} s", "give the time since the last frame")
+        _check_time(dt)
         clock = [time.perf_counter()]
         posed = self.body.posed(self._placed(pose))
         surface = self.projector.worn.surface(posed)
@@ -211,6 +216,11 @@ class Player:
         spans = [(after - before) * 1e3 for before, after in pairwise(clock)]
         frame = Frame(vertices, animated, held, posed, report, dict(zip(STAGES, spans, strict=True)))
         return PlayerState(moved, whole, projected), frame
+
+
+def _check_time(dt: float) -> None:
+    if not 0 < dt < float("inf"):
+        raise BadInput("a frame must take a positive time", f"dt = {dt} s", "give the time since the last frame")
 
 
 def driven(animator: Animator) -> Driven:

@@ -6,6 +6,7 @@ different sides of it. This step takes patches of cloth out as a whole, and shor
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -88,6 +89,16 @@ class WholeCloth:
     patch_bit: UInt[np.ndarray, " patches"]
     settings: WholeSettings
 
+    @cached_property
+    def pinned(self) -> Int[np.ndarray, " pinned"]:
+        """Control vertices that are hard pins: their numbers among the controls."""
+        return np.flatnonzero(self.coarse.free == 0)
+
+    @cached_property
+    def pinned_at(self) -> Int[np.ndarray, " pinned"]:
+        """Their numbers among the pins."""
+        return np.searchsorted(self.pins, self.coarse.controls[self.pinned])
+
     @classmethod
     def prepare(
         cls,
@@ -96,7 +107,7 @@ class WholeCloth:
         worn: WornGarment,
         settings: WholeSettings | None = None,
     ) -> Self:
-        """Spread control vertices and samples over a garment: a tenth of a second, once.
+        """Spread control vertices and samples over a garment: less than a second, once.
 
         Args:
             shaped: The body.
@@ -112,9 +123,11 @@ class WholeCloth:
         pins, faces = number[garment.pins.vertices[hard]], number[garment.faces]
         vertices = garment.vertices[worn.order]
         coarse = coarse_model(vertices, faces, garment.rest_edges, pins, settings.controls, settings.samples)
-        _, limb = np.unique(worn.patches.limb, return_inverse=True)
-        bits = np.left_shift(np.uint32(1), limb.astype(np.uint32))
-        limbs = {int(name): bit for name, bit in zip(worn.patches.limb, bits, strict=True)}
+        names = np.unique(worn.patches.limb)
+        bits, patch_bits = (
+            np.left_shift(np.uint32(1), np.searchsorted(names, limb).astype(np.uint32))
+            for limb in (worn.patches.limb, worn.patches.patch_limb)
+        )
         return cls(
             worn=worn,
             coarse=coarse,
@@ -126,7 +139,7 @@ class WholeCloth:
             pin_joints=garment.pins.joints[hard],
             pin_offsets=garment.pins.offsets[hard],
             limbs=Limbs(worn.patches.limb, bits),
-            patch_bit=np.array([limbs[int(name)] for name in worn.patches.patch_limb], np.uint32),
+            patch_bit=patch_bits,
             settings=settings,
         )
 
@@ -174,10 +187,7 @@ class WholeCloth:
         shifts = np.empty_like(state.shifts)
         decay_shifts(state.shifts, np.float32(math.exp(-dt / settings.memory)), np.float32(settings.speed * dt), shifts)
         places = self.pin_places(posed, surface)
-        pinned = np.flatnonzero(coarse.free == 0)
-        if len(pinned):
-            at = np.searchsorted(self.pins, coarse.controls[pinned])
-            shifts[pinned] = places[at] - points[coarse.controls[pinned]]
+        shifts[self.pinned] = places[self.pinned_at] - points[coarse.controls[self.pinned]]
         cells, memory = self.cells(surface), state.memory.copy()
         count = len(coarse.samples)
         planes, held = np.empty((count, 4), np.float32), np.empty(count, np.int64)
