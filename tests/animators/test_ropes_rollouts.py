@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies
-from hemline.animators.ropes.body_inputs import COUNT, BodyAtRest, body_inputs
+from hemline.animators.ropes.body_inputs import AT_REST, COUNT, BodyAtRest, body_inputs
 from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.learned_bones import LearnedBones, LearnedBonesState
 from hemline.animators.ropes.sequences import Sequences
@@ -82,7 +82,8 @@ def sequences_of(clips: range) -> Sequences:
     nothing = BodyProxy.none(24).colliders
     stacked = nothing._replace(shapes=nothing.shapes[None], centres=nothing.centres[None], pivots=nothing.pivots[None])
     still, rest = np.zeros((len(inputs), 24, 3, 4), np.float32), REST[None].astype(np.float32)
-    return Sequences(*floats, *full[:3], rest, full[3], still, stacked, H)
+    margins = np.zeros(len(REST))
+    return Sequences(*floats, *full[:3], rest, full[3], margins, still, stacked, H)
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +113,7 @@ def played(network, clip: int, frames: int = FRAMES) -> tuple[np.ndarray, np.nda
     truth, bones, found = on_springs(seen), learned(network), []
     state = LearnedBonesState(truth[1:3], np.stack([seen[1], seen[2], seen[2]]), np.zeros(()))
     for frame in seen[3:frames]:
-        made = bones.step(state, body, REST, BodyProxy.none(24).colliders, frame, H)
+        made = bones.step(state, body, REST, np.zeros(len(REST)), BodyProxy.none(24).colliders, frame, H)
         state = made.state
         found.append(made.positions)
     return np.stack(found), truth[3:frames]
@@ -142,6 +143,19 @@ def test_on_an_unseen_clip_bones_stay_with_the_simulated_ones(network):
         off, lag = (np.linalg.norm(each - truth, axis=2) for each in (found, stiff))
         assert off.mean() < 0.4 * lag.mean()
         assert off[-20:].mean() < 3 * off[20:40].mean() + 1e-3  # nor do they drift away
+
+
+def test_the_drape_is_an_equilibrium_of_what_was_trained(network):
+    seen = np.concatenate([AT_REST, np.zeros(len(network[1]) - COUNT, np.float32)])
+    assert np.abs(network[0](seen)).max() < 1e-6
+    assert ((network[1] <= seen) & (seen <= network[2])).all()
+    body, still = BodyAtRest(KEY, shaped().joints.astype(np.float64)), shaped().posed(shaped().rest_pose).transforms
+    bones, frame, shove = learned(network), still.astype(np.float64), np.array([0.03, 0.0, -0.03])
+    for moved, most in ((0.0, 1e-4), (1.0, 1e-2)):
+        state = LearnedBonesState(np.stack([REST, REST + moved * shove]), np.stack([frame] * 3), np.zeros(()))
+        for _ in range(150):
+            state = bones.step(state, body, REST, np.zeros(len(REST)), BodyProxy.none(24).colliders, frame, H).state
+        assert np.linalg.norm(state.positions[1] - REST, axis=1).max() < most
 
 
 def test_rollouts_teach_more_than_the_line_that_they_begin_as(data, network):

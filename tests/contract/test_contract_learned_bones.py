@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_models import body, learned_model, ropes_model, turned_about_the_vertical, vertical, walk
 
-from hemline.animators.ropes.body_inputs import COUNT, BodyAtRest, body_inputs
+from hemline.animators.ropes.body_inputs import AT_REST, COUNT, BodyAtRest, body_inputs
 from hemline.animators.ropes.bone_contact_kernels import push_points_out
 from hemline.animators.ropes.bone_limit_kernels import limit_bones
 from hemline.animators.ropes.learned_bones import LearnedBones
@@ -32,7 +32,8 @@ def steps(learned: LearnedBones, frames: np.ndarray, dt: float, state=None) -> t
         state = learned.start(ropes.start(body().posed(body().rest_pose)).positions[free], frames[0])
     found, states = [], []
     for each in frames:
-        made = learned.step(state, at_rest(), ropes.rest[free], ropes.proxy.colliders, each, dt)
+        margins = np.full(len(free), learned.clearance)
+        made = learned.step(state, at_rest(), ropes.rest[free], margins, ropes.proxy.colliders, each, dt)
         state = made.state
         found.append(made.positions)
         states.append(state)
@@ -131,6 +132,21 @@ def test_a_teleport_carries_bones_and_their_swing_along():
     assert np.linalg.norm(back - here[15:], axis=2).mean() < 0.05 * reach
 
 
+def test_a_body_that_stands_still_in_its_rest_pose_leaves_every_bone_where_it_hangs_settled():
+    """Also bones that rest nearer to the body's primitives than others may come."""
+    model = learned_model(clearance=0.08)
+    learned, free = model.learned, np.flatnonzero(model.ropes.parents >= 0)
+    assert learned is not None
+    assert (model.ropes.chains.clearances[free] < 0.05).any()
+    seen = np.concatenate([AT_REST, np.zeros(len(learned.low) - COUNT, np.float32)])
+    model = replace(model, learned=replace(learned, network=learned.network.vanishing_at(seen)))
+    posed = body().posed(body().rest_pose)
+    state, rest = model.source.start(posed), model.ropes.rest
+    for _ in range(60):
+        state, moved = model.source.step(state, posed, H, rest)
+    assert np.abs(moved.reshape(-1, 3)[free]).max() < 1e-5
+
+
 def test_bones_cannot_run_away_farther_than_in_the_training():
     """A network that blows up: coefficients stay in their range, and ropes take over."""
     wild = replace(made().network, biases=(*made().network.biases[:2], made().network.biases[2] + 5))
@@ -168,7 +184,7 @@ def test_the_push_goes_the_shortest_way_out_of_the_deepest_primitive():
     random = np.random.default_rng(0)
     points = body().posed(walk()[7]).joints[random.integers(0, 24, 200)] + 0.1 * random.normal(size=(200, 3))
     moved = points.copy()
-    push_points_out(*proxy.colliders[:4], frames, 0.02, moved)
+    push_points_out(*proxy.colliders[:4], frames, np.full(len(moved), 0.02), moved)
     for point, found in zip(points, moved, strict=True):
         expected = pushed(proxy, frames, point.copy(), 0.02)
         np.testing.assert_allclose(found, expected, atol=1e-6)

@@ -1,7 +1,7 @@
 """A small network at run time: float32, no torch."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
@@ -62,6 +62,10 @@ class Mlp:
             value = value @ weights.T + biases
             value = np.maximum(value, 0) if i < LAYERS - 1 else value
         return value
+
+    def vanishing_at(self, inputs: Float[np.ndarray, " ins"]) -> "Mlp":
+        """The same network less what it makes of one input: there its output is zero, up to rounding."""
+        return replace(self, biases=(*self.biases[:-1], self.biases[-1] - self(inputs)))
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What a model file holds: `weight0..2` float16, `bias0..2` float32."""

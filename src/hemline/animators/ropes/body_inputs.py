@@ -12,6 +12,9 @@ SEEN = np.array([k for k, name in enumerate(JOINT_NAMES) if name not in _UNSEEN]
 """Joints that are looked at: ends of limbs say little about cloth, and what they say of a few dancers is not so."""
 COUNT = 15 + 6 * len(SEEN)
 """How many numbers `body_inputs` gives."""
+AT_REST = np.zeros(COUNT, np.float32)
+"""Those of a body that stands still in its rest pose: gravity points down, and nothing else is there."""
+AT_REST[1] = -1
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,19 +30,20 @@ def deepest_primitive(kinds, joints, shapes, balls, frames, margin, x, y, z):
 
 
 @kernel
-def push_points_out(kinds, joints, shapes, centres, frames, margin, points_out):
+def push_points_out(kinds, joints, shapes, centres, frames, margins, points_out):
     # model: primitives, centres (prims, 4) and radii of balls around them at rest
-    # in: frames (joints, 3, 4), margin   in/out: points_out (points, 3)
-    # Each goes the shortest way to the distance `margin` from the primitive that it is deepest in.
+    # in: frames (joints, 3, 4), margins (points,)   in/out: points_out (points, 3)
+    # Each goes the shortest way to its own distance from the primitive that it is deepest in.
+    widest = margins.max()
     balls = np.empty((kinds.shape[0], 4))
     for k in range(kinds.shape[0]):
         x, y, z = to_world(frames, joints[k], centres[k, 0], centres[k, 1], centres[k, 2])
         balls[k, 0], balls[k, 1], balls[k, 2] = x, y, z
-        balls[k, 3] = max(centres[k, 3] + margin, 0.0) ** 2
+        balls[k, 3] = max(centres[k, 3] + widest, 0.0) ** 2
     for i in range(points_out.shape[0]):
         for _ in range(ROUNDS):
             depth, nx, ny, nz = deepest_primitive(
-                kinds, joints, shapes, balls, frames, margin, points_out[i, 0], points_out[i, 1], points_out[i, 2]
+                kinds, joints, shapes, balls, frames, margins[i], points_out[i, 0], points_out[i, 1], points_out[i, 2]
             )
             if depth <= 0.0:
                 break
@@ -52,9 +53,10 @@ def push_points_out(kinds, joints, shapes, centres, frames, margin, points_out):
 
 
 @kernel
-def push_rollouts_out(kinds, joints, shapes, centres, which, frames, margin, points_out):
+def push_rollouts_out(kinds, joints, shapes, centres, which, frames, margins, points_out):
     # model: kinds, joints (prims,), shapes (bodies, prims, 16), centres (bodies, prims, 4)
-    # in: which (rollouts,) body, frames (rollouts, joints, 3, 4), margin   in/out: points_out (rollouts, points, 3)
+    # in: which (rollouts,) body, frames (rollouts, joints, 3, 4), margins (points,)
+    # in/out: points_out (rollouts, points, 3)
     for n in range(points_out.shape[0]):
         b = which[n]
-        push_points_out(kinds, joints, shapes[b], centres[b], frames[n], margin, points_out[n])
+        push_points_out(kinds, joints, shapes[b], centres[b], frames[n], margins, points_out[n])

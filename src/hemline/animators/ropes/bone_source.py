@@ -13,6 +13,7 @@ from hemline.learning.mlp import Mlp
 
 from .body_inputs import BodyAtRest
 from .bone_limit_kernels import limit_bones
+from .bones import margins_of
 from .chains import Ropes
 from .constants import RopeConstants
 from .learned_bones import BonesStep, LearnedBones, LearnedBonesState
@@ -59,6 +60,11 @@ class BoneSource:
     def _free(self) -> np.ndarray:
         return np.flatnonzero(self.ropes.parents >= 0)
 
+    @cached_property
+    def _margins(self) -> np.ndarray:
+        assert self.learned is not None
+        return margins_of(self.ropes, self.learned.clearance)
+
     @property
     def unknown_forces(self) -> bool:
         """Whether something pulls that learned bones have not seen."""
@@ -94,7 +100,7 @@ class BoneSource:
             shared = shared.carried_along(self.ropes.key_index, frames)
         proxy = self.ropes.proxy
         colliders = Colliders(proxy.kinds, proxy.joints, old.shapes, old.centres, old.pivots)
-        made = self.learned.step(shared, body, rest[self._free], colliders, frames, dt)
+        made = self.learned.step(shared, body, rest[self._free], self._margins, colliders, frames, dt)
         positions = np.empty((self.ropes.node_count, 3))
         positions[self.ropes.kinematic] = self.ropes.carriage.carried(frames, old.kinematic_rest)
         positions[self._free] = made.positions

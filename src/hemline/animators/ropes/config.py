@@ -16,6 +16,8 @@ class RopesConfig:
 
     chains: int = positive(10)
     """Rope chains laid on a garment that names none itself."""
+    chain_bones: int = positive(14)
+    """Bones of a chain of average length on such a garment, root included; the shortest gets one less."""
     calibrate: bool = True
     """Fit the constants of the ropes to the simulated bones first."""
     components: int = positive(100)

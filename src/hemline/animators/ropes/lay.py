@@ -35,7 +35,14 @@ def ropes_for(
         own, on the clips to train on and on the others [mm]; clips shorter than that say nothing.
     """
     strain = float(np.median([row.figures.get("edge_strain_p99", 0.02) for row in source.rows]))
-    ropes = lay_out(source.dataset.garment, shaped, rest=rest, chain_count=config.chains, strain_p99=strain)
+    ropes = lay_out(
+        source.dataset.garment,
+        shaped,
+        rest=rest,
+        chain_count=config.chains,
+        bone_counts=(config.chain_bones - 1, config.chain_bones + 1),
+        strain_p99=strain,
+    )
     train = _clips(source, ropes, shaped, train=True)
     if config.calibrate and train:
         ropes = calibrated(ropes, shaped, train, window_seconds=_window(train), progress=progress)

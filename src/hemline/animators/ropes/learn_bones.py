@@ -52,7 +52,7 @@ def learn_bones(
     except ModuleNotFoundError as reason:
         raise MissingExtra("torch", "learn", "fitting rope chains") from reason
     tell = progress or (lambda stage, done, total: None)
-    data = sequences(source, ropes, mirror=config.mirror)
+    data = sequences(source, ropes, clearance=config.bone_clearance, mirror=config.mirror)
     if data.longest < SHORTEST:
         got = f"none longer than {max(0, data.longest + 3)} frames"
         what = f"learned bones need takes of {SHORTEST + 3} frames, lead-in and all"

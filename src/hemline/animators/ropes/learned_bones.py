@@ -72,9 +72,11 @@ class LearnedBones:
 
     $$c' = c + s\,\dot c + s^2\,g(b, c, \dot c), \qquad s = \tau / h$$
 
-    Bones that then are nearer to the body's primitives than the clearance are pushed out. Full steps, $s = 1$, are $h$
-    apart whatever the frame rate, and only they are gone on from; a frame in between is a shorter step from the last
-    full one. Where a frame passes a full step the body there is interpolated.
+    Bones that then are nearer to the body's primitives than the clearance, or than at rest where that is less, are
+    pushed out. $g$ is zero where body and bones are at rest: the settled drape is an equilibrium.
+
+    Full steps, $s = 1$, are $h$ apart whatever the frame rate, and only they are gone on from; a frame in between is a
+    shorter step from the last full one. Where a frame passes a full step the body there is interpolated.
     """
 
     modes: Float[np.ndarray, "modes rows"]
@@ -88,7 +90,7 @@ class LearnedBones:
     seconds: float
     """$h$ [s]."""
     clearance: float
-    """Least distance of a bone to the primitives [m]."""
+    """Least distance of a bone to the primitives, unless it is nearer at rest [m]."""
 
     @cached_property
     def _modes(self) -> Float[np.ndarray, "modes rows"]:
@@ -112,6 +114,7 @@ class LearnedBones:
         state: LearnedBonesState,
         body: BodyAtRest,
         rest: Nodes,
+        margins: Float[np.ndarray, " free"],
         colliders: Colliders,
         frames: Transforms,
         dt: float,
@@ -122,6 +125,7 @@ class LearnedBones:
             state: Where the bones are; not changed.
             body: The body at rest.
             rest: The free bones at rest [m].
+            margins: Distance that each keeps from the primitives, see `margins_of` [m].
             colliders: What the bones are kept out of.
             frames: Skin transforms of the body now, float64.
             dt: Time since the state [s]; any.
@@ -133,7 +137,7 @@ class LearnedBones:
             past += h - elapsed
             elapsed = 0.0
             now = frames if past >= dt - NEARLY * h else _between(body, bodies[2], frames, past / dt)
-            new, out = self._moved(positions, bodies, body, rest, colliders, now, h)
+            new, out = self._moved(positions, bodies, body, rest, margins, colliders, now, h)
             positions, beyond = np.stack([positions[1], new]), max(beyond, out)
             bodies = np.stack([bodies[1], now, bodies[2]])
         elapsed += max(dt - past, 0.0)
@@ -141,7 +145,7 @@ class LearnedBones:
         if elapsed < NEARLY * h:
             after = LearnedBonesState(positions, bodies, np.zeros(()))
             return BonesStep(after, positions[1], (positions[1] - positions[0]) / h, beyond)
-        new, out = self._moved(positions, bodies, body, rest, colliders, frames, elapsed)
+        new, out = self._moved(positions, bodies, body, rest, margins, colliders, frames, elapsed)
         after = LearnedBonesState(positions, bodies, np.asarray(elapsed))
         return BonesStep(after, new, (new - positions[1]) / elapsed, max(beyond, out))
 
@@ -151,6 +155,7 @@ class LearnedBones:
         bodies: np.ndarray,
         body: BodyAtRest,
         rest: Nodes,
+        margins: np.ndarray,
         colliders: Colliders,
         now: Transforms,
         dt: float,
@@ -166,7 +171,7 @@ class LearnedBones:
         made = np.clip(found, self.low[reach], self.high[reach])
         out = max((np.abs(seen - kept) / self._widths).max(), (np.abs(found - made) / self._widths[reach]).max())
         moved = (rest + (made @ self._modes).reshape(-1, 3)) @ key[:, :3].T + key[:, 3]
-        push_points_out(*colliders[:4], now, self.clearance, moved)
+        push_points_out(*colliders[:4], now, margins, moved)
         return moved, float(out)
 
     def arrays(self) -> dict[str, np.ndarray]:

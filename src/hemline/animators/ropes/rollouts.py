@@ -11,7 +11,7 @@ from hemline.learning.mlp import Mlp
 from hemline.learning.network import ScaledNetwork
 from hemline.learning.trainer import Checkpoint, Schedule, Trainer
 
-from .body_inputs import COUNT
+from .body_inputs import AT_REST, COUNT
 from .bone_contact_kernels import push_rollouts_out
 from .config import RopesConfig
 from .sequences import Sequences
@@ -70,7 +70,8 @@ def train_rollouts(
         file = f"bones{stage}.safetensors"
         checkpoint = Checkpoint(folder / file, mark, config.checkpoint_epochs) if folder else None
         Trainer(objective, schedule).run(checkpoint=checkpoint, progress=lambda k, _, at=done: progress(at + k, total))
-    return objective.network.folded(), objective.low, objective.high
+    still = objective.still.numpy()
+    return objective.network.folded().vanishing_at(still), objective.low, objective.high
 
 
 class RolloutObjective:
@@ -83,14 +84,18 @@ class RolloutObjective:
         self.modes = torch.from_numpy(modes)
         self.wanted = torch.from_numpy(data.bones.reshape(len(data.bones), -1) @ modes.T)
         inputs, outputs = self._single_steps()
-        self.low, self.high = _ranges(inputs)
+        still = np.concatenate([AT_REST, np.zeros(2 * len(modes), np.float32)])
+        self.still = torch.from_numpy(still)
+        self.low, self.high = _ranges(inputs, still)
         inputs = np.clip(inputs, self.low, self.high)
         scale = np.maximum(outputs.std(axis=0), 1e-4)
         self.network = ScaledNetwork(inputs, scale, hidden=config.bones_hidden, seed=seed)
         noise = config.body_noise * self.network.spread
         self.noise = noise[:COUNT].copy()
         noise[-2 * len(modes) :] = np.maximum(noise[-2 * len(modes) :], config.rollout_noise)
-        self.network.start_linear(inputs, outputs, noise)
+        # what rests counts as much as all that moves, so that the line goes through it
+        inputs = np.concatenate([inputs, np.tile(still, (len(inputs), 1))])
+        self.network.start_linear(inputs, np.concatenate([outputs, np.zeros_like(outputs)]), noise)
 
     @property
     def parameters(self) -> list[torch.Tensor]:
@@ -141,11 +146,15 @@ class RolloutObjective:
         for step in range(1, length + 1):
             inputs, carried, inertia = self._carried(frames + step, rest, now, before)
             kept = inputs.clamp(*self._reach(slice(None)))
-            new = (inertia + self.network(kept + noise)).clamp(*self._reach(slice(COUNT, COUNT + len(self.modes))))
+            new = (inertia + self.added(kept + noise)).clamp(*self._reach(slice(COUNT, COUNT + len(self.modes))))
             moved = rest + (new @ self.modes).reshape(now.shape)
             now, before = moved + self._push(frames + step, moved.detach()), carried
             found.append((now - rest).flatten(1) @ self.modes.T)
         return torch.stack(found)
+
+    def added(self, inputs: torch.Tensor) -> torch.Tensor:
+        """What the network adds to inertia (rollouts, modes) [m]: nothing at rest."""
+        return self.network(inputs) - self.network(self.still[None])
 
     def _reach(self, inputs: slice) -> tuple[torch.Tensor, torch.Tensor]:
         return torch.from_numpy(self.low[inputs]), torch.from_numpy(self.high[inputs])
@@ -163,7 +172,7 @@ class RolloutObjective:
         kinds, joints, shapes, centres, _ = self.data.colliders
         bodies = self.data.frames[frames].astype(np.float64)
         which = self.data.shape[frames]
-        push_rollouts_out(kinds, joints, shapes, centres, which, bodies, self.config.bone_clearance, points)
+        push_rollouts_out(kinds, joints, shapes, centres, which, bodies, self.data.margins, points)
         return torch.from_numpy(points.astype(np.float32)) - moved
 
     def _start(
@@ -200,10 +209,10 @@ class RolloutObjective:
         return np.concatenate(inputs), np.concatenate(outputs)
 
 
-def _ranges(inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Low and high of each input: of the body without its rarest values, of the bones all that there is."""
+def _ranges(inputs: np.ndarray, still: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Low and high of each input, rest in between: of the body without its rarest values, of the bones all there is."""
     shares = np.full(inputs.shape[1], 0.0)
     shares[:COUNT] = RARE
     low = [np.percentile(column, share) for column, share in zip(inputs.T, shares, strict=True)]
     high = [np.percentile(column, 100 - share) for column, share in zip(inputs.T, shares, strict=True)]
-    return np.array(low, np.float32), np.array(high, np.float32)
+    return np.minimum(np.array(low, np.float32), still), np.maximum(np.array(high, np.float32), still)

@@ -10,9 +10,12 @@ from hemline.collide.primitives.proxy import Colliders
 from hemline.learning.mirror import mirror_of, mirrored_transforms, mirrored_vertices
 
 from .body_inputs import COUNT, BodyAtRest, body_inputs
-from .bones import rest_bones
+from .bones import margins_of, rest_bones
 from .chains import Ropes
 from .gather import Source
+
+STANDING = 10.0
+"""So long each body shape stands still in what is trained on: bones that were moved are to come back to rest [s]."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,8 @@ class Sequences:
     """The bones at rest on each body shape [m]."""
     shape: Int[np.ndarray, " frames"]
     """The body shape of each frame."""
+    margins: Float[np.ndarray, " free"]
+    """Distance that each bone keeps from the body's primitives [m]."""
     frames: Float[np.ndarray, "frames joints 3 4"]
     """Skin transforms, the key joint's taken away."""
     colliders: Colliders
@@ -57,12 +62,13 @@ class Sequences:
         return frames[here]
 
 
-def sequences(source: Source, ropes: Ropes, *, mirror: bool) -> Sequences:
-    """The bones of all takes, those to train on mirrored, too.
+def sequences(source: Source, ropes: Ropes, *, clearance: float, mirror: bool) -> Sequences:
+    """The bones of all takes, those to train on mirrored, too, and of bodies that stand still in their rest pose.
 
     Args:
         source: The takes.
         ropes: The bones.
+        clearance: Distance that bones keep from the body's primitives, unless they are nearer at rest [m].
         mirror: Show the takes to train on mirrored, too, where garment and body are symmetric.
     """
     partner = mirror_of(source.dataset.garment, source.shaped[0]) if mirror else None
@@ -94,6 +100,7 @@ def sequences(source: Source, ropes: Ropes, *, mirror: bool) -> Sequences:
         sides,
         np.stack(rests).astype(np.float32),
         shapes,
+        margins_of(ropes, clearance),
         frames.astype(np.float32),
         _colliders(source, ropes),
         dt,
@@ -117,7 +124,8 @@ def _colliders(source: Source, ropes: Ropes) -> Colliders:
 def _shown(
     source: Source, ropes: Ropes, free: np.ndarray, partner: np.ndarray | None
 ) -> Iterator[tuple[np.ndarray, Transforms, int, int, float]]:
-    """Bones and transforms of each take, with its side, shape and time between frames."""
+    """Bones and transforms of each take, with its side, shape and time between frames; then the bodies at rest."""
+    dt = 1 / 30
     for take, side, shape in source.takes():
         dt, shaped = 1 / take.motion.fps, source.shaped[shape]
         transforms = shaped.transforms_of(take.motion.rotations, take.motion.translations)[0].astype(np.float64)
@@ -125,3 +133,8 @@ def _shown(
         if partner is not None and side == 0:
             bones = ropes.embedded(mirrored_vertices(take.vertices, partner))[:, free]
             yield bones, mirrored_transforms(transforms), side, shape, dt
+    for shape, (rest, shaped) in enumerate(zip(source.rests, source.shaped, strict=True)):
+        count = round(STANDING / dt)
+        still = shaped.posed(shaped.rest_pose).transforms.astype(np.float64)
+        bones = np.tile(ropes.embedded(rest)[free], (count, 1, 1))
+        yield bones, np.tile(still, (count, 1, 1, 1)), 0, shape, dt
