@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hemline import animators, bodies, garments, motions
+from hemline.animators.ropes import calibrate
 from hemline.animators.ropes.calibrate import bone_error_mm, calibrated
 from hemline.animators.ropes.chains import Ropes
 from hemline.animators.ropes.checked import checked_ropes
@@ -308,6 +309,22 @@ def test_calibration_comes_closer_to_what_made_the_bones():
     assert after < 0.8 * before
     bound = 0.4 / found.constants.substep**2
     assert found.constants.lateral <= bound and found.constants.lateral_stretch <= bound
+
+
+def test_the_gradient_leads_to_what_made_the_bones():
+    torch = pytest.importorskip("torch", reason="gradients need torch (extra 'learn')")
+    torch.set_num_threads(1)
+    motion = clip("turn", 30)[:50]
+    truth = swung(RopeConstants(drag=4.0, lateral=2.0, parent_damping=3.0, friction=0.1), motion)
+    windows = calibrate._windows(ropes(), shaped(), [(motion, truth)], 0.4, 3)
+    limits = {"drag": 30.0, "lateral": 30.0, "parent_damping": 30.0}
+    found = list(calibrate._descended(ropes(), windows, limits, 9))
+    errors = [
+        bone_error_mm(each, shaped(), [(motion, truth)], window_seconds=0.4, window_count=3)
+        for each in (ropes(), *(ropes().with_constants(each) for each in found))
+    ]
+    assert len(found) == 3
+    assert errors[-1] < 0.8 * errors[0]
 
 
 def test_calibration_refuses_what_does_not_fit():

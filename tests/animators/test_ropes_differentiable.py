@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from hemline.animators.ropes.constants import RopeConstants
 from hemline.animators.ropes.differentiable import Drive, trajectory
 from hemline.animators.ropes.dynamics import RopeChains
+from hemline.collide.primitives.distances import round_cone_shape
 from hemline.collide.primitives.proxy import BodyProxy
 
 FRAMES, STEPS, DT = 3, 2, 1 / 30
@@ -94,6 +95,53 @@ def test_the_twin_moves_as_the_kernels_do(slack):
             )
             np.testing.assert_allclose(found[window, frame], x, atol=1e-9)
     assert np.abs(found[:, -1] - begun).max() > 0.05
+
+
+def behind(choice, radius, pose):
+    """A ball 2 mm behind a node of the sheet, which one window is thrown into."""
+    chains, begun, thrown = started(slack=False)
+    thrown = np.stack([np.zeros_like(begun[0]), np.tile([0.1, 0.2, -2.0], (len(begun[0]), 1))])
+    middle = pose[0, :, :3].T @ (begun[0][9] - [0, 0, radius + chains.constants.margin + 0.002])
+    proxy = BodyProxy.made([(0, round_cone_shape(middle, middle, radius, radius))], np.zeros((1, 3)))
+    constants = replace(chains.constants, position_push=choice, velocity_push=choice, friction=0.0)
+    return replace(chains, constants=constants), begun, thrown, proxy.colliders
+
+
+@pytest.mark.parametrize("choice", ["gradient", "history"])
+def test_the_twin_touches_as_the_kernels_do(choice):
+    chains, begun, thrown, colliders = behind(choice, 0.3, pose_at(0))
+    found = trajectory(chains, driven(), begun, thrown, colliders=colliders).numpy()
+    hits = 0
+    for window in range(2):
+        x, v, tensions = begun[window], thrown[window], chains.rest_tensions
+        for frame in range(FRAMES):
+            poses = pose_at(frame * DT), pose_at((frame + 1) * DT)
+            x, v, tensions, touched = chains.advance(
+                x, v, tensions, motion_of(frame), DT, colliders=colliders, frames=poses, steps=STEPS
+            )
+            hits += touched.sum()
+            np.testing.assert_allclose(found[window, frame], x, atol=1e-9)
+    assert hits > 2
+
+
+def test_on_a_flat_surface_gradients_are_those_of_central_differences():
+    """Nearly: nodes slide along a ball as large as a house, and what slows them there counts as given."""
+    chains, begun, thrown, colliders = behind("gradient", 30.0, np.eye(4)[None, :3])
+    weights = torch.as_tensor(np.random.default_rng(3).normal(size=begun.shape))
+    still = replace(driven(), bodies=np.broadcast_to(np.eye(4)[:3], driven().bodies.shape))
+
+    def error(drag, colliders):
+        return (trajectory(chains, still, begun, thrown, {"drag": drag}, colliders)[:, -1] * weights).sum()
+
+    def slope(colliders):
+        drag = torch.tensor(1.5, dtype=torch.float64, requires_grad=True)
+        return float(torch.autograd.grad(error(drag, colliders), drag)[0])
+
+    with torch.no_grad():
+        above, below = (error(torch.tensor(1.5 + side * 1e-4), colliders) for side in (1, -1))
+    expected = float(above - below) / 2e-4
+    assert slope(colliders) == pytest.approx(expected, rel=0.2)
+    assert slope(None) != pytest.approx(expected, rel=0.3)  # it matters that they touch
 
 
 PARAMETERS = ("masses", "lengths", "rest_spans", "rest_directions", "balance")

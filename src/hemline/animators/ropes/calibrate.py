@@ -39,18 +39,20 @@ def calibrated(
     *,
     window_seconds: float = 2.0,
     window_count: int = 36,
+    gradient_steps: int = 0,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Ropes:
     """The same bones on constants that bring them closest to simulated ones.
 
     A compass search over drag, springs, damping and friction: each is multiplied and divided by a step, what helps is
-    kept, the step shrinks. The error is the distance to the ground truth over windows that start from it, and as much
-    again of how far the trembling is off: without that, ropes that shake around the right place would be the best. Its
-    geometric mean counts: else the few windows of the wildest clips, which no constants bring near, would decide alone.
-    To it comes how far ropes are from the settled drape that were shoved and have stood still since, and how they
-    tremble there. Lengths and clearances are those of the drape and stay: ropes as long as the simulated spans would
-    not hang as it does, and bones that may come as near to the body's primitives as simulated ones did come to lie
-    inside the body, which is not where the primitives are.
+    kept, the step shrinks. From what it finds, the gradient of trajectories may lead on (`descend.descended`), where
+    that helps; friction, for which they have none, stays. The error is the distance to the ground truth over windows
+    that start from it, and as much again of how far the trembling is off: without that, ropes that shake around the
+    right place would be the best. Its geometric mean counts: else the few windows of the wildest clips, which no
+    constants bring near, would decide alone. To it comes how far ropes are from the settled drape that were shoved and
+    have stood still since, and how they tremble there. Lengths and clearances are those of the drape and stay: ropes as
+    long as the simulated spans would not hang as it does, and bones that may come as near to the body's primitives as
+    simulated ones did come to lie inside the body, which is not where the primitives are.
 
     Args:
         ropes: Bones laid on the garment that was simulated, and the constants to begin with.
@@ -58,6 +60,7 @@ def calibrated(
         clips: Poses and simulated bones, frame by frame.
         window_seconds: Length of a window [s].
         window_count: Windows, spread evenly over all clips.
+        gradient_steps: Steps along the gradient after the search; they need torch.
         progress: Called with "ropes", tries done and most tries.
 
     Returns:
@@ -67,8 +70,8 @@ def calibrated(
         BadDataset: Bones that do not fit the ropes or the poses, or no clip as long as a window.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
-        Clothing", 2024, Section 10 (constants from ground truth, future work there). Differs: a search without
-        derivatives.
+        Clothing", 2024, Section 10 (constants from ground truth by differentiable ropes, future work there).
+        Differs: a search without derivatives comes first.
     """
     windows, standing = _windows(ropes, shaped, clips, window_seconds, window_count), shaped.posed(shaped.rest_pose)
     error = _cost(ropes, windows, standing)
@@ -85,6 +88,10 @@ def calibrated(
                 if found < error:
                     best, error = tried, found
                     break
+    for tried in _descended(ropes.with_constants(best), windows, limits, gradient_steps) if gradient_steps else ():
+        found = _cost(ropes.with_constants(tried), windows, standing)
+        if found < error:
+            best, error = tried, found
     return ropes.with_constants(best)
 
 
@@ -129,6 +136,20 @@ def _windows(ropes: Ropes, shaped: "ShapedBody", clips: Sequence[Clip], seconds:
             ([shaped.posed(motion[frame]) for frame in frames], bones[frames.start : frames.stop], 1 / motion.fps)
         )
     return windows
+
+
+def _descended(ropes: Ropes, windows: list[Window], limits: dict[str, float], steps: int) -> Iterator[RopeConstants]:
+    """Constants down the gradient, of the windows that are as long as most are."""
+    from .descend import descended
+
+    dt = windows[0][2]
+    begun = [
+        (_begun(ropes, bodies, bones, dt), [ropes.proxy.posed(body) for body in bodies[2:]], bones[2:])
+        for bodies, bones, each in windows
+        if each == dt
+    ]
+    smooth = {name: limit for name, limit in limits.items() if name != "friction"}
+    return descended(ropes, begun, dt, smooth, steps=steps, smallest=_SMALLEST, tremble=_TREMBLE)
 
 
 def _cost(ropes: Ropes, windows: list[Window], standing: "PosedBody") -> float:

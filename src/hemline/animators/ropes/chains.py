@@ -162,20 +162,11 @@ class Ropes:
         """
         if not (math.isfinite(dt) and dt > 0):
             raise BadInput("a step needs a positive dt", dt, "give seconds, such as 1 / 60")
-        dt = float(dt)
-        frames, kinematic = self.proxy.posed(posed), self.kinematic
-        motion = np.empty((4, len(kinematic), 3))
-        carry_nodes(self.carriage.weights, state.kinematic_rest, frames, motion[1])
-        if not math.isfinite(motion[1].sum()):
-            raise BadInput("a body's transforms must be finite", "NaN or infinity", "check the pose")
+        dt, frames = float(dt), self.proxy.posed(posed)
         if self.jumped(state.frames, frames, state.pivots, dt):
             state = self._carried_along(state, frames)
-        last_dt = float(state.last_dt)
-        kinematic_motion(
-            kinematic, state.positions, state.kinematic_velocities, state.kinematic_rates, last_dt, dt, motion
-        )
-        velocities = state.velocities
-        if last_dt == 0.0:
+        motion, velocities = self.driven(state, frames, dt), state.velocities
+        if float(state.last_dt) == 0.0:
             # no history: the garment moves along with its roots at first
             velocities = velocities + motion[2, self.chains.offsets[0] :].mean(0)
         push = None if self.hook is None else _pushed(self.hook, state.positions, velocities)
@@ -204,6 +195,27 @@ class Ropes:
             state.centres,
             state.pivots,
         )
+
+    def driven(self, state: RopesState, frames: Transforms, dt: float) -> Float[np.ndarray, "4 kin 3"]:
+        """What moves the ropes from outside in a step: of the kinematic bones, as `RopeChains.advance` takes it.
+
+        Args:
+            state: Where the ropes are.
+            frames: Skin transforms of the body at the end of the step, float64.
+            dt: Length of the step [s].
+
+        Raises:
+            BadInput: The transforms are not finite.
+        """
+        motion = np.empty((4, len(self.kinematic), 3))
+        carry_nodes(self.carriage.weights, state.kinematic_rest, frames, motion[1])
+        if not math.isfinite(motion[1].sum()):
+            raise BadInput("a body's transforms must be finite", "NaN or infinity", "check the pose")
+        last = float(state.last_dt)
+        kinematic_motion(
+            self.kinematic, state.positions, state.kinematic_velocities, state.kinematic_rates, last, dt, motion
+        )
+        return motion
 
     def jumped(self, old: Transforms, new: Transforms, pivots: Joints, dt: float) -> bool:
         """Whether the key joint came farther between two poses than a body moves: the garment is then carried along.

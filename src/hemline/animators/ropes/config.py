@@ -20,6 +20,8 @@ class RopesConfig:
     """Bones of a chain of average length on such a garment, root included; the shortest gets one less."""
     calibrate: bool = True
     """Fit the constants of the ropes to the simulated bones first."""
+    gradient_steps: int = not_negative(0)
+    """Steps along the gradient of the ropes' error after the search for their constants."""
     components: int = positive(100)
     """Principal components of the skinning network."""
     shape_components: int = positive(100)

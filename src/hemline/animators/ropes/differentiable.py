@@ -1,18 +1,21 @@
-"""The step of the rope chains in torch: trajectories of many windows at once, with gradients, without contact."""
+"""The step of the rope chains in torch: trajectories of many windows at once, with gradients."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import torch
 
 from hemline.arrays import Float, Points
+from hemline.collide.primitives.proxy import Colliders
 
 from .dynamics import RopeChains
 from .joint_frame_kernels import frames_between
 from .kick_kernels import NEARLY
 from .rope_step_kernels import place_kinematic
 from .tension_kernels import solve_direct
+from .twin_contact import TwinContact
 from .twin_forces import TwinForces, dot, length_of
 
 Tensor = torch.Tensor
@@ -28,6 +31,8 @@ class Drive:
     """Their velocities there [m/s]."""
     turns: Float[np.ndarray, "windows frames ends chains 3 3"]
     """Rotation of the joint that carries each chain, rest to world."""
+    bodies: Float[np.ndarray, "windows frames ends joints 3 4"]
+    """Transforms of all joints there."""
     dt: float
     """Length of a frame [s]."""
 
@@ -52,16 +57,15 @@ class Drive:
             steps: Substeps of each.
         """
         shape = (*motions.shape[:2], steps + 1, len(chains.chain_joints))
-        roots, velocities, turns = np.zeros((*shape, 3)), np.zeros((*shape, 3)), np.zeros((*shape, 3, 3))
+        roots, velocities = np.zeros((2, *shape, 3))
+        bodies = np.zeros((*shape[:3], *poses.shape[2:]))
         x, v = np.zeros((2, int(chains.offsets[-1]), 3))
-        between = np.zeros(poses.shape[2:])
         for window, frame, step in np.ndindex(shape[:3]):
             at, share = (window, frame, step), step / steps
             place_kinematic(chains.kinematic, motions[window, frame], dt, share, x, v)
-            frames_between(poses[window, frame], poses[window, frame + 1], pivots, share, between)
+            frames_between(poses[window, frame], poses[window, frame + 1], pivots, share, bodies[at])
             roots[at], velocities[at] = x[chains.offsets[:-1]], v[chains.offsets[:-1]]
-            turns[at] = between[chains.chain_joints, :, :3]
-        return cls(roots, velocities, turns, dt)
+        return cls(roots, velocities, bodies[:, :, :, chains.chain_joints, :, :3], bodies, dt)
 
 
 def trajectory(
@@ -70,6 +74,7 @@ def trajectory(
     positions: Float[np.ndarray, "windows nodes 3"],
     velocities: Float[np.ndarray, "windows nodes 3"],
     parameters: Mapping[str, Tensor] | None = None,
+    colliders: Colliders | None = None,
 ) -> Tensor:
     """Positions of all nodes of the chains at the end of each frame, as `RopeChains.advance` moves them.
 
@@ -81,13 +86,14 @@ def trajectory(
         parameters: What takes the place of fields of `RopeChains` (`masses`, `lengths`, `rest_spans`,
             `rest_directions`, `balance`...) and of constants (`drag`, `lateral`, `rest_angle`...), by name, float64;
             the trajectory has gradients for them.
+        colliders: What nodes are held out of; None: nothing.
 
     Returns:
-        (windows, frames, nodes of chains, 3) float64 [m]. Gradients are those within one set of ropes that pull: where
-        a rope becomes taut or slack the trajectory has a kink.
+        (windows, frames, nodes of chains, 3) float64 [m]. Gradients are those within one set of ropes that pull and of
+        nodes that touch, see `TwinContact`: where a rope becomes taut or a node touches the trajectory has a kink.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
-        Clothing", 2024, Sections 3 to 5; gradients are ours. Differs: no colliders, no limit of speeds, no hook.
+        Clothing", 2024, Sections 3 to 6; gradients are ours. Differs: no limit of speeds, no hook.
     """
     forces = TwinForces(chains, parameters or {})
     table, count = forces.table, drive.roots.shape[2] - 1
@@ -96,6 +102,7 @@ def trajectory(
         torch.as_tensor(np.asarray(each, np.float64)) for each in (drive.roots, drive.velocities, drive.turns)
     )
     tensions = forces.of("rest_tensions")[table].expand(x.shape[:3])
+    contact = TwinContact(chains, colliders, drive.bodies, forces.real) if colliders else None
     h, ends = drive.dt / count, []
     for frame in range(drive.roots.shape[1]):
         x, v = _rooted(x, roots[:, frame, 0]), _rooted(v, root_velocities[:, frame, 0])
@@ -103,7 +110,11 @@ def trajectory(
         for step in range(1, count + 1):
             there, then = roots[:, frame, step], root_velocities[:, frame, step]
             held, tensions, v = _kick(forces, x, v, tensions, springs, (there - x[:, :, 0]) / h, h, second=False)
-            x = _moved(forces, x, v, held, there, h)
+            starts, x = x, _moved(forces, x, v, held, there, h)
+            if contact is not None:
+                x, v, hit = contact(x, v, starts, frame, step, h)
+                if hit.any():
+                    v = _impelled(forces, _Geometry.of(forces, x), v, torch.zeros_like(held), h, hit[..., None])
             springs = forces.springs(x, tensions, turns[:, frame, step], h)
             _, tensions, v = _kick(forces, x, v, tensions, springs, then, h, second=True)
         ends.append(x[:, forces.real])
@@ -118,14 +129,8 @@ def _kick(
     forces: TwinForces, x: Tensor, v: Tensor, tensions: Tensor, springs: Tensor, root: Tensor, h: float, *, second: bool
 ) -> tuple[Tensor, Tensor, Tensor]:
     """Half a kick: which ropes pull, their tensions, and the velocities after it; `kick_kernels.kick`."""
-    inverse, lengths = forces.inverse, forces.of("lengths")[forces.table]
-    away = x[:, :, 1:] - x[:, :, :-1]
-    spans = length_of(away)
-    ways = away / spans[..., None]
-    taut = (spans >= lengths[:, 1:] * (1 - NEARLY)) & forces.free[:, 1:]
-    slack = (lengths[:, 1:] - spans).clamp(min=0)
-    diagonal = inverse[:, :-1] + inverse[:, 1:] + (~forces.free[:, 1:]).double()
-    beside = -dot(ways[:, :, 1:], ways[:, :, :-1]) * inverse[:, 1:-1]
+    inverse, geometry = forces.inverse, _Geometry.of(forces, x)
+    ways, spans, taut, slack, diagonal, beside = geometry
     accelerations = _rooted(forces.external(springs, x, v, h), (root - v[:, :, 0]) * 2 / h)
     a, u = accelerations[:, :, 1:] - accelerations[:, :, :-1], v[:, :, 1:] - v[:, :, :-1]
     leaving = dot(u, ways) - slack / h
@@ -141,9 +146,39 @@ def _kick(
         tensions = _solved(diagonal, beside, wanted, taut, none, tensions)
     held = tensions[:, :, 1:] > 0
     v = v + 0.5 * h * accelerations + 0.5 * h * inverse[..., None] * _pulled(ways, tensions)
-    wanted = dot(v[:, :, 1:] - v[:, :, :-1], ways) - slack / h
-    impulses = _solved(diagonal, beside, wanted, taut, held if second else none, torch.zeros_like(tensions))
-    return held, tensions, v + inverse[..., None] * _pulled(ways, impulses)
+    return held, tensions, _impelled(forces, geometry, v, held if second else none, h)
+
+
+class _Geometry(NamedTuple):
+    """Ropes at one moment: `kick_kernels.read_geometry`, (windows, chains, ropes)."""
+
+    ways: Tensor
+    spans: Tensor
+    taut: Tensor
+    slack: Tensor
+    diagonal: Tensor
+    beside: Tensor
+
+    @classmethod
+    def of(cls, forces: TwinForces, x: Tensor) -> "_Geometry":
+        inverse, lengths = forces.inverse, forces.of("lengths")[forces.table]
+        away = x[:, :, 1:] - x[:, :, :-1]
+        spans = length_of(away)
+        ways = away / spans[..., None]
+        taut = (spans >= lengths[:, 1:] * (1 - NEARLY)) & forces.free[:, 1:]
+        slack = (lengths[:, 1:] - spans).clamp(min=0)
+        diagonal = inverse[:, :-1] + inverse[:, 1:] + (~forces.free[:, 1:]).double()
+        return cls(ways, spans, taut, slack, diagonal, -dot(ways[:, :, 1:], ways[:, :, :-1]) * inverse[:, 1:-1])
+
+
+def _impelled(
+    forces: TwinForces, ropes: _Geometry, v: Tensor, held: Tensor, h: float, chosen: Tensor | None = None
+) -> Tensor:
+    """Velocities after impulses along the ropes, of some chains or of all; `kick_kernels.apply_impulses`."""
+    taut = ropes.taut if chosen is None else ropes.taut & chosen
+    wanted = dot(v[:, :, 1:] - v[:, :, :-1], ropes.ways) - ropes.slack / h
+    impulses = _solved(ropes.diagonal, ropes.beside, wanted, taut, held, torch.zeros_like(v[..., 0]))
+    return v + forces.inverse[..., None] * _pulled(ropes.ways, impulses)
 
 
 def _pulled(ways: Tensor, tensions: Tensor) -> Tensor:

@@ -199,7 +199,7 @@ class RopeChains:
             self.rest_spans,
             self.rest_directions,
             self.inverse_masses,
-            self._margins,
+            self.margins,
             self.chain_joints,
             self.across,
             self.pairs,
@@ -244,7 +244,8 @@ class RopeChains:
         return self.constants.choices()
 
     @cached_property
-    def _margins(self) -> Values:
+    def margins(self) -> Values:
+        """Distance that each node keeps from the colliders [m]."""
         return np.clip(self.clearances, -_DEEPEST, self.constants.margin)
 
     @cached_property

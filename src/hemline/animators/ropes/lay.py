@@ -45,7 +45,14 @@ def ropes_for(
     )
     train = _clips(source, ropes, shaped, train=True)
     if config.calibrate and train:
-        ropes = calibrated(ropes, shaped, train, window_seconds=_window(train), progress=progress)
+        ropes = calibrated(
+            ropes,
+            shaped,
+            train,
+            window_seconds=_window(train),
+            gradient_steps=config.gradient_steps,
+            progress=progress,
+        )
     figures = {}
     for name, clips in (("train", train), ("held_out", _clips(source, ropes, shaped, train=False))):
         if clips:
