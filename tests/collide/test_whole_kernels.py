@@ -8,7 +8,7 @@ from hemline import garments
 from hemline.collide import WholeCloth, WholeSettings, WornGarment
 from hemline.collide.whole.limit_kernels import PUSH, decay_shifts, limit_coarse, limit_fine, spread_shifts
 from hemline.collide.whole.models import coarse_model, fine_model
-from hemline.collide.whole.plane_kernels import fill_cells, hold_samples
+from hemline.collide.whole.plane_kernels import fill_cells, grid_around, hold_samples
 from hemline.meshes import ClosestTree, geodesic_distances, rest_lengths
 
 NO_PINS = np.zeros(0, np.int64)
@@ -137,6 +137,16 @@ def test_cells_are_set_where_a_widened_box_is():
         for axis in range(3):
             met &= (high[axis] > boxes[axis, k] - 0.02) & (low[axis] < boxes[axis + 3, k] + 0.02)
         assert ((cells & bit > 0) == met).all()
+
+
+def test_the_grid_reaches_around_all_boxes():
+    boxes = np.random.default_rng(0).uniform(-1, 1, (6, 7)).astype(np.float32)
+    boxes[3:] = boxes[:3] + np.abs(boxes[3:])
+    low, counts, widen = np.empty(3, np.float32), np.empty(3, np.int64), np.float32(0.02)
+    grid_around(boxes, np.float32(0.05), widen, low, counts)
+    np.testing.assert_allclose(low, boxes[:3].min(axis=1) - widen)
+    reach = (boxes[3:].max(axis=1) + widen - low) / 0.05
+    assert (reach <= counts + 1e-4).all() and (counts < reach + 1).all()
 
 
 def test_samples_near_the_skin_are_held_over_their_nearest_place():

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from made_models import body, learned_model, ropes_model, turned_about_the_vertical, vertical, walk
 
-from hemline.animators.ropes.body_inputs import AT_REST, COUNT, BodyAtRest, body_inputs
+from hemline.animators.ropes.body_input_kernels import see_body
+from hemline.animators.ropes.body_inputs import AT_REST, COUNT, SEEN, BodyAtRest, body_inputs
 from hemline.animators.ropes.bone_contact_kernels import push_points_out
 from hemline.animators.ropes.bone_limit_kernels import limit_bones
 from hemline.animators.ropes.learned_bones import LearnedBones
@@ -88,6 +89,16 @@ def test_inputs_of_the_body_do_not_say_where_in_the_world_it_stands_or_looks():
     one, other = (body_inputs(at_rest(), *frames[:3], H, H) for frames in (transforms(motion), elsewhere))
     assert one.shape == (COUNT,)
     np.testing.assert_allclose(one, other, atol=2e-4)  # poses are float32, velocities divided by a frame
+
+
+def test_one_frame_sees_what_many_see():
+    """The kernel of a frame against the twin in NumPy that the training uses; the last step shorter than the others."""
+    frames = transforms(walk(5))
+    for k in range(3):
+        expected = body_inputs(at_rest(), *frames[k : k + 3], H, 0.4 * H)
+        found = np.empty(COUNT)
+        see_body(at_rest().joints, at_rest().key, SEEN, *frames[k : k + 3], H, 0.4 * H, found)
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
 def test_at_rest_inputs_are_gravity_alone():

@@ -17,6 +17,7 @@ from .bones import margins_of
 from .chains import Ropes
 from .constants import RopeConstants
 from .learned_bones import BonesStep, LearnedBones, LearnedBonesState
+from .rope_frame_kernels import carry_nodes
 from .state import RopesState
 
 GRAVITY = RopeConstants().gravity
@@ -102,7 +103,9 @@ class BoneSource:
         colliders = Colliders(proxy.kinds, proxy.joints, old.shapes, old.centres, old.pivots)
         made = self.learned.step(shared, body, rest[self._free], self._margins, colliders, frames, dt)
         positions = np.empty((self.ropes.node_count, 3))
-        positions[self.ropes.kinematic] = self.ropes.carriage.carried(frames, old.kinematic_rest)
+        carried = np.empty_like(old.kinematic_rest)
+        carry_nodes(self.ropes.carriage.weights, old.kinematic_rest, frames, carried)
+        positions[self.ropes.kinematic] = carried
         positions[self._free] = made.positions
         made = self._limited(made, positions)
         share = self._share(float(state.share), made.beyond, dt)

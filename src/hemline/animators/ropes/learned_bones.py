@@ -14,7 +14,8 @@ from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry
 from hemline.learning.mlp import Mlp
 
-from .body_inputs import COUNT, BodyAtRest, body_inputs
+from .body_input_kernels import see_body
+from .body_inputs import COUNT, SEEN, BodyAtRest
 from .bone_contact_kernels import push_points_out
 
 MOST_STEPS = 16
@@ -162,12 +163,14 @@ class LearnedBones:
     ) -> tuple[np.ndarray, float]:
         """The bones `dt` after the last full step, and how far anything is out of range."""
         share, key = dt / self.seconds, now[body.key]
-        place = self._modes @ ((positions[1] - key[:, 3]) @ key[:, :3] - rest).reshape(-1)
-        way = self._modes @ ((positions[1] - positions[0]) @ key[:, :3]).reshape(-1)
-        seen = np.concatenate([body_inputs(body, bodies[0], bodies[1], now, self.seconds, dt), place, way])
+        seen, count = np.empty(len(self.low)), len(self.modes)
+        see_body(body.joints, body.key, SEEN, bodies[0], bodies[1], now, self.seconds, dt, seen[:COUNT])
+        place, way = seen[COUNT : COUNT + count], seen[COUNT + count :]
+        place[:] = self._modes @ ((positions[1] - key[:, 3]) @ key[:, :3] - rest).reshape(-1)
+        way[:] = self._modes @ ((positions[1] - positions[0]) @ key[:, :3]).reshape(-1)
         kept = np.clip(seen, self.low, self.high)
         found = place + share * way + share**2 * self.network(kept.astype(np.float32))
-        reach = slice(COUNT, COUNT + len(place))
+        reach = slice(COUNT, COUNT + count)
         made = np.clip(found, self.low[reach], self.high[reach])
         out = max((np.abs(seen - kept) / self._widths).max(), (np.abs(found - made) / self._widths[reach]).max())
         moved = (rest + (made @ self._modes).reshape(-1, 3)) @ key[:, :3].T + key[:, 3]

@@ -69,6 +69,20 @@ class SampleMemory(NamedTuple):
 
 
 @kernel
+def grid_around(patch_box, size, widen, low_out, counts_out):
+    """The grid over a body: low_out (3,): its corner [m], counts_out (3,): cells along each axis.
+
+    in: patch_box (6,patches) [m], size: of a cell [m], widen: what boxes grow by [m].
+    """
+    for axis in range(3):
+        low, high = np.float32(np.inf), np.float32(-np.inf)
+        for k in range(patch_box.shape[1]):
+            low, high = min(low, patch_box[axis, k]), max(high, patch_box[3 + axis, k])
+        low_out[axis] = low - widen
+        counts_out[axis] = max(np.int64(np.ceil((high + widen - low_out[axis]) / size)), 1)
+
+
+@kernel
 def fill_cells(patch_box, patch_bit, low, size, widen, cells_out):
     """Which limbs may be near, by cells of a grid.
 

@@ -17,7 +17,7 @@ from hemline.collide.surface.worn import WornGarment
 
 from .limit_kernels import decay_shifts, limit_coarse, limit_fine, spread_shifts
 from .models import CoarseModel, FineModel, coarse_model, fine_model
-from .plane_kernels import Cells, Limbs, SampleMemory, fill_cells, hold_samples, place_pins
+from .plane_kernels import Cells, Limbs, SampleMemory, fill_cells, grid_around, hold_samples, place_pins
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
@@ -234,8 +234,8 @@ class WholeCloth:
         """Which limbs may be near, in a grid over the body."""
         settings, boxes = self.settings, surface.skin.patch_box
         size, widen = np.float32(settings.cell), np.float32(settings.widen)
-        low = boxes[:3].min(axis=1) - widen
-        counts = np.ceil((boxes[3:].max(axis=1) + widen - low) / size).astype(int)
-        bits = np.zeros(tuple(np.maximum(counts, 1)), np.uint32)
+        low, counts = np.empty(3, np.float32), np.empty(3, np.int64)
+        grid_around(boxes, size, widen, low, counts)
+        bits = np.zeros(tuple(counts), np.uint32)
         fill_cells(boxes, self.patch_bit, low, size, widen, bits)
         return Cells(bits, low, size)
