@@ -274,9 +274,9 @@ def test_constants_that_cannot_be_used_are_refused(change, match):
 
 
 def test_constants_and_back():
-    constants = RopeConstants(wind=(1, 2, 3), position_push="history", tension_sweeps=5)
+    constants = RopeConstants(wind=(1, 2, 3), position_push="history", tension_sweeps=5, position_update="project")
     assert options_of(RopeConstants, constants.as_dict()) == constants
-    assert constants.choices().tolist() == [5, 0, 1, 0]
+    assert constants.choices().tolist() == [5, 0, 1, 0, 1]
 
 
 def test_carriage_follows_the_nearest_skin():

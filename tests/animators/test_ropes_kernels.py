@@ -147,9 +147,9 @@ def test_a_slack_node_flies_until_its_rope_is_taut_and_turns_from_there():
     starts = np.array([[0.0, 0, 0], [0.6, 0, 0]])
     velocities = np.array([[0.0, 0, 0], [1.0, 1.0, 0]])
     after = np.zeros((2, 3))
-    turns_room.move_node(1, 1.0, False, 0.1, starts, velocities, after)
+    turns_room.move_node(1, 1.0, False, False, 0.1, starts, velocities, after)
     np.testing.assert_allclose(after[1], [0.7, 0.1, 0])
-    turns_room.move_node(1, 1.0, False, 1.0, starts, velocities, after)
+    turns_room.move_node(1, 1.0, False, False, 1.0, starts, velocities, after)
     root = (-0.6 + np.sqrt(0.36 + 2 * 0.64)) / 2
     taut = np.array([0.6 + root, root])
     turn = abs(taut[0] - taut[1]) * (1 - root)

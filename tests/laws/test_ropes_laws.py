@@ -84,6 +84,18 @@ def test_a_pendulum_keeps_its_period_and_its_amplitude(length, dt, degrees):
     assert abs(last / angle - 1) < 0.01
 
 
+def test_a_pendulum_that_is_put_back_on_its_circle_loses_amplitude():
+    """Evolve and project, paper section 5: the arc is shorter than the way, so it swings less and less; turned, it does
+    not."""
+    start = 0.2 * np.array([[0, 0, 0], [np.sin(1.0), -np.cos(1.0), 0]])
+    left = {}
+    for way in ("turn", "project"):
+        chains = RopeChains.free([start], RopeConstants(**QUIET, substep=1.0, substep_limit=1, position_update=way))
+        path, *_ = run(chains, start, 1 / 30, 900)
+        left[way] = np.abs(np.arctan2(path[-90:, 1, 0], -path[-90:, 1, 1])).max()
+    assert left["turn"] > 0.99 and left["project"] < 0.97
+
+
 def double_pendulum(seconds, first, second, masses=(1.0, 4.0)):
     one, two = masses
 

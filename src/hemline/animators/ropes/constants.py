@@ -11,6 +11,9 @@ from hemline.options import check_options, not_negative, positive
 PUSH_OUT = ("gradient", "history", "slide")
 """Ways out of a collider, in the order of the kernels."""
 
+POSITION_UPDATE = ("turn", "project")
+"""Ways to keep a node on the sphere of its rope, in the order of the kernels."""
+
 _FORCES = (
     "drag",
     "air_drag",
@@ -79,6 +82,8 @@ class RopeConstants:
     """Way out of a collider: its gradient; back along the path; or back to where it entered, then along the surface."""
     velocity_push: Literal["gradient", "history"] = "gradient"
     """Direction N of Eq. 14: the gradient, or back along the path."""
+    position_update: Literal["turn", "project"] = "turn"
+    """A node on a taut rope is turned about the node above; or goes straight on and is put back on the sphere."""
     teleport: float = positive(1.0)
     """A jump of the key joint further than this in one step, and faster than 30 m/s, carries the ropes along [m]."""
 
@@ -92,6 +97,7 @@ class RopeConstants:
     def choices(self) -> np.ndarray:
         """The choices in the order of the step kernel."""
         ways = PUSH_OUT.index(self.position_push), PUSH_OUT.index(self.velocity_push)
+        ways += (POSITION_UPDATE.index(self.position_update),)
         return np.array([self.tension_sweeps, self.impulse_sweeps, *ways], np.int32)
 
     def as_dict(self) -> dict[str, Any]:

@@ -61,7 +61,7 @@ def descended(
         values = {name: each.clamp(max=math.log(limits[name])).exp() for name, each in logs.items()}
         miss = (trajectory(chains, drive, *begun, values, colliders) - wanted)[:, :, free]
         trembling = miss.diff(3, dim=1) * (tremble / dt) ** 3
-        errors = sum(_size(each) for each in (miss, trembling))
+        errors = _size(miss) + _size(trembling)
         adam.zero_grad()
         torch.log(errors).mean().backward()
         adam.step()
@@ -103,7 +103,10 @@ def _driven(
     one, chains = windows[0][0], ropes.chains
     steps = chains.substeps(dt, 0.0)
     drive = Drive.of(chains, np.stack(motions), np.stack(poses), one.pivots, dt, steps)
-    begun = tuple(np.stack([getattr(state, name) for state, _, _ in windows]) for name in ("positions", "velocities"))
+    positions, velocities = (
+        np.stack([getattr(each[0], name) for each in windows]) for name in ("positions", "velocities")
+    )
+    begun = positions, velocities
     wanted = np.stack([bones[:count, int(chains.offsets[0]) :] for _, _, bones in windows])
     colliders = Colliders(ropes.proxy.kinds, ropes.proxy.joints, one.shapes, one.centres, one.pivots)
     return drive, begun, torch.as_tensor(wanted), colliders

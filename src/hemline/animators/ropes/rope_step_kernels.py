@@ -11,7 +11,7 @@ from .rope_collision_kernels import resolve_chain
 from .rope_force_kernels import FRICTION, external_accelerations, spring_accelerations
 from .turn_kernels import move_node
 
-POSITION, VELOCITY = 2, 3
+POSITION, VELOCITY, UPDATE = 2, 3, 4
 
 
 @kernel
@@ -139,7 +139,7 @@ def advance_chains(
         for c in range(chains):
             a, b = offsets[c], offsets[c + 1]
             for i in range(a + 1, b):
-                move_node(i, lengths[i], held[i], h, starts, velocities_out, positions_out)
+                move_node(i, lengths[i], held[i], choices[UPDATE] > 0, h, starts, velocities_out, positions_out)
             hit = resolve_chain(
                 a,
                 b,

@@ -21,8 +21,16 @@ def turn_about(x, y, z, vx, vy, vz, time, length):
 
 
 @kernel
-def move_node(i, length, held, h, starts, velocities, positions_out):
-    # in: node i, its rope, starts (nodes, 3), velocities at the half step
+def put_back(x, y, z, vx, vy, vz, time, length):
+    # in: as turn_about   returns: the offset straight on, then back on the sphere: turned by less than its way
+    x, y, z = x + time * vx, y + time * vy, z + time * vz
+    share = length / math.sqrt(x * x + y * y + z * z)
+    return share * x, share * y, share * z
+
+
+@kernel
+def move_node(i, length, held, project, h, starts, velocities, positions_out):
+    # in: node i, its rope, whether to go straight and be put back, starts (nodes, 3), velocities at the half step
     # in/out: positions_out, where i - 1 is already   (Eq. 10 to 13, in the frame of the node above: see dynamics.py)
     x, y, z = starts[i, 0] - starts[i - 1, 0], starts[i, 1] - starts[i - 1, 1], starts[i, 2] - starts[i - 1, 2]
     vx, vy, vz = velocities[i, 0], velocities[i, 1], velocities[i, 2]
@@ -50,7 +58,10 @@ def move_node(i, length, held, h, starts, velocities, positions_out):
         left -= root
     if x * x + y * y + z * z < 1e-24:
         x, y, z = 0.0, -1.0, 0.0
-    x, y, z = turn_about(x, y, z, vx, vy, vz, left, length)
+    if project:
+        x, y, z = put_back(x, y, z, vx, vy, vz, left, length)
+    else:
+        x, y, z = turn_about(x, y, z, vx, vy, vz, left, length)
     positions_out[i, 0] = positions_out[i - 1, 0] + x
     positions_out[i, 1] = positions_out[i - 1, 1] + y
     positions_out[i, 2] = positions_out[i - 1, 2] + z

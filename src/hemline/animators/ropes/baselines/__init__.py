@@ -1,0 +1,7 @@
+"""What the paper compares rope chains with. See `README.md`."""
+
+from .baseline import Baseline as Baseline
+from .mass_spring import MassSpringNet as MassSpringNet
+from .skins import BoneSkin as BoneSkin
+
+__all__ = ["Baseline", "BoneSkin", "MassSpringNet"]
