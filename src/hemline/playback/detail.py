@@ -15,7 +15,7 @@ from hemline.meshes import ClosestTree
 DETAILS = (1.0, 0.5, 0.25, 0.1)
 """Levels that are measured, and that an example may use."""
 FULL_BODY = 0.5
-"""Down to this detail cloth is kept out of the full body; below, out of one that is as much coarser and holds it in."""
+"""Down to this detail cloth is kept out of the full body; below, out of a coarser one that holds it in."""
 FARTHEST = 99.0
 """The error of a level is at most so much at this percentage of the vertices."""
 
@@ -47,7 +47,7 @@ def worn_at(animator: Animator, body: ShapedBody, detail: float) -> WornLevel:
     level = level_of(animator, detail)
     if not isinstance(level, Level):
         return WornLevel(level, level.garment, body, 0.0)
-    collider = body if detail >= FULL_BODY else coarser_body(body, detail / FULL_BODY)
+    collider = body if detail >= FULL_BODY else coarser_body(body, detail)
     return WornLevel(level, _bound(level.garment, body, collider), collider, _error(level, body))
 
 
@@ -94,7 +94,7 @@ def detail_for(
     distance: float,
     errors: Mapping[float, float],
     *,
-    pixels: float = 1.0,
+    pixels: float = 0.5,
     height_px: int = 1080,
     field_of_view: float = math.radians(60),
 ) -> float:
