@@ -1,4 +1,4 @@
-"""A body of fewer vertices that holds the full one in: what cloth that is far from the camera is kept out of."""
+"""A body of fewer vertices that holds most of the full one: what cloth that is far from the camera is kept out of."""
 
 import functools
 from dataclasses import replace
@@ -12,12 +12,11 @@ from .body import Body, ShapedBody
 
 EVENNESS = 1e-4
 """How much even edges count beside the shape, see `meshes.coarser`."""
-_ROUNDS = 2
 
 
 @functools.lru_cache(maxsize=32)
 def coarser_body(shaped: ShapedBody, share: float) -> ShapedBody:
-    """The body with some of its vertices, each moved outward until the skin that it stands for is within.
+    """The body with some of its vertices, each moved outward by as much as the skin next to it stands out.
 
     It moves as the full body does: joints, weights and pose-dependent offsets of what is left are the same.
 
@@ -58,11 +57,9 @@ def _mesh(body: Body, count: int) -> CoarserMesh:
 def _held_in(vertices: np.ndarray, faces: np.ndarray, skin: np.ndarray) -> np.ndarray:
     """Vertices moved along their normals by as much as the skin over their triangles stands out."""
     vertices, skin = np.asarray(vertices, np.float64), np.asarray(skin, np.float64)
-    for _ in range(_ROUNDS):
-        tree = ClosestTree(vertices, faces)
-        closest = tree.closest(skin)
-        heights = ((skin - closest.positions) * tree.outward(closest)).sum(axis=1)
-        lift = np.zeros(len(vertices))
-        np.maximum.at(lift, faces[closest.faces].reshape(-1), np.repeat(np.maximum(heights, 0), 3))
-        vertices = vertices + lift[:, None] * vertex_normals(vertices, faces)
-    return vertices.astype(np.float32)
+    tree = ClosestTree(vertices, faces)
+    closest = tree.closest(skin)
+    heights = ((skin - closest.positions) * tree.outward(closest)).sum(axis=1)
+    lift = np.zeros(len(vertices))
+    np.maximum.at(lift, faces[closest.faces].reshape(-1), np.repeat(np.maximum(heights, 0), 3))
+    return (vertices + lift[:, None] * vertex_normals(vertices, faces)).astype(np.float32)

@@ -13,6 +13,8 @@ from .edges import directed_edges
 
 LEAST = 8
 """Vertices that a coarser mesh has at least."""
+RIM = 100.0
+"""How much more the line of a rim counts than the surface: corners stay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +36,7 @@ def coarser(
     *,
     rest_edges: Float[np.ndarray, "faces 2 2"] | None = None,
     bound: Int[np.ndarray, " verts"] | None = None,
-    evenness: float = 1.0,
+    evenness: float = 0.01,
 ) -> CoarserMesh:
     """Draw vertices onto neighbours, the cheapest first, until so many are left.
 
@@ -130,7 +132,7 @@ def _quadrics(positions: np.ndarray, faces: Faces, rim_edges: np.ndarray) -> np.
         one, two = positions[rim_edges[:, 0]], positions[rim_edges[:, 1]]
         outward = np.cross(two - one, at_vertex[rim_edges].sum(axis=1))
         outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-30)
-        planes = _planes(outward, one, ((two - one) ** 2).sum(axis=1))
+        planes = _planes(outward, one, RIM * ((two - one) ** 2).sum(axis=1))
         for k in range(2):
             np.add.at(quadrics, rim_edges[:, k], planes)
     return quadrics
