@@ -20,10 +20,9 @@ from .bone_source import BoneSource
 from .bones import seen_bones
 from .learned_bones import BonesStep, LearnedBones
 
-ALONE = 0.5
-"""Up to this detail learned bones play without ropes in reserve."""
-ONE_NETWORK = 0.25
-"""Up to this detail the second network, which adds finer shapes, is left out."""
+SIMPLE = 0.25
+"""Up to this detail learned bones play without ropes in reserve, and the second network, which adds finer shapes, is
+left out."""
 
 
 class LearnedBonesAlone(LearnedBones):
@@ -61,10 +60,10 @@ class AnimatorRopesLevel:
             BadInput: As `coarser_garment`.
         """
         garment, kept = coarser_garment(full.garment, detail)
-        if source.learned is not None and detail <= ALONE:
+        if source.learned is not None and detail <= SIMPLE:
             learned = {field.name: getattr(source.learned, field.name) for field in fields(source.learned)}
             source = replace(source, learned=LearnedBonesAlone(**learned))
-        (first, basis), *others = parts[:1] if detail <= ONE_NETWORK else parts
+        (first, basis), *others = parts[:1] if detail <= SIMPLE else parts
         for _, other in others:
             basis = basis.joined(other)
         return cls(full, garment, kept, source, (first, *(each for each, _ in others)), basis.at_vertices(kept))
