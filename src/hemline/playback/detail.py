@@ -16,6 +16,8 @@ DETAILS = (1.0, 0.5, 0.25, 0.1)
 """Levels that are measured, and that an example may use."""
 FULL_BODY = 0.5
 """Down to this detail cloth is kept out of the full body; below, out of a coarser one that holds it in."""
+LEAST_BODY = 0.2
+"""Share of the body's vertices, at the lowest levels: a tenth would let cloth 7 mm deep into the full one."""
 FARTHEST = 99.0
 """The error of a level is at most so much at this percentage of the vertices."""
 
@@ -47,7 +49,7 @@ def worn_at(animator: Animator, body: ShapedBody, detail: float) -> WornLevel:
     level = level_of(animator, detail)
     if not isinstance(level, Level):
         return WornLevel(level, level.garment, body, 0.0)
-    collider = body if detail >= FULL_BODY else coarser_body(body, detail)
+    collider = body if detail >= FULL_BODY else coarser_body(body, max(detail, LEAST_BODY))
     return WornLevel(level, _bound(level.garment, body, collider), collider, _error(level, body))
 
 
