@@ -7,7 +7,8 @@ import pytest
 
 from hemline import bodies, garments
 from hemline.errors import BadInput
-from hemline.garments import coarser_garment, worn_together
+from hemline.garments import Pins, coarser_garment, worn_together
+from hemline.meshes import edges
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +40,14 @@ def test_pins_that_are_left_are_where_they_were(cape, shaped):
     before = dict(zip(cape.pins.vertices.tolist(), cape.pins.on(posed), strict=True))
     for vertex, place in zip(half.pins.vertices, half.pins.on(posed), strict=True):
         np.testing.assert_array_equal(place, before[int(kept[vertex])])
+
+
+def test_a_pinned_line_across_the_cloth_stays_one(cape, shaped):
+    row = 12 * 40 + np.arange(40)
+    across = replace(cape, pins=Pins.on_joint(row, cape.vertices[row], 9, shaped.joints))
+    half, _ = coarser_garment(across, 0.3)
+    along = np.isin(edges(half.faces), half.pins.vertices).all(axis=1)
+    assert len(half.pins) >= 8 and along.sum() == len(half.pins) - 1
 
 
 def test_pieces_stay_apart(cape, shaped):

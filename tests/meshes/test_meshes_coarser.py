@@ -5,7 +5,7 @@ import pytest
 from mesh_samples import grid, sphere
 
 from hemline.errors import BadMesh
-from hemline.meshes import ClosestTree, boundary_loops, coarser, edges, rest_lengths
+from hemline.meshes import ClosestTree, boundary_loops, coarser, edge_lengths, edges, rest_lengths
 
 
 def bent(vertices):
@@ -56,6 +56,29 @@ def test_a_sheet_keeps_its_corners_and_its_one_rim_and_no_triangle_turns_over():
     assert set(np.unique(found.faces)) == set(range(60))
     assert (np.linalg.det(flat_edges(vertices[found.kept], found.faces)) > 0).all()
     assert len(found.kept) - len(edges(found.faces)) + len(found.faces) == 1
+
+
+def test_no_triangle_becomes_thin():
+    """Of the equilateral triangle on the longest edge each has 0.15 of the area or more, even where no edge counts."""
+    vertices, faces = grid(30, 25, jitter=0.25)
+    for evenness in (0.01, 0.0):
+        found = coarser(bent(vertices), faces, 60, rest_edges=flat_edges(vertices, faces), evenness=evenness)
+        areas = np.linalg.det(found.rest_edges) / 2
+        assert (areas > 0.149 * np.sqrt(3) / 4 * edge_lengths(found.rest_edges).max(axis=1) ** 2).all()
+
+
+def test_a_narrow_tube_stays_a_tube():
+    """Six vertices around: without looking at common neighbours its walls would be drawn together."""
+    turns, along = np.meshgrid(np.arange(6) * np.pi / 3, np.linspace(0, 1, 60))
+    vertices = np.stack([0.02 * np.cos(turns), along, 0.02 * np.sin(turns)], axis=-1).reshape(-1, 3)
+    row, column = np.divmod(np.arange(59 * 6), 6)
+    a, b = row * 6 + column, row * 6 + (column + 1) % 6
+    faces = np.concatenate([np.stack([a, a + 6, b], 1), np.stack([b, a + 6, b + 6], 1)]).astype(np.int32)
+    found = coarser(vertices, faces, 20)
+    ends = np.sort(np.stack([found.faces, np.roll(found.faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    assert np.unique(ends, axis=0, return_counts=True)[1].max() == 2
+    assert [len(rim) >= 3 for rim in boundary_loops(found.faces)] == [True, True]
+    assert len(found.kept) - len(edges(found.faces)) + len(found.faces) == 0
 
 
 def test_edges_become_even():

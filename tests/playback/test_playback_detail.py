@@ -55,6 +55,7 @@ def kept(player):
 def test_each_row_is_a_vertex_of_the_full_garment(cape, body, players):
     """While the same bones play, the animator's vertices are those of the full garment, bit for bit."""
     assert isinstance(cape, Detailed) and players[1.0].garment is cape.garment
+    assert players[0.5].collider is body and len(players[0.25].collider.vertices) == 3337
     half = level_of(cape, 0.9)
     assert isinstance(half, Level)
     walk = body.placed(hemline.motions.load("walk"))
@@ -120,6 +121,16 @@ def test_cloth_does_not_jump_when_the_level_changes(players, dance, danced, one,
     _, mine, theirs = np.intersect1d(kept(here), kept(there), return_indices=True)
     jump, fall = (np.linalg.norm(stays.vertices[mine] - frame.vertices[theirs], axis=1) for frame in (changed, anew))
     assert jump.mean() < 0.01 and np.percentile(jump, 99) < 0.6 * np.percentile(fall, 99)
+
+
+def test_fine_offsets_of_vertices_that_stay_go_along(players, danced):
+    full, quarter = players[1.0], players[0.25]
+    state, _ = danced[1.0]
+    before, after = np.empty((12690, 3)), np.empty((3172, 3))
+    before[full.projector.worn.order] = state.whole.offsets
+    after[quarter.projector.worn.order] = full.switched(state, quarter).whole.offsets
+    np.testing.assert_array_equal(after, before[kept(quarter)])
+    assert np.abs(after).max() > 1e-3
 
 
 def test_there_and_back_goes_on(players, dance, danced):

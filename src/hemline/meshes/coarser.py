@@ -7,9 +7,10 @@ import numpy as np
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.errors import BadMesh
 
-from .collapse_kernels import MOST, Fan, Mesh, collapse
+from .collapse_kernels import collapse
 from .edge_strains import edge_lengths
 from .edges import directed_edges
+from .fan_kernels import MOST, Fan, Mesh
 
 LEAST = 8
 """Vertices that a coarser mesh has at least."""

@@ -2,118 +2,16 @@
 
 import heapq
 import math
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from hemline.compiled import kernel
 
-MOST = 24
-"""Faces around a vertex, at most; one with more is left alone."""
+from .fan_kernels import MOST, corner_of, lay_fan
+
 THINNEST = 0.15
 """A new triangle must have this share of the area of the equilateral one on its longest edge."""
-TURNED = 0.3
-"""Least cosine between the normal of a triangle and that of the one that takes its place."""
 _EQUILATERAL = math.sqrt(3.0) / 2
-
-
-class Mesh(NamedTuple):
-    """A triangle mesh that loses vertices: all arrays are changed in place."""
-
-    faces: Any
-    """int64 (faces, 3); the first corner is -1 where the face is gone."""
-    lengths: Any
-    """float64 (faces, 3): edge from each corner to the next, along the cloth [m]."""
-    positions: Any
-    """float64 (verts, 3) [m]; not changed."""
-    quadrics: Any
-    """float64 (verts, 10): squared distances to the planes that met there, weighted by area [m^4]."""
-    bound: Any
-    """int64 (verts,): bits of what a vertex belongs to; it moves only onto one that belongs to all of that."""
-    rim: Any
-    """bool (verts,)."""
-    around: Any
-    """int64 (verts, MOST): faces around each vertex."""
-    counts: Any
-    """int64 (verts,): how many; above MOST it is left alone."""
-
-
-class Fan(NamedTuple):
-    """The triangles around one vertex, counter-clockwise, laid flat with it at the origin."""
-
-    faces: Any
-    """int64 (MOST,)."""
-    ring: Any
-    """int64 (MOST + 1,): the other vertices; on a rim one more than faces."""
-    flat: Any
-    """float64 (MOST + 1, 2): where they lie [m]."""
-    closed: Any
-    """bool (1,)."""
-
-
-@kernel
-def _corner(faces, face, vertex):
-    corner = 0
-    while faces[face, corner] != vertex:
-        corner += 1
-    return corner
-
-
-@kernel
-def _begins(mesh, vertex, count):
-    """Number of the first face of a fan, -1 for a vertex with several fans."""
-    first, starts = 0, 0
-    for i in range(count):
-        face = mesh.around[vertex, i]
-        ahead = mesh.faces[face, (_corner(mesh.faces, face, vertex) + 1) % 3]
-        before = 0
-        for k in range(count):
-            other = mesh.around[vertex, k]
-            before += mesh.faces[other, (_corner(mesh.faces, other, vertex) + 2) % 3] == ahead
-        if before == 0:
-            first = i
-            starts += 1
-        if before > 1:
-            return -1
-    return first if starts < 2 else -1
-
-
-@kernel
-def lay_fan(mesh, vertex, fan):
-    """Lay the triangles around a vertex flat by their edges; angles around an inner one are scaled to a whole turn.
-
-    in: mesh, vertex; out: fan. Returns the number of faces, 0 where they are no fan.
-    """
-    count = mesh.counts[vertex]
-    if count == 0 or count > MOST:
-        return 0
-    place = _begins(mesh, vertex, count)
-    if place < 0:
-        return 0
-    spokes, angles = np.empty(count + 1), np.empty(count + 1)
-    angles[0] = 0.0
-    face = mesh.around[vertex, place]
-    for i in range(count):
-        corner = _corner(mesh.faces, face, vertex)
-        a, b, c = mesh.lengths[face, corner], mesh.lengths[face, (corner + 2) % 3], mesh.lengths[face, (corner + 1) % 3]
-        ahead = mesh.faces[face, (corner + 2) % 3]
-        fan.faces[i], fan.ring[i], fan.ring[i + 1] = face, mesh.faces[face, (corner + 1) % 3], ahead
-        spokes[i], spokes[i + 1] = a, b
-        angles[i + 1] = angles[i] + math.acos(min(max((a * a + b * b - c * c) / (2 * a * b), -1.0), 1.0))
-        if i + 1 < count:
-            face = -1
-            for k in range(count):
-                other = mesh.around[vertex, k]
-                if mesh.faces[other, (_corner(mesh.faces, other, vertex) + 1) % 3] == ahead:
-                    face = other
-            if face < 0 or face == fan.faces[0]:
-                return 0
-    fan.closed[0] = fan.ring[count] == fan.ring[0]
-    scale = 2 * math.pi / angles[count] if fan.closed[0] else 1.0
-    for i in range(count + 1):
-        fan.flat[i, 0] = spokes[i] * math.cos(scale * angles[i])
-        fan.flat[i, 1] = spokes[i] * math.sin(scale * angles[i])
-    return count
 
 
 @kernel
@@ -133,18 +31,9 @@ def _shared(mesh, fan, size, target):
 
 
 @kernel
-def _normal(one, two, three, out):
-    u, v, w = two[0] - one[0], two[1] - one[1], two[2] - one[2]
-    x, y, z = three[0] - one[0], three[1] - one[1], three[2] - one[2]
-    out[0], out[1], out[2] = v * z - w * y, w * x - u * z, u * y - v * x
-    return math.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2)
-
-
-@kernel
-def _stays(mesh, vertex, fan, count, target):
-    """Whether no triangle turns over, in the flat or in space, or becomes thin when a vertex goes to a target."""
+def _stays(fan, count, target):
+    """Whether no triangle turns over or becomes thin when the vertex of a fan goes to a target."""
     goal = fan.ring[target]
-    old, new = np.empty(3), np.empty(3)
     for i in range(count):
         if fan.ring[i] == goal or fan.ring[i + 1] == goal:
             continue
@@ -152,10 +41,6 @@ def _stays(mesh, vertex, fan, count, target):
         bx, by = fan.flat[i + 1, 0] - fan.flat[target, 0], fan.flat[i + 1, 1] - fan.flat[target, 1]
         longest = max(ax * ax + ay * ay, bx * bx + by * by, (ax - bx) ** 2 + (ay - by) ** 2)
         if ax * by - ay * bx < THINNEST * _EQUILATERAL * longest:
-            return False
-        one, two = mesh.positions[fan.ring[i]], mesh.positions[fan.ring[i + 1]]
-        sizes = _normal(mesh.positions[vertex], one, two, old) * _normal(mesh.positions[goal], one, two, new)
-        if old[0] * new[0] + old[1] * new[1] + old[2] * new[2] < TURNED * sizes:
             return False
     return True
 
@@ -207,7 +92,7 @@ def best_collapse(mesh, vertex, evenness, fan):
             dx, dy = fan.flat[i, 0] - fan.flat[target, 0], fan.flat[i, 1] - fan.flat[target, 1]
             longest = max(longest, dx * dx + dy * dy)
         cost = max(bent, 0.0) + evenness * longest * longest
-        if cost < best and _stays(mesh, vertex, fan, count, target):
+        if cost < best and _stays(fan, count, target):
             best, place = cost, target
     return best, place
 
@@ -231,7 +116,7 @@ def _collapse(mesh, vertex, fan, count, target):
         if fan.ring[i] == goal or fan.ring[i + 1] == goal:
             side = 0 if fan.ring[i] == goal else 1
             known[side] = fan.ring[i + 1] if side == 0 else fan.ring[i]
-            known_length[side] = mesh.lengths[face, (_corner(mesh.faces, face, vertex) + 1) % 3]
+            known_length[side] = mesh.lengths[face, (corner_of(mesh.faces, face, vertex) + 1) % 3]
             _drop(mesh, fan.ring[i], face)
             _drop(mesh, fan.ring[i + 1], face)
             mesh.faces[face, 0] = -1
@@ -239,7 +124,7 @@ def _collapse(mesh, vertex, fan, count, target):
         face = fan.faces[i]
         if mesh.faces[face, 0] < 0:
             continue
-        corner = _corner(mesh.faces, face, vertex)
+        corner = corner_of(mesh.faces, face, vertex)
         for at, edge in ((i, corner), (i + 1, (corner + 2) % 3)):
             length = math.hypot(fan.flat[at, 0] - fan.flat[target, 0], fan.flat[at, 1] - fan.flat[target, 1])
             for side in range(2):
