@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .errors import HemlineError as HemlineError
     from .playback import Player as Player
     from .playback import crowd as crowd
+    from .playback import detail_for as detail_for
     from .playback import evaluate as evaluate
     from .playback import play as play
     from .playback import record as record
@@ -40,6 +41,7 @@ _NAMES = {
     "HemlineError": "errors",
     "Player": "playback",
     "crowd": "playback",
+    "detail_for": "playback",
     "evaluate": "playback",
     "fit": "animators",
     "load": "animators",
@@ -54,6 +56,7 @@ __all__ = [
     "bodies",
     "crowd",
     "datasets",
+    "detail_for",
     "errors",
     "evaluate",
     "export",

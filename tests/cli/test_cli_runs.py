@@ -37,6 +37,19 @@ def test_evaluate_prints_one_json_object_and_a_picture(short, capsys):
         assert picture.size[0] > 300
 
 
+def test_a_level_of_detail_is_written_and_measured(short, capsys):
+    assert main(["animate", "cape", "-m", short, "-o", "out.npz", "--detail", "0.25"]) == 0
+    with np.load("out.npz", allow_pickle=False) as clip:
+        assert clip["vertices"].shape == (16, 3172, 3) and clip["faces"].max() == 3171
+        assert clip["body_vertices"].shape == (16, 13348, 3)
+    capsys.readouterr()
+    assert main(["evaluate", "cape", "-m", short, "--json", "--detail", "0.5", "--picture", "worst.png"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["detail"] == 0.5 and figures["vertices"] == 6345
+    assert main(["animate", "cape", "-m", short, "-o", "out.npz", "--detail", "0"]) == 2
+    assert "a level of detail is above 0 and at most 1; got detail = 0.0" in capsys.readouterr().err
+
+
 def test_drape_settles_on_each_shape(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     garments.make_cape(bodies.load("anny24").shaped(), rows=20, columns=40).save("napkin.safetensors")

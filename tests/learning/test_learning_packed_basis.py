@@ -111,3 +111,12 @@ def test_absurd_numbers_of_columns_are_refused():
         }
         with pytest.raises(BadModel, match=f"1 to 512 columns; got {columns}"):
             PackedBasis.of(arrays, vertex_count=10)
+
+
+def test_some_of_the_vertices_come_out_as_in_the_whole():
+    random = np.random.default_rng(3)
+    packed = pack_basis(smooth_basis(random, 12, 90), np.ones(12), extra=2)
+    rest, transform = random.normal(size=(90, 3)).astype(np.float32), turned(random)
+    coefficients, kept = random.normal(size=12).astype(np.float32), np.array([0, 3, 40, 41, 89])
+    some = packed.at_vertices(kept).vertices(coefficients, rest[kept], transform)
+    np.testing.assert_array_equal(some, packed.vertices(coefficients, rest, transform)[kept])

@@ -75,6 +75,10 @@ def play() -> None:
     body = bodies.load("anny24").shaped(betas=[0.5, -1.0])
     motion = motions.load("run")[:4]
     frames = list(hemline.play(cape, body, motion, fps=60, pre_roll=0.1, measure=True, untangle=True))
+    near, far = (hemline.Player.prepare(cape, body, detail=detail) for detail in (0.5, 0.2))
+    state = near.switched(near.start(motion[0], pre_roll=0.1), far)
+    far.step(state, motion[1], 1 / 30)
+    hemline.detail_for(5.0, {0.5: near.error, 0.2: far.error})
     recorded = hemline.record(frames, garment_name="cape", garment_faces=cape.garment.faces, motion=motion, fps=60)
     for ending in hemline.export.FORMATS:
         assert hemline.export.write(Path(f"cape{ending}"), recorded)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from hemline.arrays import Vertices
+from hemline.arrays import Int, Vertices
 
 if TYPE_CHECKING:
     from hemline.bodies.body import PosedBody, ShapedBody
@@ -22,7 +22,7 @@ class Animator(Protocol):
 
     Parameters are frozen; all that moves is in the State: plain arrays in a dataclass, never changed in place, so that
     keeping an old State is a rollback. The same input gives the same bits on one machine. What only some animators can
-    do is asked for with `isinstance`: `Driven`.
+    do is asked for with `isinstance`: `Driven`, `Detailed`.
     """
 
     @property
@@ -69,6 +69,35 @@ class Driven(Protocol):
 
     def follow(self, state: Any, posed: "PosedBody", dt: float, truth: Vertices) -> tuple[Any, Vertices]:
         """As `step`, driven by what can be seen of simulated vertices (verts, 3) [m]."""
+        ...
+
+
+@runtime_checkable
+class Detailed(Protocol):
+    """An animator that can play with fewer vertices, for a garment that is far from the camera."""
+
+    def at_detail(self, detail: float) -> Animator:
+        """The level with that share of the vertices, above 0 and at most 1; below 1 it is a `Level`, too.
+
+        Asked again it gives the same one. States of all levels are of one kind: a State of one can be stepped by
+        another. Raises BadInput for a share that
+        is out of range, or that leaves too few vertices.
+        """
+        ...
+
+
+@runtime_checkable
+class Level(Animator, Protocol):
+    """An animator at a lower level of detail."""
+
+    @property
+    def full(self) -> Animator:
+        """The one with all vertices."""
+        ...
+
+    @property
+    def kept(self) -> Int[np.ndarray, " kept"]:
+        """Which vertex of the full garment each of this one's is."""
         ...
 
 

@@ -10,6 +10,7 @@ from hemline import animators, bodies, garments, motions, sim
 from hemline.metrics import frame_ms
 from hemline.playback.play import play
 
+from .detail import bench_crowd_cape, bench_detail_cape
 from .machine import commit, machine
 from .projection import bench_projection_cape, bench_projection_sheet, bench_projection_shirt, bench_projection_skirt
 from .simulator import bench_sensitivity, bench_settle
@@ -40,6 +41,8 @@ def bench_sim_12k_self() -> dict[str, Any]:
 
 BENCHMARKS: dict[str, Callable[[], dict[str, Any]]] = {
     "cape": bench_cape,
+    "detail-cape": bench_detail_cape,
+    "crowd-cape": bench_crowd_cape,
     "whole-cape": bench_whole_cape,
     "projection-cape": bench_projection_cape,
     "projection-sheet": bench_projection_sheet,

@@ -11,6 +11,7 @@ from .body import Body as Body
 from .body import PosedBody as PosedBody
 from .body import ShapedBody as ShapedBody
 from .body_file import read_body, write_body
+from .coarser import coarser_body as coarser_body
 from .overlap import overlap_percent as overlap_percent
 from .overlap import overlapping as overlapping
 from .place import Placement as Placement
@@ -91,6 +92,7 @@ __all__ = [
     "PosedBody",
     "ShapedBody",
     "Untangling",
+    "coarser_body",
     "load",
     "names",
     "overlap_percent",

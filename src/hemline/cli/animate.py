@@ -34,6 +34,8 @@ class Arguments:
     """How much of the clip; left out: to its end [s]."""
     untangle: bool = False
     """Lift limbs out of each other first."""
+    detail: float = 1.0
+    """Share of the garment's vertices, above 0 and at most 1."""
     explain: bool = False
     """Say what was guessed about the clip."""
 
@@ -41,7 +43,7 @@ class Arguments:
 def run(arguments: Arguments) -> int:
     """Play and write."""
     from hemline import export, motions
-    from hemline.playback import play, record
+    from hemline.playback import level_of, play, record
 
     from .model import open_model
 
@@ -49,6 +51,7 @@ def run(arguments: Arguments) -> int:
     output = arguments.output or _beside(arguments.motion)
     export.check_format(output)
     animator, body = open_model(arguments.model, arguments.garment, arguments.body, arguments.betas)
+    garment = level_of(animator, arguments.detail).garment
     if arguments.explain:
         for line in motion.notes:
             note(f"{arguments.motion}: {line}")
@@ -56,9 +59,9 @@ def run(arguments: Arguments) -> int:
     with bars() as display:
         task = display.add_task("animate", total=total)
         clip = record(
-            play(animator, body, motion, fps=arguments.fps, untangle=arguments.untangle),
-            garment_name=animator.garment.name,
-            garment_faces=animator.garment.faces,
+            play(animator, body, motion, fps=arguments.fps, untangle=arguments.untangle, detail=arguments.detail),
+            garment_name=garment.name,
+            garment_faces=garment.faces,
             motion=motion,
             fps=arguments.fps,
             keep=lambda frame: display.advance(task),

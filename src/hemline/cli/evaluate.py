@@ -38,6 +38,8 @@ class Arguments:
     """Lift limbs out of each other first."""
     whole: bool = True
     """Keep the cloth in one piece; without, what the animator makes, moved out of the body vertex by vertex."""
+    detail: float = 1.0
+    """Share of the garment's vertices, above 0 and at most 1."""
     picture: Path | None = None
     """A PNG of the worst frame, beside the truth where there is one."""
     json: bool = False
@@ -75,13 +77,14 @@ def run(arguments: Arguments) -> int:
         fps=arguments.fps,
         untangle=arguments.untangle,
         whole=arguments.whole,
+        detail=arguments.detail,
         start=0.0 if truth is None else arguments.start,
         seconds=None if truth is None else arguments.seconds,
     )
     size = model_mb(model_path(arguments.model))
     figures: dict[str, Any] = {"model": arguments.model, "model_mb": size} | evaluation.figures
     if arguments.picture is not None:
-        draw_worst(arguments.picture, evaluation, animator.garment.faces)
+        draw_worst(arguments.picture, evaluation, evaluation.garment.faces)
     print(json.dumps(figures) if arguments.json else table(figures))
     return 0 if figures["inside_percent"]["after"] == 0 else 1
 

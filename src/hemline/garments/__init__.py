@@ -4,6 +4,7 @@ from pathlib import Path
 
 from .cape import CapeCut as CapeCut
 from .cape import make_cape as make_cape
+from .coarser import coarser_garment as coarser_garment
 from .garment import Garment as Garment
 from .garment_toml import GarmentFile as GarmentFile
 from .material import MATERIALS as MATERIALS
@@ -38,6 +39,7 @@ __all__ = [
     "Piece",
     "Pins",
     "SkirtCut",
+    "coarser_garment",
     "explain",
     "load",
     "make_cape",

@@ -95,6 +95,11 @@ class PackedBasis:
             np.concatenate([self.modes, other.modes + np.int32(self.mode_count)]),
         )
 
+    def at_vertices(self, kept: Int[np.ndarray, " kept"]) -> "PackedBasis":
+        """The same basis of some of the vertices."""
+        rows = 3 * np.asarray(kept)[:, None] + np.arange(3)
+        return PackedBasis(np.ascontiguousarray(self.digits[rows.reshape(-1)]), self.scales, self.modes)
+
     def arrays(self) -> dict[str, np.ndarray]:
         """What a model file holds."""
         return {"digits": self.digits, "scales": self.scales, "modes": self.modes}

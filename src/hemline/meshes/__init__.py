@@ -6,6 +6,8 @@ from .checks import consistent_winding as consistent_winding
 from .closest_points import ClosestPoints as ClosestPoints
 from .closest_points import ClosestTree as ClosestTree
 from .closest_points import closest_points_on_mesh as closest_points_on_mesh
+from .coarser import CoarserMesh as CoarserMesh
+from .coarser import coarser as coarser
 from .components import components as components
 from .edge_strains import edge_lengths as edge_lengths
 from .edge_strains import edge_strains as edge_strains
@@ -28,11 +30,13 @@ from .welded import welded as welded
 __all__ = [
     "ClosestPoints",
     "ClosestTree",
+    "CoarserMesh",
     "ReadMesh",
     "SurfaceWays",
     "boundary_loops",
     "check_mesh",
     "closest_points_on_mesh",
+    "coarser",
     "components",
     "consistent_winding",
     "crossing_edges",

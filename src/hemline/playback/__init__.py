@@ -1,6 +1,9 @@
 """From a fitted animator to frames: play, record, evaluate; one body or a crowd."""
 
 from .crowd import crowd as crowd
+from .detail import detail_for as detail_for
+from .detail import level_of as level_of
+from .detail import pixels_of as pixels_of
 from .evaluate import Evaluation as Evaluation
 from .evaluate import evaluate as evaluate
 from .frame import Frame as Frame
@@ -9,4 +12,16 @@ from .player import Player as Player
 from .player import PlayerState as PlayerState
 from .record import record as record
 
-__all__ = ["Evaluation", "Frame", "Player", "PlayerState", "crowd", "evaluate", "play", "record"]
+__all__ = [
+    "Evaluation",
+    "Frame",
+    "Player",
+    "PlayerState",
+    "crowd",
+    "detail_for",
+    "evaluate",
+    "level_of",
+    "pixels_of",
+    "play",
+    "record",
+]

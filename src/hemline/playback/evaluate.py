@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from hemline.animators.base import Animator
+from hemline.animators.base import Animator, Level
 from hemline.arrays import Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.collide import Guarantee
 from hemline.datasets import Dataset, Take
 from hemline.errors import BadInput
+from hemline.garments import Garment
 from hemline.motions.motion import Motion
 
+from .detail import level_of
 from .frame import Frame
 from .play import play
 from .player import Player
@@ -27,11 +29,13 @@ class Evaluation:
 
     figures: dict[str, Any]
     """The JSON that scripts rely on; keys as in docs/design.md."""
+    garment: Garment
+    """What was shown: the animator's garment, or its coarser level."""
     worst: Frame
     """The frame with the largest error, or the most vertices inside before the projection."""
     worst_index: int
     worst_truth: np.ndarray | None
-    """The truth of that frame, (verts, 3) [m]."""
+    """The truth of that frame at the vertices that were shown, (verts, 3) [m]."""
 
 
 def takes_of(truth: Dataset, motion: Motion, betas: np.ndarray) -> list[Take]:
@@ -69,6 +73,7 @@ def evaluate(
     guarantee: Guarantee = "exact",
     untangle: bool = False,
     whole: bool = True,
+    detail: float = 1.0,
     keep: Callable[[Frame], None] | None = None,
 ) -> Evaluation:
     """Play a motion and measure.
@@ -88,6 +93,7 @@ def evaluate(
         guarantee: As for `play`.
         untangle: As for `play`.
         whole: As for `play`.
+        detail: As for `play`; errors are those of the vertices that are left.
         keep: Called with each frame, to record it.
 
     Returns:
@@ -103,24 +109,28 @@ def evaluate(
         raise BadInput("drive 'truth' needs simulated takes", "none", "name a dataset with --truth")
     takes = None if truth is None else takes_of(truth, motion, body.betas)
     fps = fps if takes is None else takes[0].motion.fps
-    compile_s = Player.prepare(animator, body, guarantee=guarantee, whole=whole).warm_up(motion[0])
-    tally = Tally(animator, keep)
+    level = level_of(animator, detail)
+    options = {"guarantee": guarantee, "whole": whole, "detail": detail}
+    compile_s = Player.prepare(animator, body, **options).warm_up(motion[0])
+    tally = Tally(level, keep)
     last = math.inf if seconds is None else start + seconds
-    played = _frames(animator, body, motion, takes, drive, fps, untangle, {"guarantee": guarantee, "whole": whole})
+    played = _frames(animator, body, motion, takes, drive, fps, untangle, options)
     for index, (frame, reference) in enumerate(played):
         if index / fps > last + 1e-9:
             break
         if index / fps >= start - 1e-9:
-            tally.add(frame, reference, fps)
+            shown = reference[level.kept] if reference is not None and isinstance(level, Level) else reference
+            tally.add(frame, shown, fps)
     worst_index, worst, worst_truth = tally.worst_frame()
     figures = {
         "animator": animator.name,
         "bones": getattr(animator, "bones", None),  # not every animator has any
         "drive": drive,
+        "detail": detail,
         "fps": fps,
         "compile_s": compile_s,
     } | tally.figures()
-    return Evaluation(figures, worst, worst_index, worst_truth)
+    return Evaluation(figures, level.garment, worst, worst_index, worst_truth)
 
 
 def _frames(

@@ -26,6 +26,7 @@ def play(
     placed: bool = False,
     truth: FramesOfVertices | None = None,
     whole: bool = True,
+    detail: float = 1.0,
 ) -> Iterator[Frame]:
     """Play a motion, frame by frame.
 
@@ -44,17 +45,20 @@ def play(
         truth: Simulated vertices, one row a frame of the motion as it is played: they drive the animator in the place
             of its own dynamics.
         whole: As for `Player.prepare`.
+        detail: As for `Player.prepare`.
 
     Yields:
         One `Frame` a frame.
 
     Raises:
         BadModel: The animator was fitted on another kind of body.
-        BadInput: A frame rate that is not positive, or ground truth of another length.
+        BadInput: A frame rate that is not positive, ground truth of another length, or no such level of detail.
     """
     if fps is not None and not 0 < fps <= 1000:
         raise BadInput("fps must lie between 0 and 1000", fps, "leave it out for 30")
-    player = Player.prepare(animator, body, guarantee=guarantee, measure=measure, placed=True, whole=whole)
+    player = Player.prepare(
+        animator, body, guarantee=guarantee, measure=measure, placed=True, whole=whole, detail=detail
+    )
     motion = motion if placed else body.placed(motion)
     motion = motion if fps is None or fps == motion.fps else motion.resampled(fps)
     motion = body.untangled_motion(motion) if untangle else motion

@@ -6,7 +6,7 @@ Everything that shows a garment goes through a `Player`: `play`, `evaluate`, the
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 from typing import Any, Self
@@ -15,14 +15,17 @@ import numpy as np
 
 from hemline.animators.base import Animator, Driven
 from hemline.arrays import Vertices
-from hemline.bodies.body import ShapedBody
-from hemline.bodies.lead_in import lead_in
+from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
-from hemline.collide import Guarantee, Projector, ProjectorState, WholeCloth, WholeState, WornGarment
+from hemline.collide import Guarantee, Projector, ProjectorState, WholeCloth, WholeSettings, WholeState, WornGarment
 from hemline.errors import BadInput, BadModel
-from hemline.motions.motion import Motion, Pose
+from hemline.garments import Garment
+from hemline.motions.motion import Pose
 
+from .detail import worn_at
 from .frame import Frame
+from .run_up import run_up
+from .switch import nearest_vertices, switched_projector, switched_whole
 
 STAGES = ("body", "animator", "whole", "projection")
 """What a frame's time is made of."""
@@ -46,6 +49,9 @@ class Player:
     Attributes:
         animator: What moves the garment.
         body: The body that wears it.
+        garment: The garment that is shown: fewer vertices below a detail of 1.
+        collider: What the cloth is kept out of: the body, or below a detail of 0.5 a coarser one around it.
+        error: How far a level is from the full garment that hangs at rest, see `WornLevel` [m].
         whole: What keeps the cloth in one piece, between animator and projection; None: nothing does.
         projector: What moves vertices out of the body in each frame.
         placed: Whether poses of a motion are on this body already.
@@ -62,6 +68,9 @@ class Player:
 
     animator: Animator
     body: ShapedBody
+    garment: Garment
+    collider: ShapedBody
+    error: float
     whole: WholeCloth | None
     projector: Projector
     placed: bool
@@ -78,6 +87,7 @@ class Player:
         measure: bool = False,
         placed: bool = False,
         whole: bool = True,
+        detail: float = 1.0,
     ) -> Self:
         """Put a garment on a body: a second of work, once.
 
@@ -93,9 +103,13 @@ class Player:
             placed: Poses of motions are on this body already (`body.placed(motion)`).
             whole: Keep the cloth in one piece where the animator tears it or puts it through a limb. Off, one sees what
                 the animator makes.
+            detail: Share of the garment's vertices: the player shows `player.garment`, and all stages cost less. Below
+                0.5 the tests are against the coarser `player.collider`: a little cloth may be inside the body itself.
 
         Raises:
             BadModel: The animator was fitted on another kind of body.
+            BadInput: A level of detail that is not above 0 and at most 1, or that leaves too few vertices; or the
+                animator has no levels.
         """
         if body.body.name != animator.body_name:
             raise BadModel(
@@ -103,13 +117,14 @@ class Player:
                 f"body '{body.body.name}'",
                 "load that body, or fit again",
             )
-        garment = animator.garment
-        worn = WornGarment.of(body, garment.vertices)
+        level = worn_at(animator, body, detail)
+        garment, collider = level.garment, level.body
+        worn = WornGarment.of(collider, garment.vertices)
         projector = Projector.prepare(
-            body, garment.vertices, garment.faces, guarantee=guarantee, measure=measure, worn=worn
+            collider, garment.vertices, garment.faces, guarantee=guarantee, measure=measure, worn=worn
         )
-        held = WholeCloth.prepare(body, garment, worn) if whole else None
-        return cls(animator, body, held, projector, placed)
+        held = WholeCloth.prepare(collider, garment, worn, WholeSettings().at_detail(detail)) if whole else None
+        return cls(level.animator, body, garment, collider, level.error, held, projector, placed)
 
     def start(self, pose: Pose, *, pre_roll: float = 1.0, dt: float = 1 / 30) -> PlayerState:
         """The state before the first frame, in which the garment has settled.
@@ -136,7 +151,7 @@ class Player:
             posed = self.body.posed(each)
             state, vertices = self.animator.step(state, posed, dt)
             if self.whole and whole:
-                whole, _ = self.whole.step(whole, posed, vertices, dt=dt)
+                whole, _ = self.whole.step(whole, self._collided(posed), vertices, dt=dt)
         return PlayerState(state, whole, self.projector.start())
 
     def step(self, state: PlayerState, pose: Pose, dt: float) -> tuple[PlayerState, Frame]:
@@ -154,6 +169,32 @@ class Player:
             BadInput: `dt` is not a positive time.
         """
         return self._stepped(state, pose, dt, self.animator.step)
+
+    def switched(self, state: PlayerState, other: "Player") -> PlayerState:
+        """The state for a player of another level of detail, which goes on from there: the cloth does not jump.
+
+        Args:
+            state: Of this player; it is not changed.
+            other: The player to go on with: of the same animator on the same body.
+
+        Raises:
+            BadInput: Another animator or another body, or only one of the two keeps the cloth in one piece.
+        """
+        if other is self:
+            return state
+        one, two = (getattr(player.animator, "full", player.animator) for player in (self, other))
+        if one is not two or other.body is not self.body or (other.whole is None) != (self.whole is None):
+            raise BadInput(
+                "a state goes on at another level of the same animator on the same body",
+                f"'{one.name}' of '{one.garment.name}' and '{two.name}' of '{two.garment.name}', or two bodies",
+                "prepare both players with the same animator, body and `whole`",
+            )
+        nearest, whole = nearest_vertices(other.garment, self.garment), state.whole
+        if other.whole and self.whole and whole:
+            whole = switched_whole(other.whole, self.whole, whole, nearest)
+        return PlayerState(
+            state.animator, whole, switched_projector(other.projector, self.projector, state.projector, nearest)
+        )
 
     def follow(self, state: PlayerState, pose: Pose, dt: float, truth: Vertices) -> tuple[PlayerState, Frame]:
         """As `step`, driven by simulated vertices instead of by the animator's own dynamics.
@@ -176,6 +217,10 @@ class Player:
         self.step(self.start(pose, pre_roll=1 / 30), pose, 1 / 30)
         return time.perf_counter() - began
 
+    def _collided(self, posed: PosedBody) -> PosedBody:
+        """What the cloth is kept out of, in the same pose."""
+        return posed if self.collider is self.body else replace(posed, shaped=self.collider)
+
     def _placed(self, pose: Pose) -> Pose:
         clip = pose.clip
         if self.placed or clip is None:
@@ -185,17 +230,12 @@ class Player:
         return self._placements[clip.hash].of(pose)
 
     def _leading(self, pose: Pose, frames: int, dt: float) -> list[Pose]:
-        """Poses of the run-up, the first pose last; that alone without one."""
-        first, clip = self._placed(pose), pose.clip
-        if frames < 1:
-            return [first]
-        translations = first.translation[None]
+        """Poses of the run-up, the first pose last; from the first frame of a clip it goes on at the clip's speed."""
+        first, clip, second = self._placed(pose), pose.clip, None
         if clip is not None and len(clip) > 1 and np.array_equal(pose.translation, clip.translations[0]):
             way = (self._placed(clip[1]).translation - first.translation) * (dt * clip.fps)
-            translations = np.stack([first.translation, first.translation + way])
-        rotations = np.repeat(first.rotations[None], len(translations), axis=0)
-        poses, _ = lead_in(self.body, Motion(rotations, translations, 1 / dt, self.body.leg_length), frames)
-        return [*(poses[index] for index in range(len(poses))), first]
+            second = Pose(first.rotations, first.translation + way)
+        return run_up(self.body, first, second, frames, dt)
 
     def _stepped(
         self, state: PlayerState, pose: Pose, dt: float, animate: Callable[..., tuple[Any, Vertices]]
@@ -203,15 +243,16 @@ class Player:
         _check_time(dt)
         clock = [time.perf_counter()]
         posed = self.body.posed(self._placed(pose))
-        surface = self.projector.worn.surface(posed)
+        solid = self._collided(posed)
+        surface = self.projector.worn.surface(solid)
         clock.append(time.perf_counter())
         moved, animated = animate(state.animator, posed, dt)
         clock.append(time.perf_counter())
         whole, held = state.whole, animated
         if self.whole and whole:
-            whole, held = self.whole.step(whole, posed, animated, dt=dt, surface=surface)
+            whole, held = self.whole.step(whole, solid, animated, dt=dt, surface=surface)
         clock.append(time.perf_counter())
-        projected, vertices, report = self.projector.project(state.projector, posed, held, dt=dt, surface=surface)
+        projected, vertices, report = self.projector.project(state.projector, solid, held, dt=dt, surface=surface)
         clock.append(time.perf_counter())
         spans = [(after - before) * 1e3 for before, after in pairwise(clock)]
         frame = Frame(vertices, animated, held, posed, report, dict(zip(STAGES, spans, strict=True)))

@@ -9,6 +9,7 @@ from hemline import animators, bodies, export, garments, motions, sim
 from hemline.collide.winding.numbers import inside
 
 from .play import play
+from .player import Player
 from .record import record
 
 
@@ -21,6 +22,7 @@ def _playback() -> None:
     cape = _animator()
     body = bodies.load(cape.body_name).shaped()
     frames = list(play(cape, body, motions.load("run")[:8], untangle=True))
+    Player.prepare(cape, body, detail=0.25)
     posed = frames[-1].body
     inside(posed.vertices, body.body.faces, frames[-1].vertices)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class RopesKind:
     """Rope chains, as `animators.base.AnimatorKind` asks."""
 
-    name = AnimatorRopes.name
+    name = "ropes"
     Config = RopesConfig
 
     def fit(

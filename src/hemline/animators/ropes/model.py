@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -14,32 +14,22 @@ from hemline.bodies.body import PosedBody
 from hemline.errors import BadInput, BadModel
 from hemline.files.contents import AGAIN, array_of, entry, part, refused
 from hemline.garments.garment import Garment
-from hemline.learning.key_frame import to_key
 from hemline.learning.mlp import Mlp
 from hemline.learning.packed_basis import PackedBasis
 from hemline.motions.motion import JOINT_NAMES
 from hemline.options import options_of
 
-from .bone_source import BoneSource, BonesState
+from .animator_state import AnimatorRopesState
+from .bone_source import BoneSource
 from .bones import rest_bones, seen_bones
 from .chains import Ropes
 from .checked import checked_ropes
 from .config import RopesConfig
+from .detail import AnimatorRopesLevel
 from .learned_bones import LearnedBones
 
 VERSION = 3
 """Version of what model files hold of rope chains, `ropes.version`; 1 had no such key."""
-
-
-@dataclass(frozen=True, eq=False)
-class AnimatorRopesState:
-    """All that moves."""
-
-    bones: BonesState
-    rest: Vertices
-    """The rest drape on this body's shape [m]."""
-    rest_bones: Nodes
-    """The bones in it [m], float64."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +65,12 @@ class AnimatorRopes:
     figures: Mapping[str, float] = field(default_factory=dict)
     licences: tuple[str, ...] = ()
 
-    name: ClassVar[str] = "ropes"
+    _levels: dict[float, AnimatorRopesLevel] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """Name of its kind."""
+        return "ropes"
 
     @cached_property
     def basis(self) -> PackedBasis:
@@ -124,7 +119,7 @@ class AnimatorRopes:
             moving, moved = self.source.step(state.bones, posed, dt, state.rest_bones)
             after = replace(state, bones=moving)
         else:
-            moved = (to_key(posed.transforms[self.key], bones) - state.rest_bones).astype(np.float32).reshape(-1)
+            moved = state.displaced(bones, posed.transforms[self.key])
             after = state
         coefficients = np.concatenate([self.skinning(moved), self.shape(moved)])
         return after, self.basis.vertices(coefficients, state.rest, posed.transforms[self.key])
@@ -134,6 +129,19 @@ class AnimatorRopes:
     ) -> tuple[AnimatorRopesState, Vertices]:
         """As `step`, driven by the bones of simulated vertices."""
         return self.step(state, posed, dt, bones=seen_bones(self.ropes, truth, posed))
+
+    def at_detail(self, detail: float) -> "AnimatorRopes | AnimatorRopesLevel":
+        """This animator with a share of its vertices; itself for 1.
+
+        Raises:
+            BadInput: As `coarser_garment`.
+        """
+        if detail == 1:
+            return self
+        if detail not in self._levels:
+            parts = ((self.skinning, self.skinning_basis), (self.shape, self.shape_basis))
+            self._levels[detail] = AnimatorRopesLevel.of(self, detail, self.source, parts)
+        return self._levels[detail]
 
     def save(self, path: str | Path) -> None:
         """Write a model file, whole or not at all.

@@ -5,7 +5,7 @@ different sides of it. This step takes patches of cloth out as a whole, and shor
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
@@ -54,6 +54,10 @@ class WholeSettings:
     """Size of the cells that tell where skin may be near [m]."""
     widen: float = 0.02
     """How far from skin a cell counts as near [m]."""
+
+    def at_detail(self, detail: float) -> "WholeSettings":
+        """Control vertices and samples for a share of a garment's vertices, above 0 and at most 1."""
+        return replace(self, controls=math.ceil(detail * self.controls), samples=math.ceil(detail * self.samples))
 
 
 @dataclass(frozen=True)

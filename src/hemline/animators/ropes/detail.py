@@ -1,0 +1,135 @@
+"""Rope chains that carry a coarser garment: fewer vertices, and what of the rest costs much and shows little."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from hemline.animators.base import Animator, Detailed
+from hemline.arrays import Float, Int, Vertices
+from hemline.bodies.body import PosedBody
+from hemline.garments import Garment, coarser_garment
+from hemline.learning.mlp import Mlp
+from hemline.learning.packed_basis import PackedBasis
+from hemline.motions.motion import JOINT_NAMES
+
+from .animator_state import AnimatorRopesState
+from .bone_source import BoneSource
+from .bones import seen_bones
+from .learned_bones import BonesStep, LearnedBones
+
+SIMPLE = 0.25
+"""Up to this detail learned bones play without ropes in reserve, and the second network, which adds finer shapes, is
+left out."""
+
+
+class LearnedBonesAlone(LearnedBones):
+    """Learned bones that do not say where they are out of range: ropes take over for unknown forces only."""
+
+    def step(self, *arguments: Any) -> BonesStep:
+        """As `LearnedBones.step`."""
+        return replace(super().step(*arguments), beyond=0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class AnimatorRopesLevel:
+    """An `AnimatorRopes` at a lower level of detail. Its States are those of the full one, so they can be exchanged."""
+
+    full: Animator
+    garment: Garment
+    kept: Int[np.ndarray, " kept"]
+    """Which vertex of the full garment each of this one's is."""
+    source: BoneSource
+    networks: tuple[Mlp, ...]
+    basis: PackedBasis
+    """Of the vertices that are left; the coefficients of all networks, one after the other."""
+
+    @classmethod
+    def of(cls, full: Animator, detail: float, source: BoneSource, parts: Sequence[tuple[Mlp, PackedBasis]]) -> Self:
+        """A level of an animator.
+
+        Args:
+            full: The animator.
+            detail: Share of its vertices.
+            source: Its bones.
+            parts: Its networks, each with the basis of its coefficients, the one that matters most first.
+
+        Raises:
+            BadInput: As `coarser_garment`.
+        """
+        garment, kept = coarser_garment(full.garment, detail)
+        if source.learned is not None and detail <= SIMPLE:
+            learned = {field.name: getattr(source.learned, field.name) for field in fields(source.learned)}
+            source = replace(source, learned=LearnedBonesAlone(**learned))
+        (first, basis), *others = parts[:1] if detail <= SIMPLE else parts
+        for _, other in others:
+            basis = basis.joined(other)
+        return cls(full, garment, kept, source, (first, *(each for each, _ in others)), basis.at_vertices(kept))
+
+    @property
+    def name(self) -> str:
+        """As of the full animator."""
+        return self.full.name
+
+    @property
+    def body_name(self) -> str:
+        """As of the full animator."""
+        return self.full.body_name
+
+    @property
+    def body_hash(self) -> str:
+        """As of the full animator."""
+        return self.full.body_hash
+
+    @property
+    def figures(self) -> Mapping[str, float]:
+        """What the fit of the full animator reached."""
+        return self.full.figures
+
+    @property
+    def bones(self) -> str:
+        """What moves the bones: `ropes`, or `learned`."""
+        return "ropes" if self.source.learned is None else "learned"
+
+    def start(self, posed: PosedBody) -> AnimatorRopesState:
+        """As of the full animator."""
+        return self.full.start(posed)
+
+    def step(self, state: AnimatorRopesState, posed: PosedBody, dt: float) -> tuple[AnimatorRopesState, Vertices]:
+        """Advance to a pose.
+
+        Args:
+            state: The State before, of any level of this animator; it is not changed.
+            posed: The body now.
+            dt: Time since the State [s]; any.
+
+        Returns:
+            The State after, and the vertices that are left, in the world (verts, 3) [m].
+        """
+        bones, moved = self.source.step(state.bones, posed, dt, state.rest_bones)
+        return replace(state, bones=bones), self._vertices(state, posed, moved)
+
+    def follow(
+        self, state: AnimatorRopesState, posed: PosedBody, dt: float, truth: Vertices
+    ) -> tuple[AnimatorRopesState, Vertices]:
+        """As `step`, driven by the bones of simulated vertices of the full garment."""
+        bones = seen_bones(self.source.ropes, truth, posed)
+        return state, self._vertices(state, posed, state.displaced(bones, posed.transforms[self._key]))
+
+    def at_detail(self, detail: float) -> Animator:
+        """Another level of the full animator."""
+        return self.full.at_detail(detail) if isinstance(self.full, Detailed) else self.full
+
+    def save(self, path: str | Path) -> None:
+        """Write the model file of the full animator, which all levels are made from."""
+        self.full.save(path)
+
+    @property
+    def _key(self) -> int:
+        return JOINT_NAMES.index(self.garment.key_joint)
+
+    def _vertices(self, state: AnimatorRopesState, posed: PosedBody, moved: Float[np.ndarray, " ins"]) -> Vertices:
+        coefficients = np.concatenate([network(moved) for network in self.networks])
+        return self.basis.vertices(coefficients, state.rest[self.kept], posed.transforms[self._key])

@@ -1,0 +1,129 @@
+"""Benchmarks of levels of detail: what each costs and loses, and a hundred capes in one call."""
+
+import time
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from hemline import animators, bodies, metrics, motions
+from hemline.bodies import ShapedBody
+from hemline.collide import inside
+from hemline.meshes import rest_lengths
+from hemline.metrics import frame_ms
+from hemline.playback import Frame, Player, PlayerState, crowd, detail_for
+from hemline.playback.detail import DETAILS
+
+CAPES = 100
+NEAR, FAR = 2.0, 40.0
+"""Distances of the crowd to the camera [m]."""
+CROWD_FRAMES = 60
+MEASURED_EVERY = 5
+"""Frames from one test of what is inside to the next."""
+
+
+def bench_detail_cape() -> dict[str, Any]:
+    """The shipped cape at each level of detail, six excerpts, one core: ms by stage, and what is lost."""
+    from hemline.compiled import use_threads
+
+    use_threads(1)
+    players = _players(bodies.load(animators.load("cape").body_name).shaped())
+    rows: dict[float, dict[str, list[Any]]] = {detail: {} for detail in players}
+    for name in motions.names():
+        motion = motions.load(name)
+        full: list[Frame] = []
+        for detail, player in players.items():
+            frames = _played(player, motion)
+            full = full or frames
+            _measure(player, frames, full, rows[detail])
+    return {f"detail {detail}": _figures(player, rows[detail]) for detail, player in players.items()}
+
+
+def bench_crowd_cape() -> dict[str, Any]:
+    """A hundred capes in one call, all cores: in full, at each level, and at levels by distances of 2 to 40 m."""
+    from hemline.compiled import use_threads
+
+    use_threads(None)
+    players = _players(bodies.load(animators.load("cape").body_name).shaped())
+    errors = {detail: player.error for detail, player in players.items()}
+    # evenly over the ground that a camera sees
+    distances = np.sqrt(NEAR**2 + (np.arange(CAPES) + 0.5) / CAPES * (FAR**2 - NEAR**2))
+    chosen = [detail_for(float(distance), errors) for distance in distances]
+    counts = Counter(chosen)
+    return {f"detail {detail}": _crowd_ms([player] * CAPES) for detail, player in players.items()} | {
+        "by distance": {"capes": {f"detail {detail}": counts[detail] for detail in players}}
+        | _crowd_ms([players[detail] for detail in chosen])
+    }
+
+
+def _players(body: ShapedBody) -> dict[float, Player]:
+    """A player of each level, compiled."""
+    cape, motion = animators.load("cape"), motions.load("run")
+    players = {detail: Player.prepare(cape, body, detail=detail) for detail in DETAILS}
+    for player in players.values():
+        player.warm_up(motion[0])
+    return players
+
+
+def _played(player: Player, motion: motions.Motion) -> list[Frame]:
+    state, frames = player.start(motion[0]), []
+    for index in range(len(motion)):
+        state, frame = player.step(state, motion[index], 1 / 30)
+        frames.append(frame)
+    return frames
+
+
+def _measure(player: Player, frames: list[Frame], full: list[Frame], row: dict[str, list[Any]]) -> None:
+    """Add what a clip brings to the figures of a level."""
+    garment, kept = player.garment, getattr(player.animator, "kept", slice(None))
+    edges, lengths = rest_lengths(garment.faces, garment.rest_edges)
+    counted = ~np.isin(edges, garment.pins.vertices).all(axis=1)
+    for number, (frame, whole) in enumerate(zip(frames, full, strict=True)):
+        row.setdefault("ms", []).append(dict(frame.milliseconds))
+        row.setdefault("error", []).append(metrics.vertex_errors_mm(frame.vertices, whole.vertices[kept]).mean())
+        stretch = metrics.stretch_percent(frame.vertices, edges[counted], lengths[counted])
+        row.setdefault("stretch", []).append(stretch[0])
+        if number % MEASURED_EVERY == 0:
+            skin, faces = frame.body.vertices, frame.body.faces
+            within = inside(skin, faces, frame.vertices)
+            within[frame.report.pinched] = False
+            row.setdefault("inside", []).append(metrics.inside_percent(within))
+            row.setdefault("deepest", []).append(metrics.deepest_mm(skin, faces, frame.vertices, within))
+
+
+def _figures(player: Player, row: dict[str, list[Any]]) -> dict[str, Any]:
+    return {
+        "vertices": len(player.garment.vertices),
+        "body_vertices": len(player.collider.vertices),
+        "full_body": player.collider is player.body,
+        "geometric_error_mm": 1000 * player.error,
+        "frame_ms": frame_ms(row["ms"]),
+        "from_full_mm": float(np.mean(row["error"])),
+        "stretch_p99_percent": float(np.mean(row["stretch"])),
+        "inside_percent": metrics.mean_and_worst(row["inside"]),
+        "deepest_mm": max(row["deepest"]),
+    }
+
+
+def _crowd_ms(players: Sequence[Player]) -> dict[str, float]:
+    """Milliseconds a cape, of calls that step all, and how many cores were had: the bodies move as in the excerpts."""
+    clips = [motions.load(name) for name in motions.names()]
+    begun: dict[tuple[int, int], PlayerState] = {}
+    states = []
+    for number, player in enumerate(players):
+        at = (id(player), number % len(clips))
+        if at not in begun:
+            begun[at] = player.start(clips[at[1]][0])
+        states.append(begun[at])
+    spans, worked, whole = [], time.process_time(), time.perf_counter()
+    for frame in range(CROWD_FRAMES):
+        poses = [clips[n % len(clips)][frame % len(clips[n % len(clips)])] for n in range(len(players))]
+        began = time.perf_counter()
+        states, _ = crowd(players, states, poses, 1 / 30)
+        spans.append((time.perf_counter() - began) * 1e3 / len(players))
+    return {
+        "cape_ms": float(np.median(spans)),
+        "cape_ms_p95": float(np.percentile(spans, 95)),
+        "cores_used": (time.process_time() - worked) / (time.perf_counter() - whole),
+    }

@@ -1,0 +1,175 @@
+"""Compiled: vertices of a triangle mesh drawn onto a neighbour one by one, the cheapest first."""
+
+import heapq
+import math
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+from .fan_kernels import MOST, corner_of, lay_fan
+
+THINNEST = 0.15
+"""A new triangle must have this share of the area of the equilateral one on its longest edge."""
+_EQUILATERAL = math.sqrt(3.0) / 2
+
+
+@kernel
+def _shared(mesh, fan, size, target):
+    """How many vertices of the ring are neighbours of a target."""
+    found = 0
+    for i in range(size):
+        vertex, near = fan.ring[i], False
+        if vertex == target:
+            continue
+        for k in range(mesh.counts[target]):
+            face = mesh.around[target, k]
+            for corner in range(3):
+                near = near or mesh.faces[face, corner] == vertex
+        found += near
+    return found
+
+
+@kernel
+def _stays(fan, count, target):
+    """Whether no triangle turns over or becomes thin when the vertex of a fan goes to a target."""
+    goal = fan.ring[target]
+    for i in range(count):
+        if fan.ring[i] == goal or fan.ring[i + 1] == goal:
+            continue
+        ax, ay = fan.flat[i, 0] - fan.flat[target, 0], fan.flat[i, 1] - fan.flat[target, 1]
+        bx, by = fan.flat[i + 1, 0] - fan.flat[target, 0], fan.flat[i + 1, 1] - fan.flat[target, 1]
+        longest = max(ax * ax + ay * ay, bx * bx + by * by, (ax - bx) ** 2 + (ay - by) ** 2)
+        if ax * by - ay * bx < THINNEST * _EQUILATERAL * longest:
+            return False
+    return True
+
+
+@kernel
+def _allowed(mesh, vertex, fan, count, target):
+    """Whether a vertex may go to a target: the mesh stays a mesh, rims and bound vertices stay where they are."""
+    goal, closed = fan.ring[target], fan.closed[0]
+    if mesh.bound[vertex] & ~mesh.bound[goal] or mesh.counts[goal] + count - 2 > MOST:
+        return False
+    if not closed and 0 < target < count:
+        return False
+    size = count if closed else count + 1
+    if _shared(mesh, fan, size, goal) != (2 if closed else 1):
+        return False
+    for step in (-1, 1):
+        beside = target + step
+        if closed:
+            beside %= count
+        if 0 <= beside < size:
+            other = fan.ring[beside]
+            if mesh.counts[other] <= (1 if mesh.rim[other] else 3):
+                return False
+    return True
+
+
+@kernel
+def best_collapse(mesh, vertex, evenness, fan):
+    """The neighbour onto which a vertex goes at least cost: squared distance to the planes of what it has taken in,
+    weighted by area, plus `evenness` times the fourth power of the longest new edge.
+
+    Source: Garland, Heckbert, "Surface simplification using quadric error metrics", 1997. Differs: vertices go onto
+        neighbours only; evenness.
+
+    in: mesh, vertex, evenness; out: fan. Returns cost [m^4], infinite where none is allowed, and its place in the ring.
+    """
+    count = lay_fan(mesh, vertex, fan)
+    best, place = np.inf, 0
+    quadric = mesh.quadrics[vertex]
+    for target in range(count if count == 0 or fan.closed[0] else count + 1):
+        if not _allowed(mesh, vertex, fan, count, target):
+            continue
+        x, y, z = mesh.positions[fan.ring[target]]
+        bent = quadric[0] * x * x + quadric[3] * y * y + quadric[5] * z * z + quadric[9]
+        bent += 2 * (quadric[1] * x * y + quadric[2] * x * z + quadric[4] * y * z)
+        bent += 2 * (quadric[6] * x + quadric[7] * y + quadric[8] * z)
+        longest = 0.0
+        for i in range(count + 1):
+            dx, dy = fan.flat[i, 0] - fan.flat[target, 0], fan.flat[i, 1] - fan.flat[target, 1]
+            longest = max(longest, dx * dx + dy * dy)
+        cost = max(bent, 0.0) + evenness * longest * longest
+        if cost < best and _stays(fan, count, target):
+            best, place = cost, target
+    return best, place
+
+
+@kernel
+def _drop(mesh, vertex, face):
+    for k in range(mesh.counts[vertex]):
+        if mesh.around[vertex, k] == face:
+            mesh.counts[vertex] -= 1
+            mesh.around[vertex, k] = mesh.around[vertex, mesh.counts[vertex]]
+            return
+
+
+@kernel
+def _collapse(mesh, vertex, fan, count, target):
+    """Let a vertex go to a target: two faces go, or one at a rim; new edges are as long as in the flat."""
+    goal = fan.ring[target]
+    known, known_length = np.full(2, -1), np.empty(2)
+    for i in range(count):
+        face = fan.faces[i]
+        if fan.ring[i] == goal or fan.ring[i + 1] == goal:
+            side = 0 if fan.ring[i] == goal else 1
+            known[side] = fan.ring[i + 1] if side == 0 else fan.ring[i]
+            known_length[side] = mesh.lengths[face, (corner_of(mesh.faces, face, vertex) + 1) % 3]
+            _drop(mesh, fan.ring[i], face)
+            _drop(mesh, fan.ring[i + 1], face)
+            mesh.faces[face, 0] = -1
+    for i in range(count):
+        face = fan.faces[i]
+        if mesh.faces[face, 0] < 0:
+            continue
+        corner = corner_of(mesh.faces, face, vertex)
+        for at, edge in ((i, corner), (i + 1, (corner + 2) % 3)):
+            length = math.hypot(fan.flat[at, 0] - fan.flat[target, 0], fan.flat[at, 1] - fan.flat[target, 1])
+            for side in range(2):
+                length = known_length[side] if known[side] == fan.ring[at] else length
+            mesh.lengths[face, edge] = length
+        mesh.faces[face, corner] = goal
+        mesh.around[goal, mesh.counts[goal]] = face
+        mesh.counts[goal] += 1
+    mesh.counts[vertex] = 0
+    mesh.quadrics[goal] += mesh.quadrics[vertex]
+
+
+@kernel
+def collapse(mesh, evenness, remaining, fan, kept):
+    """Let vertices go until so many remain, or none may go any more.
+
+    A vertex is judged again when its fan has changed, and once more when its turn comes.
+
+    in: evenness, remaining; in and out: mesh, kept bool (verts,); work: fan. Returns how many remain.
+    """
+    stamps, heap = np.zeros(len(kept), np.int64), [(0.0, np.int64(0), np.int64(-1))]
+    for vertex in range(len(kept)):
+        cost, _ = best_collapse(mesh, vertex, evenness, fan)
+        if cost < np.inf:
+            heapq.heappush(heap, (cost, np.int64(vertex), np.int64(0)))
+    left, ring = kept.sum(), np.empty(MOST + 1, np.int64)
+    while left > remaining and len(heap) > 0:
+        before, vertex, stamp = heapq.heappop(heap)
+        if stamp != stamps[vertex]:
+            continue
+        cost, target = best_collapse(mesh, vertex, evenness, fan)
+        if cost > before:
+            if cost < np.inf:
+                heapq.heappush(heap, (cost, vertex, stamp))
+            continue
+        count = mesh.counts[vertex]
+        size = count if fan.closed[0] else count + 1
+        ring[:size] = fan.ring[:size]
+        _collapse(mesh, vertex, fan, count, target)
+        kept[vertex] = False
+        stamps[vertex] += 1
+        left -= 1
+        for i in range(size):
+            stamps[ring[i]] += 1
+            cost, _ = best_collapse(mesh, ring[i], evenness, fan)
+            if cost < np.inf:
+                heapq.heappush(heap, (cost, np.int64(ring[i]), np.int64(stamps[ring[i]])))
+    return left

@@ -1,0 +1,147 @@
+"""Levels of detail: what a level is made of, how far off it is, and which one a distance asks for."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hemline.animators.base import Animator, Detailed, Level
+from hemline.bodies import ShapedBody, coarser_body
+from hemline.errors import BadInput
+from hemline.garments import Garment, Pins
+from hemline.meshes import ClosestTree
+
+DETAILS = (1.0, 0.5, 0.25, 0.1)
+"""Levels that are measured, and that an example may use."""
+FULL_BODY = 0.5
+"""Down to this detail cloth is kept out of the full body; below, out of a coarser one that holds it in."""
+LEAST_BODY = 0.2
+"""Share of the body's vertices, at the lowest levels: a tenth would let cloth 7 mm deep into the full one."""
+FARTHEST = 99.0
+"""The error of a level is at most so much at this percentage of the vertices."""
+
+
+@dataclass(frozen=True, eq=False)
+class WornLevel:
+    """One level of an animator on a body."""
+
+    animator: Animator
+    garment: Garment
+    """The garment that is shown; its pins are on `body`."""
+    body: ShapedBody
+    """What its cloth is kept out of: the body, or a coarser one around it."""
+    error: float
+    """How far its triangles are from the full garment that hangs at rest, at 99 in 100 vertices at most [m]."""
+
+
+def worn_at(animator: Animator, body: ShapedBody, detail: float) -> WornLevel:
+    """A level of an animator on a body.
+
+    Args:
+        animator: A fitted animator, full or at any level.
+        body: The full body.
+        detail: Share of the garment's vertices, above 0 and at most 1.
+
+    Raises:
+        BadInput: `detail` is not such a number, or leaves too few vertices; or the animator has no levels.
+    """
+    level = level_of(animator, detail)
+    if not isinstance(level, Level):
+        return WornLevel(level, level.garment, body, 0.0)
+    collider = body if detail >= FULL_BODY else coarser_body(body, max(detail, LEAST_BODY))
+    return WornLevel(level, _bound(level.garment, body, collider), collider, _error(level, body))
+
+
+def level_of(animator: Animator, detail: float) -> Animator:
+    """An animator at a level of detail.
+
+    Args:
+        animator: A fitted animator, full or at any level.
+        detail: As for `worn_at`.
+
+    Raises:
+        BadInput: As `worn_at`.
+    """
+    if not 0 < detail <= 1:
+        raise BadInput("a level of detail is above 0 and at most 1", f"detail = {detail}", "use 1, 0.5, 0.25 or 0.1")
+    if isinstance(animator, Detailed):
+        return animator.at_detail(detail)
+    if detail == 1:
+        return animator
+    raise BadInput(f"animator '{animator.name}' has no levels of detail", f"detail = {detail}", "play it at 1")
+
+
+def pixels_of(
+    error: float, distance: float, *, height_px: int = 1080, field_of_view: float = math.radians(60)
+) -> float:
+    r"""How many pixels a distance in the world takes on the screen: $e\,h / (2 d \tan(\alpha / 2))$.
+
+    Args:
+        error: The distance in the world, such as `Player.error` [m].
+        distance: From the camera [m].
+        height_px: Height of the picture.
+        field_of_view: Its vertical angle [rad].
+
+    Raises:
+        BadInput: A distance or a height that is not above 0, or an angle that is not between 0 and pi.
+    """
+    if not (distance > 0 and height_px > 0 and 0 < field_of_view < math.pi):
+        got = f"distance = {distance} m, height_px = {height_px}, field_of_view = {field_of_view}"
+        raise BadInput("a camera sees at a distance, with a height and an angle below pi", got, "give positive numbers")
+    return error * height_px / (2 * distance * math.tan(field_of_view / 2))
+
+
+def detail_for(
+    distance: float,
+    errors: Mapping[float, float],
+    *,
+    pixels: float = 0.5,
+    height_px: int = 1080,
+    field_of_view: float = math.radians(60),
+) -> float:
+    """The coarsest level whose error is not seen at a distance.
+
+    Args:
+        distance: From the camera [m].
+        errors: Error of each level that there is, by its detail, as `Player.error` [m].
+        pixels: Error that may be seen.
+        height_px: As for `pixels_of`.
+        field_of_view: As for `pixels_of` [rad].
+
+    Returns:
+        The detail of that level; the finest one that there is where all are too coarse.
+
+    Raises:
+        BadInput: No level; or as `pixels_of`.
+    """
+    if not errors:
+        raise BadInput("a level is chosen from some", "none", "give errors such as {1.0: 0.0, 0.25: 0.004}")
+    seen = {
+        detail: pixels_of(error, distance, height_px=height_px, field_of_view=field_of_view)
+        for detail, error in errors.items()
+    }
+    return min((detail for detail in seen if seen[detail] <= pixels), default=max(seen))
+
+
+def _bound(garment: Garment, body: ShapedBody, collider: ShapedBody) -> Garment:
+    """The garment with its pins on the skin bound to a coarser body, in the same places at rest."""
+    pins = garment.pins
+    skin = pins.joints < 0
+    if collider is body or not skin.any():
+        return garment
+    places = pins.positions(body.vertices, body.normals, body.body.faces, body.joints)
+    tree = ClosestTree(collider.vertices.astype(np.float64), collider.body.faces)
+    found = Pins.bound(pins.vertices[skin], places[skin], tree, collider.normals)
+    faces, weights, heights = pins.body_faces.copy(), pins.barycentric.copy(), pins.heights.copy()
+    faces[skin], weights[skin], heights[skin] = found.body_faces, found.barycentric, found.heights
+    faces[~skin] = 0
+    return replace(garment, pins=replace(pins, body_faces=faces, barycentric=weights, heights=heights))
+
+
+def _error(level: Level, body: ShapedBody) -> float:
+    posed = body.posed(body.rest_pose)
+    full = level.full
+    vertices = full.step(full.start(posed), posed, 1 / 30)[1].astype(np.float64)
+    tree = ClosestTree(vertices[level.kept], level.garment.faces)
+    return float(np.percentile(tree.closest(vertices).distances, FARTHEST))

@@ -1,0 +1,58 @@
+"""Levels of detail, on every animator that has them: the same States, the same vertices, the same file."""
+
+import numpy as np
+import pytest
+from made_models import ANIMATORS, body, walk
+
+from hemline.animators.base import Detailed, Level
+
+DT = 1 / 30
+
+
+@pytest.fixture(params=[name for name, make in ANIMATORS.items() if isinstance(make(), Detailed)])
+def model(request):
+    return ANIMATORS[request.param]()
+
+
+@pytest.fixture(scope="module")
+def poses():
+    motion = walk(12)
+    return [body().posed(motion[index]) for index in range(len(motion))]
+
+
+def test_a_level_is_asked_for_once(model):
+    level = model.at_detail(0.5)
+    assert isinstance(level, Level) and level.full is model and model.at_detail(0.5) is level
+    assert model.at_detail(1.0) is model and level.at_detail(1.0) is model and level.at_detail(0.5) is level
+    assert (level.name, level.body_name, level.body_hash) == (model.name, model.body_name, model.body_hash)
+    assert level.figures == model.figures
+
+
+def test_states_can_be_exchanged(model, poses):
+    """Every other frame by the level: the full one goes on as if it had made them all."""
+    level = model.at_detail(0.8)
+    state = mixed = model.start(poses[0])
+    for index, posed in enumerate(poses):
+        state, vertices = model.step(state, posed, DT)
+        mixed, shown = (level if index % 2 else model).step(mixed, posed, DT)
+        np.testing.assert_array_equal(shown, vertices[level.kept] if index % 2 else vertices)
+
+
+def test_driven_by_the_truth_it_shows_the_same_vertices(model, poses):
+    level, truth = model.at_detail(0.8), model.step(model.start(poses[0]), poses[3], DT)[1]
+    state = model.start(poses[0])
+    full, some = (each.follow(state, poses[3], DT, truth)[1] for each in (model, level))
+    np.testing.assert_array_equal(some, full[level.kept])
+
+
+def test_on_another_shape_it_shows_the_same_vertices(model):
+    other = body().body.shaped([1.5, -1.0])
+    posed, level = other.posed(other.rest_pose), model.at_detail(0.8)
+    full, some = (each.step(each.start(posed), posed, DT)[1] for each in (model, level))
+    np.testing.assert_array_equal(some, full[level.kept])
+
+
+def test_its_file_is_that_of_the_full_one(model, tmp_path):
+    model.save(tmp_path / "full.safetensors")
+    model.at_detail(0.5).save(tmp_path / "level.safetensors")
+    assert (tmp_path / "full.safetensors").read_bytes() == (tmp_path / "level.safetensors").read_bytes()
