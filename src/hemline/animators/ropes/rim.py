@@ -37,7 +37,9 @@ class Rim:
         one, two = self.vertices[first], self.vertices[second]
         return np.array([one, two, two]), np.array([1 - part, part, 0.0])
 
-    def difference(self, places: Float[np.ndarray, " verts"], share: float) -> Float[np.ndarray, " verts"]:
+    def difference(
+        self, places: Float[np.ndarray, "*some"], share: float | Float[np.ndarray, "*some"]
+    ) -> Float[np.ndarray, "*some"]:
         """How far along the rim places are beyond `share`, the shorter way round where it is closed."""
         difference = places - share
         return (difference + 0.5) % 1 - 0.5 if self.closed else difference
