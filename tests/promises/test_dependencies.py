@@ -50,7 +50,8 @@ def test_every_dependency_is_imported():
     for name, extra in asked().items():
         module = MODULES.get(name, name.replace("-", "_"))
         if name not in TOOLS:
-            paths = sorted((ROOT / "tests").rglob("*.py")) if extra == "dev" else files()
+            ours = [*(ROOT / "tests").rglob("*.py"), *(ROOT / "benchmarks").rglob("*.py")]
+            paths = sorted(ours) if extra == "dev" else files()
             assert module in imported(paths), f"nothing imports {name}: take it out of pyproject.toml"
 
 
