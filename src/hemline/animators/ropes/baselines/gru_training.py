@@ -15,7 +15,7 @@ from hemline.animators.ropes.sequences import Sequences, sequences
 from hemline.arrays import Int
 from hemline.errors import BadDataset
 from hemline.files import content_hash
-from hemline.learning.batches import deviations_of
+from hemline.learning.network import deviations_of
 from hemline.learning.trainer import Checkpoint, Schedule, Trainer
 
 from .gru import WARM_UP, ChainGrus, GruCells, chain_slots
