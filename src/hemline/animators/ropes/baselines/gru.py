@@ -157,4 +157,5 @@ class ChainGrus:
 
     def _seen(self, state: GruState, frames: Transforms) -> Float[np.ndarray, " ins"]:
         body = BodyAtRest(self.ropes.key_index, state.joints)
-        return body_inputs(body, *state.bodies, frames, self.seconds, self.seconds)
+        before, then = state.bodies
+        return body_inputs(body, before, then, frames, self.seconds, self.seconds)

@@ -190,10 +190,13 @@ class GruObjective:
 
     def cells(self) -> GruCells:
         """What plays."""
-        weights = [each.detach().numpy().copy() for each in self.parameters]
-        scale, centre = self.scale.numpy(), self.centre.numpy()
-        showing, showing_bias = weights[4] * scale[:, :, None], weights[5] * scale + centre
-        return GruCells(self.mean, self.spread, *weights[:4], showing, showing_bias, self.slots)
+        seeing, seeing_bias, recalling, recalling_bias, showing, showing_bias = (
+            each.detach().numpy().copy() for each in self.parameters
+        )
+        scale = self.scale.numpy()
+        showing, showing_bias = showing * scale[:, :, None], showing_bias * scale + self.centre.numpy()
+        weights = (seeing, seeing_bias, recalling, recalling_bias)
+        return GruCells(self.mean, self.spread, *weights, showing, showing_bias, self.slots)
 
 
 def stepped(hidden: torch.Tensor, seen: torch.Tensor, recalling: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
