@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 from test_ropes_rollouts import FRAMES, sequences_of
 
+from hemline import bodies, garments
+from hemline.animators.ropes.baselines import ChainGrus
 from hemline.animators.ropes.baselines.gru import WARM_UP, GruCells, chain_slots
+from hemline.animators.ropes.body_inputs import BodyAtRest, body_inputs
+from hemline.animators.ropes.bones import rest_bones, seen_bones
+from hemline.animators.ropes.layout import lay_out
 from hemline.errors import BadDataset
+from hemline.learning.key_frame import to_key
+from hemline.motions import Pose
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 SLOTS = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
@@ -135,3 +142,32 @@ def test_chains_are_found_from_root_to_tip():
 def test_takes_shorter_than_a_window_are_refused(data):
     with pytest.raises(BadDataset, match="windows of 80 steps need takes of 98 frames.*got none longer than 90 frames"):
         trained(data, options=options(window=80))
+
+
+def test_bones_of_a_garment_come_from_body_and_networks(cells):
+    """Roots are where the body carries them; free bones are what the cells say, step by step, at any frame rate."""
+    body = bodies.load("anny24").shaped()
+    garment = garments.make_cape(body, rows=12, columns=14)
+    garment = replace(garment, chains=tuple(tuple(14 * row + column for row in (1, 4, 7, 10)) for column in (3, 10)))
+    ropes = lay_out(garment, body)
+    free, rest = ropes.parents >= 0, rest_bones(ropes, garment.vertices, body)
+    np.testing.assert_array_equal(chain_slots(ropes.parents), SLOTS)
+    grus = ChainGrus(ropes, cells, 1 / 30)
+    pose = body.rest_pose
+    posed = [body.posed(pose), body.posed(Pose(pose.rotations, pose.translation + np.float32([0.05, 0, 0])))]
+    start = grus.start(posed[0])
+    hidden, bodies_before = start.hidden.copy(), start.bodies.copy()
+    one, moved = grus.step(start, posed[1], 1 / 30, rest)
+    _, again = grus.step(start, posed[1], 1 / 60, rest)
+    np.testing.assert_array_equal(moved, again)
+    np.testing.assert_array_equal(start.hidden, hidden)
+    np.testing.assert_array_equal(start.bodies, bodies_before)
+    wanted = to_key(posed[1].transforms[ropes.key_index], seen_bones(ropes, garment.vertices, posed[1])) - rest
+    moved = moved.reshape(-1, 3)
+    np.testing.assert_allclose(moved[~free], wanted[~free], atol=1e-5)
+    still, now = (each.transforms.astype(np.float64) for each in posed)
+    at_rest = BodyAtRest(ropes.key_index, body.joints.astype(np.float64))
+    inputs = body_inputs(at_rest, still, still, now, 1 / 30, 1 / 30)
+    after, shown = cells.step(hidden, inputs)
+    np.testing.assert_allclose(moved[free], shown, atol=1e-5)
+    np.testing.assert_allclose(one.hidden, after, atol=1e-5)
