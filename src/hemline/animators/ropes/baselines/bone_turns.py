@@ -35,7 +35,7 @@ class BoneTurns:
         $R_i$ is the rotation nearest to $\sum_j (x_j - x_i)(r_j - r_i)^T$ over the neighbours $j$; bones without
         neighbours are not turned.
 
-        Source: Kabsch, "A solution for the best rotation to relate two sets of vectors", 1976.
+        Source: Kabsch, "A Solution for the Best Rotation to Relate Two Sets of Vectors", 1976.
         """
         a, b = self.links.T
         moments = np.zeros((len(rest), 3, 3))

@@ -34,8 +34,8 @@ class GruCells:
     The displacements of the chain's bones are linear in $h'$. Rows of $W, V, a, b$ are in the order $r, z, n$. All
     float32.
 
-    Source: Cho et al., "Learning Phrase Representations using RNN Encoder-Decoder", 2014, Eq. 5 to 8. Differs: $r$ is
-        applied after $V_n$, as in torch.
+    Source: Cho et al., "Learning Phrase Representations using RNN Encoder-Decoder for Statistical Machine Translation",
+        2014, Eq. 5 to 8. Differs: $r$ is applied after $V_n$, as in torch.
     """
 
     mean: Float[np.ndarray, " ins"]

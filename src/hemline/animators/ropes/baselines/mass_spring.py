@@ -42,7 +42,7 @@ class Springs:
             free: Nodes that move.
             dt: $h$ [s].
 
-        Source: Baraff, Witkin, "Large steps in cloth simulation", 1998; Choi, Ko, "Stable but responsive cloth", 2002,
+        Source: Baraff, Witkin, "Large Steps in Cloth Simulation", 1998; Choi, Ko, "Stable but Responsive Cloth", 2002,
             section 4.2 (compressed springs).
         """
         a, b = self.ends.T

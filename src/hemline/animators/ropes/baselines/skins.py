@@ -93,7 +93,8 @@ def _best_shares(square: np.ndarray, along: np.ndarray, start: np.ndarray) -> np
 def _onto_shares(values: np.ndarray) -> np.ndarray:
     """The nearest rows of shares: not negative, sum 1.
 
-    Source: Duchi, Shalev-Shwartz, Singer, Chandra, "Efficient projections onto the l1-ball", 2008, figure 1.
+    Source: Duchi, Shalev-Shwartz, Singer, Chandra, "Efficient Projections onto the l1-Ball for Learning in High
+        Dimensions", 2008, figure 1.
     """
     ranked = -np.sort(-values, axis=1)
     excess = np.cumsum(ranked, axis=1) - 1
