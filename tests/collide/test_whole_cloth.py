@@ -57,6 +57,19 @@ def test_cloth_far_from_the_body_and_not_too_long_is_left_as_it_is():
     np.testing.assert_allclose(held, garment.vertices, atol=1e-6)
 
 
+def test_cloth_that_rests_close_to_the_skin_is_not_lifted():
+    """A waistband: what is 6 mm over the skin at rest stays there; the same cloth from farther up is held higher."""
+    close, far = sheet(height=0.106), sheet(height=0.12)
+    lifts = []
+    for garment in (close, far):
+        shaped, whole = prepared(garment)
+        _, held = stepped(whole, whole.start(), at(shaped, (0, 0, 0)), close.vertices, frames=5)
+        top = np.linalg.norm(garment.vertices[:, [0, 2]], axis=1) < 0.02
+        lifts.append(held[top, 1] - 0.106)
+    assert np.abs(lifts[0]).max() < 5e-4
+    assert lifts[1].min() > 1e-3
+
+
 def test_it_keeps_its_side_where_the_nearest_skin_is_on_the_other():
     """The sheet sinks below the ball's middle: the nearest way out is down, the cloth stays above."""
     garment = sheet()

@@ -167,8 +167,8 @@ def test_samples_near_the_skin_are_held_over_their_nearest_place():
         np.arange(count),
         False,
         0,
-        np.float32(settings.near),
-        np.float32(settings.margin),
+        whole.margins,
+        np.float32(settings.reach),
         memory,
         planes,
         held,
@@ -176,11 +176,11 @@ def test_samples_near_the_skin_are_held_over_their_nearest_place():
     places = points[whole.coarse.samples].astype(float)
     closest = ClosestTree(posed.vertices.astype(float), posed.faces).closest(places)
     height = np.linalg.norm(places, axis=1) - RADIUS
-    assert set(held[:near]) == set(np.flatnonzero(height < settings.near))
+    assert set(held[:near]) == set(np.flatnonzero(height < whole.margins + settings.reach))
     for s in held[:near]:
         toward = places[s] / np.linalg.norm(places[s])
         assert planes[s, :3] @ toward > 0.999
-        assert abs(planes[s, 3] - settings.margin - closest.positions[s] @ planes[s, :3]) < 1e-5
+        assert abs(planes[s, 3] - whole.margins[s] - closest.positions[s] @ planes[s, :3]) < 1e-5
 
 
 def test_pins_of_a_garment_are_where_the_simulation_has_them():

@@ -128,14 +128,15 @@ def may_be_nearer(skin, own_limb, x, y, z, squared):
 
 @kernel
 def hold_samples(
-    skin, limbs, cells, points, shifts, model, listed, again, turn, near, margin, memory, planes_out, held_out
+    skin, limbs, cells, points, shifts, model, listed, again, turn, margins, reach, memory, planes_out, held_out
 ):
     """Half-spaces that samples near the skin are to stay in.
 
     in: skin, limbs, cells: where which limb may be near; points (n,3) and shifts (controls,3) [m]; model: see
-    `CoarseModel`; listed (m,): which samples; again: only walk, do not seek; turn: frames; near, margin [m]; in and
-    out: memory: see `SampleMemory`; out: planes_out (samples,4): unit normal and least height along it [m], held_out
-    (samples,): which are near. Returns how many.
+    `CoarseModel`; listed (m,): which samples; again: only walk, do not seek; turn: frames; margins (samples,): height
+    that each is held at, reach: how far above that it is held [m]; in and out: memory: see `SampleMemory`; out:
+    planes_out (samples,4): unit normal and least height along it [m], held_out (samples,): which are near. Returns how
+    many.
     """
     bound, zero, one = np.empty(len(skin.patch_limb), np.float32), np.float32(0), np.float32(1)
     low, size, grid = cells.low, cells.size, cells.bits
@@ -143,6 +144,7 @@ def hold_samples(
     count = 0
     for m in range(len(listed)):
         s = _index(listed[m])
+        near = margins[s] + reach
         x, y, z = moved_point(points, shifts, model.weight_ids, model.weights, model.samples[s])
         bits = np.uint32(0)
         gx, gy, gz = (x - low[0]) / size, (y - low[1]) / size, (z - low[2]) / size
@@ -188,7 +190,7 @@ def hold_samples(
         faces[s], heights[s], fresh[s] = face, height, False
         if height < near:
             planes_out[s, 0], planes_out[s, 1], planes_out[s, 2] = nx, ny, nz
-            planes_out[s, 3] = cx * nx + cy * ny + cz * nz + margin
+            planes_out[s, 3] = cx * nx + cy * ny + cz * nz + margins[s]
             held_out[count] = s
             count += 1
     return count

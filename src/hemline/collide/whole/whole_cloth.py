@@ -14,6 +14,7 @@ import numpy as np
 from hemline.arrays import Float, Int, Points, UInt, Vertices
 from hemline.collide.surface.posed_surface import PosedSurface
 from hemline.collide.surface.worn import WornGarment
+from hemline.meshes import ClosestTree
 
 from .limit_kernels import decay_shifts, limit_coarse, limit_fine, spread_shifts
 from .models import CoarseModel, FineModel, coarse_model, fine_model
@@ -32,10 +33,12 @@ class WholeSettings:
     """Control vertices."""
     samples: int = 2000
     """Vertices that the skin holds off."""
-    near: float = 0.018
-    """A sample below this height over the skin is held off [m]."""
     margin: float = 0.01
-    """Height that it is held at [m]."""
+    """Height over the skin that a sample is held at, less where it is lower at rest [m]."""
+    least: float = 0.005
+    """It is not held lower than this [m]."""
+    reach: float = 0.008
+    """How far above that height it is held [m]."""
     stretch: float = 1.06
     """Longest that an edge may be, over its length at rest."""
     memory: float = 0.1
@@ -89,6 +92,8 @@ class WholeCloth:
     """The joint that carries each pin; -1 for one on the skin."""
     pin_offsets: Float[np.ndarray, "pins 3"]
     """From that joint [m]."""
+    margins: Float[np.ndarray, " samples"]
+    """Height that each sample is held at [m]."""
     limbs: Limbs
     patch_bit: UInt[np.ndarray, " patches"]
     settings: WholeSettings
@@ -142,6 +147,7 @@ class WholeCloth:
             pin_heights=garment.pins.heights[hard].astype(np.float32),
             pin_joints=garment.pins.joints[hard],
             pin_offsets=garment.pins.offsets[hard],
+            margins=_margins(shaped, vertices[coarse.samples], settings),
             limbs=Limbs(worn.patches.limb, bits),
             patch_bit=patch_bits,
             settings=settings,
@@ -207,8 +213,8 @@ class WholeCloth:
                 listed,
                 again > 0,
                 state.frame,
-                np.float32(settings.near),
-                np.float32(settings.margin),
+                self.margins,
+                np.float32(settings.reach),
                 memory,
                 planes,
                 held,
@@ -243,3 +249,9 @@ class WholeCloth:
         bits = np.zeros(tuple(counts), np.uint32)
         fill_cells(boxes, self.patch_bit, low, size, widen, bits)
         return Cells(bits, low, size)
+
+
+def _margins(shaped: "ShapedBody", samples: Points, settings: WholeSettings) -> Float[np.ndarray, " samples"]:
+    """Cloth that lies close at rest, a waistband, is held no higher than there."""
+    closest = ClosestTree(shaped.vertices.astype(np.float64), shaped.body.faces).closest(samples)
+    return np.clip(closest.distances, settings.least, settings.margin).astype(np.float32)
