@@ -14,14 +14,17 @@ from .detail import bench_crowd_cape, bench_detail_cape
 from .machine import commit, machine
 from .projection import bench_projection_cape, bench_projection_sheet, bench_projection_shirt, bench_projection_skirt
 from .simulator import bench_sensitivity, bench_settle
-from .whole import bench_whole_cape
+from .whole import bench_whole_cape, bench_whole_skirt
 
 
 def bench_cape() -> dict[str, Any]:
     """Whole frame of the shipped cape on the six shipped excerpts, one core, by stage."""
-    _one_thread()
-    frames = [frame.milliseconds for frame in _played()]
-    return {"frame_ms": frame_ms(frames), "frames": len(frames)} | _stages_of_the_animator()
+    return _framed("cape")
+
+
+def bench_skirt() -> dict[str, Any]:
+    """Whole frame of the shipped skirt (18,546 vertices) on the six shipped excerpts, one core, by stage."""
+    return _framed("skirt")
 
 
 def bench_sim_4k() -> dict[str, Any]:
@@ -41,9 +44,11 @@ def bench_sim_12k_self() -> dict[str, Any]:
 
 BENCHMARKS: dict[str, Callable[[], dict[str, Any]]] = {
     "cape": bench_cape,
+    "skirt": bench_skirt,
     "detail-cape": bench_detail_cape,
     "crowd-cape": bench_crowd_cape,
     "whole-cape": bench_whole_cape,
+    "whole-skirt": bench_whole_skirt,
     "projection-cape": bench_projection_cape,
     "projection-sheet": bench_projection_sheet,
     "projection-skirt": bench_projection_skirt,
@@ -84,28 +89,33 @@ def _one_thread() -> None:
     use_threads(1)
 
 
-def _played() -> Iterator[Any]:
-    cape = animators.load("cape")
-    body = bodies.load(cape.body_name).shaped()
-    for _ in play(cape, body, motions.load("run")[:3]):
+def _framed(name: str) -> dict[str, Any]:
+    _one_thread()
+    model = animators.load(name)
+    frames = [frame.milliseconds for frame in _played(model)]
+    return {"frame_ms": frame_ms(frames), "frames": len(frames)} | _stages_of_the_animator(model)
+
+
+def _played(model: Any) -> Iterator[Any]:
+    body = bodies.load(model.body_name).shaped()
+    for _ in play(model, body, motions.load("run")[:3]):
         pass  # compile and warm the caches outside the measured frames
     for name in motions.names():
-        yield from play(cape, body, motions.load(name))
+        yield from play(model, body, motions.load(name))
 
 
-def _stages_of_the_animator() -> dict[str, Any]:
+def _stages_of_the_animator(model: Any) -> dict[str, Any]:
     """Bones and networks apart, on the run [ms]."""
-    cape = animators.load("cape")
-    body = bodies.load(cape.body_name).shaped()
+    body = bodies.load(model.body_name).shaped()
     motion = body.placed(motions.load("run"))
     poses = [body.posed(motion[i]) for i in range(len(motion))]
-    state, times = cape.start(poses[0]), []
+    state, times = model.start(poses[0]), []
     bones = state.bones
     for posed in poses:
         before = time.perf_counter()
-        bones, _ = cape.source.step(bones, posed, 1 / 30, state.rest_bones)
+        bones, _ = model.source.step(bones, posed, 1 / 30, state.rest_bones)
         between = time.perf_counter()
-        cape.step(state, posed, 1 / 30, bones=bones.ropes.positions)
+        model.step(state, posed, 1 / 30, bones=bones.ropes.positions)
         times.append((between - before, time.perf_counter() - between))
     bones_ms, networks_ms = np.median(np.array(times) * 1e3, axis=0)
     return {"bones_ms": float(bones_ms), "networks_ms": float(networks_ms)}
