@@ -111,7 +111,7 @@ def test_hardly_any_vertex_is_inside_the_full_body(players, dance, detail, share
 
 @pytest.mark.parametrize(("one", "other"), [(1.0, 0.5), (0.5, 0.25), (0.25, 0.1), (0.1, 0.25), (0.25, 1.0), (0.1, 1.0)])
 def test_cloth_does_not_jump_when_the_level_changes(players, dance, danced, one, other):
-    """At the vertices that both have: a few millimetres, and not the decimetre of a state that begins anew."""
+    """At the vertices that both have: by millimetres, and less than where the state begins anew."""
     here, there = players[one], players[other]
     state, _ = danced[one]
     _, stays = here.step(state, dance[41], DT)
@@ -120,7 +120,8 @@ def test_cloth_does_not_jump_when_the_level_changes(players, dance, danced, one,
     _, anew = there.step(begun, dance[41], DT)
     _, mine, theirs = np.intersect1d(kept(here), kept(there), return_indices=True)
     jump, fall = (np.linalg.norm(stays.vertices[mine] - frame.vertices[theirs], axis=1) for frame in (changed, anew))
-    assert jump.mean() < 0.01 and np.percentile(jump, 99) < 0.6 * np.percentile(fall, 99)
+    assert jump.mean() < min(0.005, fall.mean())
+    assert np.percentile(jump, 99) < min(0.02, 0.9 * np.percentile(fall, 99))
 
 
 def test_fine_offsets_of_vertices_that_stay_go_along(players, danced):

@@ -45,6 +45,9 @@ class Springs:
         Source: Baraff, Witkin, "Large Steps in Cloth Simulation", 1998; Choi, Ko, "Stable but Responsive Cloth", 2002,
             section 4.2 (compressed springs).
         """
+        from scipy.sparse import diags
+        from scipy.sparse.linalg import spsolve
+
         a, b = self.ends.T
         place = np.full(len(aim), -1)
         place[free] = np.arange(len(free))
@@ -62,19 +65,28 @@ class Springs:
             outer = np.einsum("sa,sb->sab", unit, unit)
             across = np.maximum(1 - self.lengths / span, 0)[:, None, None]
             blocks = self.stiffness * (outer + across * (np.eye(3) - outer))
-            matrix = np.zeros((len(free), 3, len(free), 3))
-            for one, two, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
-                rows, columns = place[one], place[two]
-                both = (rows >= 0) & (columns >= 0)
-                np.add.at(matrix, (rows[both], slice(None), columns[both]), sign * blocks[both])
-            matrix = matrix.reshape(3 * len(free), -1)
-            matrix[np.diag_indices_from(matrix)] += inertia
+            matrix = _assembled(blocks, place[a], place[b], len(free)) + diags(inertia)
             slope = inertia * (x[free] - aim[free]).reshape(-1) - force[free].reshape(-1)
-            change = np.linalg.solve(matrix, -slope).reshape(-1, 3)
+            change = np.asarray(spsolve(matrix.tocsc(), -slope)).reshape(-1, 3)
             x[free] += change
             if np.abs(change).max() < CONVERGED:
                 break
         return x
+
+
+def _assembled(blocks: np.ndarray, a: np.ndarray, b: np.ndarray, count: int):
+    """The sparse matrix of springs between places `a` and `b`, -1 for nodes that do not move."""
+    from scipy.sparse import coo_matrix
+
+    rows, columns, values = [], [], []
+    for one, two, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
+        both = np.flatnonzero((one >= 0) & (two >= 0))
+        at = np.arange(3)
+        rows.append(np.repeat(3 * one[both, None] + at, 3, axis=1))
+        columns.append(np.tile(3 * two[both, None] + at, (1, 3)))
+        values.append(sign * blocks[both].reshape(-1, 9))
+    where = np.concatenate(rows).ravel(), np.concatenate(columns).ravel()
+    return coo_matrix((np.concatenate(values).ravel(), where), shape=(3 * count, 3 * count))
 
 
 @dataclass(frozen=True, eq=False)

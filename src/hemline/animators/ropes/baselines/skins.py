@@ -74,7 +74,7 @@ class BoneSkin:
         """The garment in the world [m]; see `baseline.Skin`."""
         transforms = self.turns.transforms(bones + moved.reshape(-1, 3), bones)
         # bones that say nothing hold nothing: what follows a share of 0 is not read
-        points = skin_points(transforms, self.bones, self.weights, np.float32(rest), blending=self.blending)
+        points = skin_points(transforms, self.bones, self.weights, rest, blending=self.blending)
         return (points @ key[:, :3].T + key[:, 3]).astype(np.float32)
 
 
