@@ -83,7 +83,7 @@ def draw(folder: Path, model, takes) -> list[Drawn]:
     faces = model.garment.faces
 
     def sheet(name: str, columns: list[tuple[np.ndarray, str]]) -> str:
-        under = (body.vertices, body.faces, "body")
+        under = (body.vertices, body.body.faces, "body")
         views = [
             pictures.picture_of([under, (model.rest + moved, faces, colour)], "back_three_quarter", size=SIZE)
             for moved, colour in columns
