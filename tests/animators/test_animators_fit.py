@@ -10,6 +10,7 @@ from hemline.animators.ropes import AnimatorRopes, RopesConfig
 from hemline.animators.ropes.bones import seen_bones
 from hemline.animators.ropes.fit import fit
 from hemline.animators.ropes.gather import Source, gather
+from hemline.animators.ropes.lay import ropes_for, spread_frames
 from hemline.animators.ropes.layout import lay_out
 from hemline.datasets import Take, create
 from hemline.errors import BadDataset, MissingExtra
@@ -145,6 +146,23 @@ def test_frames_are_gathered_without_lead_ins_and_split_by_clip(dataset, garment
     found = np.einsum("vi,vi->v", clear.normals[0][near].astype(float), here - nearest)
     assert near.any()
     np.testing.assert_allclose(clear.heights[0][near], found, atol=2e-4)  # float16 of 8 cm: 0.06 mm
+
+
+def test_a_fit_lays_bones_by_skinning_decomposition_where_asked(dataset, garment, shaped):
+    source = Source.of(dataset)
+    asked = replace(TINY, layout="ssdr", calibrate=False, chains=4, chain_bones=5)
+    ropes, figures = ropes_for(source, shaped, garment.vertices, asked, None)
+    even, _ = ropes_for(source, shaped, garment.vertices, replace(asked, layout="geodesic"), None)
+    assert len(ropes.chains.offsets) == 5 and figures["train_ropes_mm"] > 0
+    assert even.node_count == 4 * 5 + 5 and ropes.node_count <= even.node_count
+    assert not np.array_equal(ropes.rest[ropes.chains.offsets[:-1] + 1], even.rest[even.chains.offsets[:-1] + 1])
+    # from frames without the motion of the neck, of the takes to train on alone
+    frames = spread_frames(source, shaped)
+    assert frames.shape == (80, ROWS * COLUMNS, 3)
+    neck = shaped.posed(shaped.rest_pose).transforms[12].astype(np.float64)
+    np.testing.assert_allclose(
+        frames[:, :COLUMNS], np.broadcast_to(to_key(neck, garment.vertices[:COLUMNS]), (80, COLUMNS, 3)), atol=0.02
+    )
 
 
 def test_mirrored_frames_are_for_training_only_and_are_mirror_images(dataset, garment, tmp_path):

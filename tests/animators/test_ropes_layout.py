@@ -11,7 +11,7 @@ from hemline import bodies, garments
 from hemline.animators.ropes.chart import Chart
 from hemline.animators.ropes.layout import lay_out
 from hemline.animators.ropes.rim import rim_of
-from hemline.errors import BadGarment
+from hemline.errors import BadGarment, BadInput
 from hemline.garments.garment import Garment
 from hemline.garments.material import MATERIALS
 from hemline.garments.pin_rules import NO_PINS
@@ -219,3 +219,32 @@ def test_a_rim_of_one_vertex_is_refused():
 def test_chains_by_hand_that_cannot_hang_are_refused(chains, match):
     with pytest.raises(BadGarment, match=match):
         lay_out(replace(skirt(), chains=chains), shaped())
+
+
+def swinging(tube, centres, columns, rows):
+    """Frames of a tube whose upper third stands still; below it sectors around four shares of the rim move alone."""
+    random = np.random.default_rng(0)
+    share, row = np.arange(columns * rows) % columns / columns, np.arange(columns * rows) // columns
+    owner = np.abs((share[:, None] - centres + 0.5) % 1 - 0.5).argmin(1)
+    moves = random.normal(0, 0.1, (15, len(centres), 3))
+    return tube.vertices + np.where((row > rows // 3)[:, None], moves[:, owner], 0.0)
+
+
+def test_a_skinning_decomposition_puts_chains_where_cloth_moves_as_one():
+    tube, centres = skirt(40, 21), (np.arange(4) + 0.3) / 4
+    frames = swinging(tube, centres, 40, 21)
+    ropes = lay_out(tube, shaped(), frames=frames, chain_count=4, bone_counts=(3, 3), strain_p99=0.0)
+    chains = ropes.chains
+    angle = np.arctan2(ropes.rest[:, 0], ropes.rest[:, 2]) / (2 * np.pi) % 1
+    np.testing.assert_allclose(np.sort(angle[chains.offsets[:-1]]), centres, atol=0.03)
+    np.testing.assert_allclose(np.sort(angle[: chains.offsets[0]]), np.sort((centres + 0.125) % 1), atol=0.03)
+    for first, last in pairwise(chains.offsets):
+        depth = -ropes.rest[first:last, 1]
+        assert depth[0] == pytest.approx(0, abs=1e-6) and depth[-1] == pytest.approx(0.985 * 0.6, abs=1e-3)
+        assert depth[1] > 0.33  # amid what moves, 0.42 m down; half way would be 0.296 m
+
+
+def test_a_decomposition_into_more_bones_than_it_has_vertices_for_is_refused():
+    tube = skirt(12, 6)
+    with pytest.raises(BadInput, match="fewer bones"):
+        lay_out(tube, shaped(), frames=tube.vertices[None], chain_count=10, bone_counts=(13, 15))

@@ -22,8 +22,12 @@ from .normals import face_normals as face_normals
 from .normals import vertex_normals as vertex_normals
 from .read_mesh import read_mesh as read_mesh
 from .read_obj import read_obj as read_obj
+from .rigid_bones import RigidBones as RigidBones
+from .rigid_bones import rigid_bones as rigid_bones
 from .self_crossings import crossing_edges as crossing_edges
 from .self_crossings import self_crossings as self_crossings
+from .shares import best_shares as best_shares
+from .shares import onto_shares as onto_shares
 from .subdivided import subdivided as subdivided
 from .welded import welded as welded
 
@@ -32,7 +36,9 @@ __all__ = [
     "ClosestTree",
     "CoarserMesh",
     "ReadMesh",
+    "RigidBones",
     "SurfaceWays",
+    "best_shares",
     "boundary_loops",
     "check_mesh",
     "closest_points_on_mesh",
@@ -46,9 +52,11 @@ __all__ = [
     "face_areas",
     "face_normals",
     "geodesic_distances",
+    "onto_shares",
     "read_mesh",
     "read_obj",
     "rest_lengths",
+    "rigid_bones",
     "self_crossings",
     "strains",
     "subdivided",

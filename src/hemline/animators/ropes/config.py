@@ -14,10 +14,13 @@ class RopesConfig:
         BadInput: An option of another type, not finite, or out of its range.
     """
 
+    layout: Literal["auto", "geodesic", "ssdr"] = "auto"
+    """Where bones lie: along the chains that the garment names, or else as for "geodesic"; at even distances along
+    geodesic lines; or where a skinning decomposition of the takes puts them."""
     chains: int = positive(10)
-    """Rope chains laid on a garment that names none itself."""
+    """Rope chains laid on a garment, unless it names them itself."""
     chain_bones: int = positive(14)
-    """Bones of a chain of average length on such a garment, root included; the shortest gets one less."""
+    """Bones of such a chain of average length, root included; the shortest gets one less."""
     calibrate: bool = True
     """Fit the constants of the ropes to the simulated bones first."""
     gradient_steps: int = not_negative(0)

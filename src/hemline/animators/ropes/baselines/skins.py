@@ -8,12 +8,11 @@ import numpy as np
 from hemline.animators.ropes.chains import Ropes
 from hemline.arrays import Float, FramesOfVertices, Int, Nodes, Transforms, Vertices
 from hemline.bodies import skin_points
+from hemline.meshes import best_shares
 
 from .bone_turns import BoneTurns
 
 MOST_BONES = 8
-ROUNDS = 400
-"""Steps of the projected gradient that fits weights."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +64,7 @@ class BoneSkin:
             made = np.einsum("vkab,vb->vka", transforms[..., :3], rest) + transforms[..., 3] - rest[:, None]
             square += made @ np.swapaxes(made, 1, 2)
             along += np.einsum("vka,va->vk", made, vertices)
-        weights = _best_shares(square, along, self.weights.astype(np.float64))
+        weights = best_shares(square, along, self.weights.astype(np.float64))
         order = np.argsort(-weights, axis=1, kind="stable")
         bones, weights = (np.take_along_axis(each, order, axis=1) for each in (self.bones, weights))
         return BoneSkin(self.turns, bones, weights.astype(np.float32), self.blending)
@@ -76,29 +75,3 @@ class BoneSkin:
         # bones that say nothing hold nothing: what follows a share of 0 is not read
         points = skin_points(transforms, self.bones, self.weights, rest, blending=self.blending)
         return (points @ key[:, :3].T + key[:, 3]).astype(np.float32)
-
-
-def _best_shares(square: np.ndarray, along: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Shares w >= 0 with sum 1 that minimise w S w / 2 - a w, vertex by vertex: an accelerated projected gradient."""
-    step = 1 / np.maximum(np.trace(square, axis1=1, axis2=2), 1e-12)[:, None]
-    now, ahead, pace = start, start, 1.0
-    for _ in range(ROUNDS):
-        slope = np.einsum("vkl,vl->vk", square, ahead) - along
-        new = _onto_shares(ahead - step * slope)
-        faster = 0.5 * (1 + np.sqrt(1 + 4 * pace * pace))
-        ahead, now, pace = new + (pace - 1) / faster * (new - now), new, faster
-    return now
-
-
-def _onto_shares(values: np.ndarray) -> np.ndarray:
-    """The nearest rows of shares: not negative, sum 1.
-
-    Source: Duchi, Shalev-Shwartz, Singer, Chandra, "Efficient Projections onto the l1-Ball for Learning in High
-        Dimensions", 2008, figure 1.
-    """
-    ranked = -np.sort(-values, axis=1)
-    excess = np.cumsum(ranked, axis=1) - 1
-    count = np.arange(1, values.shape[1] + 1)
-    kept = (ranked - excess / count > 0).sum(axis=1)
-    shift = np.take_along_axis(excess, kept[:, None] - 1, axis=1) / kept[:, None]
-    return np.maximum(values - shift, 0)
