@@ -18,9 +18,9 @@ def best_shares(
     """Shares w that minimise w S w / 2 - a w, point by point: an accelerated projected gradient.
 
     Args:
-        square: S: products of what each candidate makes with what the others make.
+        square: S: products of what each candidate makes with what the others make; one unit for S and a.
         along: a: products of what each candidate makes with what is wanted.
-        start: Shares to begin with.
+        start: Shares to begin with [1].
         rounds: Steps.
 
     Source: Beck, Teboulle, "A Fast Iterative Shrinkage-Thresholding Algorithm for Linear Inverse Problems", 2009.
@@ -36,7 +36,7 @@ def best_shares(
 
 
 def onto_shares(values: Float[np.ndarray, "points some"]) -> Float[np.ndarray, "points some"]:
-    """The nearest rows of shares.
+    """The nearest rows of shares [1].
 
     Source: Duchi, Shalev-Shwartz, Singer, Chandra, "Efficient Projections onto the l1-Ball for Learning in High
         Dimensions", 2008, figure 1.

@@ -9,7 +9,7 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.base import Progress
-from hemline.arrays import FramesOfVertices, Int, Transforms, Vertices
+from hemline.arrays import Float, FramesOfVertices, Int, Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset, Row, Take
 from hemline.errors import BadDataset
@@ -96,7 +96,7 @@ class _Shown:
     vertices: FramesOfVertices
     clearances: Clearances
     """In the world."""
-    transforms: Transforms
+    transforms: Float[np.ndarray, "frames joints 3 4"]
     rope_bones: np.ndarray
     side: int
     shape: int
@@ -173,7 +173,7 @@ def _all_shown(source: Source, ropes: Ropes, partner: np.ndarray | None) -> Iter
             yield _Shown(vertices, clear, transforms, roped, side, shape)
 
 
-def _transforms(shaped: ShapedBody, take: Take) -> Transforms:
+def _transforms(shaped: ShapedBody, take: Take) -> Float[np.ndarray, "frames joints 3 4"]:
     return shaped.transforms_of(take.motion.rotations, take.motion.translations)[0]
 
 
