@@ -2,7 +2,8 @@
 
 `hemline tryon`, `simulate` (25 recordings of ../shared/data/motion, the first five seconds of each), `fit`, `animate`,
 with the time of each; then two shipped excerpts, whose subjects are not in the fit, are simulated and the model is
-evaluated against them. MESH is the circle skirt of GarmentCode unless given. Work goes to out/own_garment and is
+evaluated against them, and the worst frame of each is drawn: without the whole-cloth step, with it, the simulation.
+MESH is the circle skirt of GarmentCode unless given. Work goes to out/own_garment and is
 continued there; `--afresh` begins again. One JSON line goes to benchmarks/results/own_garment.jsonl.
 """
 
@@ -14,15 +15,18 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 from clips import every_clip, spread
 
-from hemline import motions
+import hemline
+from hemline import motions, pictures
 from hemline.bench.machine import commit, machine
 
 ROOT = Path(__file__).parents[2]
 MESH = ROOT.parent / "shared" / "data" / "garments" / "garmentcode_mit" / "skirt_circle_mean_all.obj"
 WORK = ROOT / "out" / "own_garment"
 CLIPS, SECONDS = 25, "5"
+SIZE = (560, 640)
 HELD_OUT = ("run", "dance")
 """Shipped excerpts on which the model is judged; recordings of their subjects are left out of the fit."""
 
@@ -68,6 +72,28 @@ def steps(mesh: Path, work: Path) -> dict[str, list[str]]:
     }
 
 
+def draw_worst(work: Path, name: str) -> None:
+    """The frame of a held-out clip that is most stretched without the whole-cloth step: without, with, simulated."""
+    model, truth = hemline.load(work / "model.safetensors"), hemline.datasets.open_dataset(work / "truth")
+    body = hemline.bodies.load(model.body_name).shaped(model.garment.body_betas)
+    take = next(truth.take(row) for row in truth.clips() if row.clip == name)
+    kept = {whole: [] for whole in (False, True)}
+    for whole, frames in kept.items():
+        hemline.evaluate(model, body, take.motion, truth=truth, whole=whole, keep=frames.append)
+    edges = hemline.meshes.edge_strains
+    faces = model.garment.faces
+    strains = [np.percentile(edges(f.vertices, faces, model.garment.rest_edges), 99) for f in kept[False]]
+    worst = int(np.argmax(strains))
+    posed = kept[True][worst].body
+    meshes = [(kept[whole][worst].vertices, "cloth") for whole in (False, True)]
+    meshes.append((take.vertices[take.clip_frames[worst]], "truth"))
+    views = [
+        pictures.picture_of([(posed.vertices, posed.faces, "body"), (each, faces, colour)], "three_quarter", size=SIZE)
+        for each, colour in meshes
+    ]
+    pictures.write_png(work / f"{name}-worst.png", pictures.side_by_side(views))
+
+
 def main() -> None:
     """Run the commands, time them, record."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -88,6 +114,8 @@ def main() -> None:
         print(f"{name}: {seconds[name]} s, status {done.returncode}\n{done.stdout[-1500:]}", flush=True)
         if done.returncode == 2:
             sys.exit(f"{name} refused")
+    for name in HELD_OUT:
+        draw_worst(work, name)
     minutes = sum(seconds[step] for step in ("tryon", "simulate", "fit")) / 60
     figures = {name: json.loads(said[f"evaluate {name}"]) | {"model": arguments.mesh.stem} for name in HELD_OUT}
     row = {

@@ -6,7 +6,9 @@ TRUTH, and three of the training split, are played by the bones of one recurrent
 ropes and by its learned bones, all through the networks of the model. Printed are the mean distances of free bones and
 of vertices to the simulation; the latter by `hemline.evaluate`, with the whole-cloth step and the projection behind it.
 
-One JSON line a clip goes to benchmarks/results/rope_chains_grus.jsonl. It is Fig. 14 of the paper in numbers.
+One JSON line a clip goes to benchmarks/results/rope_chains_grus.jsonl. The page docs/rope_chains/grus-NAME.md is
+written anew, with the frame of a clip trained on (Fig. 13) and of one held out (Fig. 14) in which the recurrent
+networks are farthest off.
 """
 
 import argparse
@@ -18,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import hemline
+from hemline import pictures
 from hemline.animators.ropes.baselines import Baseline
 from hemline.animators.ropes.baselines.gru_training import GruOptions, train_grus
 from hemline.animators.ropes.bones import rest_bones, seen_bones
@@ -26,7 +29,30 @@ from hemline.bench.machine import commit, machine
 from hemline.compiled import use_threads
 from hemline.learning.key_frame import to_key
 
-RESULTS = Path(__file__).parents[3] / "benchmarks" / "results" / "rope_chains_grus.jsonl"
+ROOT = Path(__file__).parents[3]
+RESULTS = ROOT / "benchmarks" / "results" / "rope_chains_grus.jsonl"
+PAGES = ROOT / "docs" / "rope_chains"
+SIZE = (480, 560)
+FIGURES = {"trained on": ("13", "seen in training"), "held out": ("14", "never seen")}
+PAGE = """\
+# Rope chains beside recurrent networks: {name}
+
+Written by `python benchmarks/claims/rope_chains/grus.py {model} TAKES TRUTH` at commit {commit}, on {machine}, one
+thread: one recurrent network (GRU) for each of {chains} chains, trained on {frames} frames and their mirror images in
+{seconds:.0f} s. All rows go through the same networks from bones to mesh, the whole-cloth step and the projection.
+
+{table}
+
+The paper: the recurrent networks are noisy on frames of the training, which the skinning and shape networks smooth, and
+generalise very poorly to others: their dynamics are wrong (section 9, Figs. 13, 14).
+{pictures}"""
+PICTURE = """
+## Fig. {number}: a clip {seen} ({clip})
+
+The frame in which the recurrent networks are farthest off. {columns}, simulation.
+
+![Fig. {number}]({file})
+"""
 TRAINING_CLIPS = 3
 """So many takes of the training split are played, evenly spread over it."""
 
@@ -58,14 +84,29 @@ def bones_mm(model, source, body, take) -> float:
     return 1e3 * float(np.mean(np.array(off)[take.clip_frames]))
 
 
-def played(model, animators: dict, body, dataset, row) -> dict:
-    """Errors of all animators on one clip."""
-    take, found = dataset.take(row), {}
+def played(model, animators: dict, body, dataset, row) -> tuple[dict, np.ndarray]:
+    """Errors of all animators on one clip, and a picture of the frame in which the first is farthest off."""
+    take, found, frames = dataset.take(row), {}, {}
     for name, (animator, source) in animators.items():
-        figures = hemline.evaluate(animator, body, take.motion, truth=dataset).figures
+        frames[name] = []
+        figures = hemline.evaluate(animator, body, take.motion, truth=dataset, keep=frames[name].append).figures
         mesh = figures["vertex_error_mm"]["mean"]
         found[name] = {"bones_mm": bones_mm(model, source, body, take), "mesh_mm": mesh}
-    return {"clip": row.clip, "part": row.part, "frames": row.clip_frames} | found
+    truth = take.vertices[take.clip_frames]
+    off = [np.linalg.norm(f.vertices - v, axis=1).mean() for f, v in zip(frames["gru"], truth, strict=True)]
+    worst = int(np.argmax(off))
+    shown_body, faces = frames["gru"][worst].body, model.garment.faces
+    meshes = [(each[worst].vertices, "cloth") for each in frames.values()] + [(truth[worst], "truth")]
+    views = [
+        pictures.picture_of(
+            [(shown_body.vertices, shown_body.faces, "body"), (vertices, faces, colour)],
+            "back_three_quarter",
+            size=SIZE,
+        )
+        for vertices, colour in meshes
+    ]
+    figures = {"clip": row.clip, "part": row.part, "frames": row.clip_frames} | found
+    return figures, pictures.side_by_side(views)
 
 
 def shown(row: dict, names) -> str:
@@ -98,21 +139,44 @@ def main() -> None:
     plan = [("trained on", takes, shown_rows[k]) for k in chosen] + [("held out", truth, row) for row in truth.clips()]
     common = {"model": model.garment.name, "machine": machine(), "commit": commit(), "threads": 1}
     common |= {"options": asdict(options), "frames_trained": count, "training_s": seconds}
-    print(f"| side | clip | {' | '.join(f'{name}: bones; mesh, mm' for name in animators)} |")
-    print("|---" * (2 + len(animators)) + "|", flush=True)
-    RESULTS.parent.mkdir(parents=True, exist_ok=True)
-    rows = []
+    table = [
+        f"| side | clip | {' | '.join(f'{name}: bones; mesh, mm' for name in animators)} |",
+        "|---" * (2 + len(animators)) + "|",
+    ]
+    print("\n".join(table), flush=True)
+    rows, drawn = [], []
     for side, dataset, clip in plan:
-        rows.append({"side": side} | played(model, animators, body, dataset, clip))
-        print(shown(rows[-1], animators), flush=True)
+        figures, picture = played(model, animators, body, dataset, clip)
+        rows.append({"side": side} | figures)
+        table.append(shown(rows[-1], animators))
+        print(table[-1], flush=True)
         with RESULTS.open("a") as stream:
             stream.write(json.dumps(rows[-1] | common) + "\n")
-    for side in ("trained on", "held out"):
+        if [row["side"] for row in rows].count(side) == 1:
+            number, seen = FIGURES[side]
+            file = f"grus-{model.garment.name}-{number}.png"
+            pictures.write_png(PAGES / file, picture)
+            columns = ", ".join(animators)
+            drawn.append(PICTURE.format(number=number, seen=seen, clip=clip.clip, columns=columns, file=file))
+    for side in FIGURES:
         mean = {
             name: {key: np.mean([row[name][key] for row in rows if row["side"] == side]) for key in rows[0][name]}
             for name in animators
         }
-        print(shown({"side": side, "clip": "mean"} | mean, animators))
+        table.append(shown({"side": side, "clip": "mean"} | mean, animators))
+        print(table[-1])
+    page = PAGE.format(
+        name=model.garment.name,
+        model=Path(asked.model).name,
+        commit=commit(),
+        machine=machine(),
+        chains=len(grus.cells.slots),
+        frames=count,
+        seconds=seconds,
+        table="\n".join(table),
+        pictures="".join(drawn),
+    )
+    (PAGES / f"grus-{model.garment.name}.md").write_text(page)
 
 
 if __name__ == "__main__":
