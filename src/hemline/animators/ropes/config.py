@@ -17,9 +17,10 @@ class RopesConfig:
     layout: Literal["auto", "geodesic", "ssdr"] = "auto"
     """Where bones lie: along the chains that the garment names, or else as for "geodesic"; at even distances along
     geodesic lines; or where a skinning decomposition of the takes puts them."""
-    chains: int = positive(10)
-    """Rope chains laid on a garment, unless it names them itself."""
-    chain_bones: int = positive(14)
+    chains: int = positive(26)
+    """Rope chains laid on a garment, unless it names them itself. The paper's cape has ten of 13 to 15 bones; many that
+    are short tell more of the cloth between them."""
+    chain_bones: int = positive(9)
     """Bones of such a chain of average length, root included; the shortest gets one less."""
     calibrate: bool = True
     """Fit the constants of the ropes to the simulated bones first."""
