@@ -244,6 +244,15 @@ def test_a_skinning_decomposition_puts_chains_where_cloth_moves_as_one():
         assert depth[1] > 0.33  # amid what moves, 0.42 m down; half way would be 0.296 m
 
 
+def test_decomposed_bones_that_lie_on_each_other_become_one():
+    tube = skirt(40, 21)
+    frames = swinging(tube, (np.arange(4) + 0.3) / 4, 40, 21)
+    chains = lay_out(tube, shaped(), frames=frames, chain_count=4, bone_counts=(9, 9), strain_p99=0.0).chains
+    spacing = 0.985 * 0.6 / 8
+    assert chains.lengths[chains.parents >= 0].min() > 0.3 * spacing
+    assert 4 <= np.diff(chains.offsets).min() and np.diff(chains.offsets).max() <= 14
+
+
 def test_a_decomposition_into_more_bones_than_it_has_vertices_for_is_refused():
     tube = skirt(12, 6)
     with pytest.raises(BadInput, match="fewer bones"):

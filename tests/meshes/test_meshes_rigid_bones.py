@@ -69,6 +69,12 @@ def test_weights_and_transforms_in_turn_beat_clusters_and_weights_are_few_shares
     assert_allclose(np.linalg.det(bones.turns), 1)
 
 
+def test_no_bone_is_left_without_cloth():
+    rest, frames = blended()
+    bones = rigid_bones(rest, frames, 60, passes=0)
+    assert (np.bincount(bones.weights.argmax(1), minlength=60) > 0).all()
+
+
 def test_a_turned_world_turns_the_bones():
     rest, frames = blended(3, 120)
     turn = Rotation.from_rotvec([0.3, -0.8, 0.5]).as_matrix()
