@@ -70,9 +70,10 @@ def test_weights_and_transforms_in_turn_beat_clusters_and_weights_are_few_shares
 
 
 def test_no_bone_is_left_without_cloth():
-    rest, frames = blended()
-    bones = rigid_bones(rest, frames, 60, passes=0)
-    assert (np.bincount(bones.weights.argmax(1), minlength=60) > 0).all()
+    rest = np.random.default_rng(5).uniform(-1, 1, (300, 3))
+    still = np.repeat(rest[None], 3, axis=0)  # all bones fit alike
+    bones = rigid_bones(rest, still, 12, passes=0)
+    assert (np.bincount(bones.weights.argmax(1), minlength=12) > 0).all()
 
 
 def test_a_turned_world_turns_the_bones():
