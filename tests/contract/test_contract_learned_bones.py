@@ -1,11 +1,13 @@
 """Laws of the learned bones: what a closed loop with ropes in reserve must keep whatever its network."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from made_models import body, learned_model, ropes_model, turned_about_the_vertical, vertical, walk
 
+from hemline.animators.ropes import bone_source
 from hemline.animators.ropes.body_input_kernels import see_body
 from hemline.animators.ropes.body_inputs import AT_REST, COUNT, SEEN, BodyAtRest, body_inputs
 from hemline.animators.ropes.bone_contact_kernels import push_points_out
@@ -250,6 +252,21 @@ def test_while_they_are_not_asked_ropes_rest_and_learned_bones_follow():
     assert float(end.share) == 1
     free = np.flatnonzero(roped.ropes.parents >= 0)
     np.testing.assert_array_equal(end.learned.positions[1], end.ropes.positions[free])
+
+
+def test_while_ropes_take_over_learned_bones_are_drawn_to_them(monkeypatch):
+    model, poses = learned_model(0.001), poses_of(walk(9))
+    _, states = played(model, poses[:8])
+    posed, free = body().posed(poses[8]), np.flatnonzero(model.ropes.parents >= 0)
+    drawn = model.step(states[-1], posed, H)[0].bones
+    monkeypatch.setattr(bone_source, "SECONDS_TO_FOLLOW", math.inf)
+    alone = model.step(states[-1], posed, H)[0].bones
+    share = float(drawn.share)
+    assert 0.3 < share < 0.9
+    away = drawn.ropes.positions[free] - alone.learned.positions[1]
+    assert np.abs(away).max() > 1e-3
+    expected = alone.learned.positions[1] + (1 - math.exp(-share * H / 0.1)) * away
+    np.testing.assert_allclose(drawn.learned.positions[1], expected, atol=1e-12)
 
 
 def limited(positions, sweeps=1):

@@ -1,5 +1,6 @@
 """Where the bones come from when a garment plays: ropes, learned bones, or a smooth change between them."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -31,6 +32,8 @@ LIMIT_SWEEPS = 4
 SECONDS_TO_ROPES = 0.5
 SECONDS_TO_LEARNED = 2.0
 """How long a change takes at least [s]."""
+SECONDS_TO_FOLLOW = 0.1
+"""Time constant with which learned bones are drawn to ropes that have taken over [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +122,7 @@ class BoneSource:
         if share > 0:
             weight = np.float32(share * share * (3 - 2 * share))
             moved = (1 - weight) * moved + weight * self._corrected(ropes.positions, posed, rest)
-        learned = self._following(made, ropes) if share == 1 else made.state
+        learned = self._following(made, ropes, share, dt) if share > 0 else made.state
         return BonesState(ropes, learned, np.asarray(share)), moved
 
     def _limited(self, made: BonesStep, positions: Nodes) -> BonesStep:
@@ -163,13 +166,17 @@ class BoneSource:
             last_dt=np.asarray(float(dt)),
         )
 
-    def _following(self, made: BonesStep, ropes: RopesState) -> LearnedBonesState:
-        """Learned bones that are where the ropes are: from there they will go on."""
+    def _following(self, made: BonesStep, ropes: RopesState, share: float, dt: float) -> LearnedBonesState:
+        """Learned bones drawn to where the ropes are, the faster the farther those have taken over: wholly at last.
+
+        Left alone, they would go astray where they know least, and the change would show a mean of two garments.
+        """
         assert self.learned is not None
         now, speed = ropes.positions[self._free], ropes.velocities[self._free]
         back = float(made.state.elapsed)
         steps = np.stack([now - speed * (back + self.learned.seconds), now - speed * back])
-        return replace(made.state, positions=steps)
+        drawn = 1.0 if share == 1 else 1 - math.exp(-share * dt / SECONDS_TO_FOLLOW)
+        return replace(made.state, positions=(1 - drawn) * made.state.positions + drawn * steps)
 
     def _displaced(self, positions: Nodes, posed: PosedBody, rest: Nodes) -> Float[np.ndarray, " ins"]:
         key = posed.transforms[self.ropes.key_index]
