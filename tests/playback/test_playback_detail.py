@@ -111,17 +111,21 @@ def test_hardly_any_vertex_is_inside_the_full_body(players, dance, detail, share
 
 @pytest.mark.parametrize(("one", "other"), [(1.0, 0.5), (0.5, 0.25), (0.25, 0.1), (0.1, 0.25), (0.25, 1.0), (0.1, 1.0)])
 def test_cloth_does_not_jump_when_the_level_changes(players, dance, danced, one, other):
-    """At the vertices that both have: by millimetres, and less than where the state begins anew."""
+    """Less, at the vertices that both have, than cloth moves within a frame, and than where the state begins anew.
+
+    The worst per cent, where cloth hangs between the legs, may fall on the other side of a fold: half as far again.
+    """
     here, there = players[one], players[other]
-    state, _ = danced[one]
+    state, before = danced[one]
     _, stays = here.step(state, dance[41], DT)
     _, changed = there.step(here.switched(state, there), dance[41], DT)
     begun = PlayerState(state.animator, there.whole.start(), there.projector.start())
     _, anew = there.step(begun, dance[41], DT)
     _, mine, theirs = np.intersect1d(kept(here), kept(there), return_indices=True)
     jump, fall = (np.linalg.norm(stays.vertices[mine] - frame.vertices[theirs], axis=1) for frame in (changed, anew))
-    assert jump.mean() < min(0.005, fall.mean())
-    assert np.percentile(jump, 99) < min(0.02, 0.9 * np.percentile(fall, 99))
+    moves = np.linalg.norm(stays.vertices[mine] - before.vertices[mine], axis=1)
+    assert jump.mean() < min(0.4 * moves.mean(), fall.mean())
+    assert np.percentile(jump, 99) < min(1.5 * np.percentile(moves, 99), 0.9 * np.percentile(fall, 99))
 
 
 def test_fine_offsets_of_vertices_that_stay_go_along(players, danced):
