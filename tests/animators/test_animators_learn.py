@@ -7,6 +7,7 @@ import pytest
 from swaying import VERTICES, swaying_frames
 
 from hemline.animators.ropes.config import RopesConfig
+from hemline.animators.ropes.fit import kept_correction
 from hemline.animators.ropes.learn import Learned, learn
 from hemline.animators.ropes.linear import HARDLY
 from hemline.errors import BadInput, BadModel
@@ -288,3 +289,24 @@ def test_divergence_is_said(frames):
 def test_options_that_make_no_sense_are_refused(change, complaint):
     with pytest.raises(BadInput, match=complaint):
         replace(SMALL, **change)
+
+
+def constant(network, value: float):
+    """A network that answers the same to everything."""
+    quiet = network.silent()
+    return replace(quiet, biases=(*quiet.biases[:-1], np.full_like(quiet.biases[-1], value)))
+
+
+def test_a_correction_that_is_no_better_on_validation_is_silenced(frames, learned):
+    """Ropes that hang 5 cm off: the network that brings them back is kept, one that takes them farther is not."""
+    off = replace(frames, rope_bones=frames.bones - np.float32(0.05))
+    for value, kept in ((0.05, True), (-0.05, False)):
+        given = replace(learned, correction=constant(learned.correction, value))
+        network, figures = kept_correction(off, given)
+        np.testing.assert_allclose(network(off.rope_bones[0]), value if kept else 0.0, atol=1e-6)
+        better = figures["val_corrected_error_mm"] < figures["val_uncorrected_error_mm"]
+        assert better == kept
+    # nothing to judge it by
+    blind = replace(off, side=np.zeros_like(off.side))
+    network, figures = kept_correction(blind, given)
+    assert network is given.correction and not figures

@@ -324,3 +324,24 @@ def test_a_network_that_tears_the_bones_apart_is_held_back():
     positions[ropes.kinematic], positions[free] = ropes.carried(posed), state.bones.learned.positions[1]
     spans = np.linalg.norm(positions[free] - positions[free - 1], axis=1)
     assert (spans <= 1.1 * ropes.lengths[free] + 1e-9).all()
+
+
+@pytest.mark.parametrize("make", [ropes_model, lambda: learned_model(0.001)])
+def test_ropes_that_leave_each_other_are_shown_together(make):
+    """Chains side by side that fly apart: bones are shown no farther apart than the cloth between them allows."""
+    model = replace(make(), correction=make().correction.silent())
+    state, ropes = model.start(body().posed(walk()[0])), model.ropes
+    bones, chains = state.bones, model.ropes.chains
+    free = np.flatnonzero(ropes.parents >= 0)
+    flying = bones.ropes.positions.copy()
+    flying[free, 0] += 0.4 * np.sign(flying[free, 0])
+    bones = replace(bones, ropes=replace(bones.ropes, positions=flying), share=np.asarray(1.0))
+    posed = body().posed(walk()[1])
+    after, moved = model.source.step(bones, posed, H, state.rest_bones)
+
+    def excess(positions: np.ndarray) -> float:
+        a, b = chains.pairs.T
+        return float((np.linalg.norm(positions[a] - positions[b], axis=1) / chains.pair_spans[:, 1]).max())
+
+    assert excess(after.ropes.positions) > 1.5
+    assert excess(state.rest_bones + moved.reshape(-1, 3)) < 1.1

@@ -71,6 +71,12 @@ def test_torch_agrees():
     np.testing.assert_allclose(net(inputs), value.numpy(), atol=1e-5)
 
 
+def test_a_silent_network_says_nothing():
+    net, inputs = made().silent(), np.random.default_rng(1).normal(size=40).astype(np.float32)
+    assert not net(inputs).any() and not net.many(inputs[None]).any()
+    assert [w.shape for w in net.weights] == [w.shape for w in made().weights]
+
+
 def test_storing_changes_no_bit():
     net = made()
     back = Mlp.of(net.arrays(), inputs=40, outputs=12)

@@ -67,6 +67,11 @@ class Mlp:
         """The same network less what it makes of one input: there its output is zero, up to rounding."""
         return replace(self, biases=(*self.biases[:-1], self.biases[-1] - self(inputs)))
 
+    def silent(self) -> "Mlp":
+        """A network of the same widths that answers zero to everything."""
+        last, shift = np.zeros_like(self.weights[-1]), np.zeros_like(self.biases[-1])
+        return replace(self, weights=(*self.weights[:-1], last), biases=(*self.biases[:-1], shift))
+
     def arrays(self) -> dict[str, np.ndarray]:
         """What a model file holds: `weight0..2` float16, `bias0..2` float32."""
         halves = {f"weight{i}": weights.astype(np.float16) for i, weights in enumerate(self.weights)}

@@ -97,7 +97,7 @@ class BoneSource:
         """
         if self.learned is None or state.learned is None:
             ropes = self.ropes.step(state.ropes, posed, dt)
-            return BonesState(ropes, None, state.share), self._corrected(ropes.positions, posed, rest)
+            return BonesState(ropes, None, state.share), self._together(self._corrected(ropes, posed, rest), rest)
         old, shared, frames = state.ropes, state.learned, self.ropes.proxy.posed(posed)
         body = BodyAtRest(self.ropes.key_index, old.pivots)
         if self.ropes.jumped(shared.bodies[2], frames, old.pivots, dt):
@@ -121,29 +121,33 @@ class BoneSource:
         moved = self._displaced(positions, posed, rest)
         if share > 0:
             weight = np.float32(share * share * (3 - 2 * share))
-            moved = (1 - weight) * moved + weight * self._corrected(ropes.positions, posed, rest)
+            moved = self._together((1 - weight) * moved + weight * self._corrected(ropes, posed, rest), rest)
         learned = self._following(made, ropes, share, dt) if share > 0 else made.state
         return BonesState(ropes, learned, np.asarray(share)), moved
 
     def _limited(self, made: BonesStep, positions: Nodes) -> BonesStep:
         """What was made, with bones no farther apart than the cloth allows; `positions`, of all bones, is changed."""
-        chains = self.ropes.chains
-        excess = limit_bones(
-            chains.parents,
-            chains.lengths,
-            chains.pairs,
-            chains.pair_spans[:, 1],
-            ROPES_STRETCH,
-            PAIRS_STRETCH,
-            LIMIT_SWEEPS,
-            positions,
-        )
-        if excess == 0:
+        if self._limit(positions) == 0:
             return made
         free, state = positions[self._free], made.state
         if float(state.elapsed) == 0:
             state = replace(state, positions=np.stack([state.positions[0], free]))
         return replace(made, state=state, positions=free)
+
+    def _together(self, moved: Float[np.ndarray, " ins"], rest: Nodes) -> Float[np.ndarray, " ins"]:
+        """Displacements with bones no farther apart than the cloth allows: ropes, which hang side by side and know
+        nothing of each other, may leave each other on a run.
+        """
+        positions = rest + moved.reshape(-1, 3).astype(np.float64)
+        return moved if self._limit(positions) == 0 else (positions - rest).astype(np.float32).reshape(-1)
+
+    def _limit(self, positions: Nodes) -> float:
+        """Bring all bones together as far as `limit_bones` asks, in place; the largest excess before."""
+        chains = self.ropes.chains
+        spans = chains.pair_spans[:, 1]
+        return limit_bones(
+            chains.parents, chains.lengths, chains.pairs, spans, ROPES_STRETCH, PAIRS_STRETCH, LIMIT_SWEEPS, positions
+        )
 
     def _share(self, now: float, beyond: float, dt: float) -> float:
         wanted = 1.0 if self.unknown_forces else float(np.clip((beyond - NEAR) / (FAR - NEAR), 0, 1))
@@ -182,6 +186,6 @@ class BoneSource:
         key = posed.transforms[self.ropes.key_index]
         return (to_key(key, positions) - rest).astype(np.float32).reshape(-1)
 
-    def _corrected(self, positions: Nodes, posed: PosedBody, rest: Nodes) -> Float[np.ndarray, " ins"]:
-        moved = self._displaced(positions, posed, rest)
+    def _corrected(self, ropes: RopesState, posed: PosedBody, rest: Nodes) -> Float[np.ndarray, " ins"]:
+        moved = self._displaced(ropes.positions, posed, rest)
         return moved + self.correction(moved)
