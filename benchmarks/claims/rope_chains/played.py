@@ -201,9 +201,10 @@ TRUTH holds clips of subjects that nobody fitted to; "->": without and with the 
 {table}
 
 Means over the clips: own error {own:.0f} mm, by simulated bones {driven:.1f} mm, the rest drape carried along stiffly
-{stiff:.0f} mm; stretch p99 {stretch:.1f} % (worst frame {worst:.0f} %);
-{long:.3f} % of the edges are more than 30 % too long; inside before the projection {before:.2f} %; the projection moves
-{resolved:.2f} % of the vertices by more than a millimetre; jerk {jerk:.2f} times that of the simulation.
+{stiff:.0f} mm; stretch p99 {stretch:.1f} % (worst frame {worst:.0f} %), without the step {torn:.1f} %
+({torn_worst:.0f} %); {long:.3f} % of the edges are more than 30 % too long, without the step {torn_long:.2f} %; inside
+before the projection {before:.2f} %; the projection moves {resolved:.2f} % of the vertices by more than a millimetre.
+Jerk is {jerk:.2f} times that of the simulation, the hem's power from 0 to 1, 2, 4 and 8 Hz {power} times.
 
 Standing still for {standing:.0f} s in the rest pose, the ropes drift {ropes_drift_mm:.1f} mm from the settled drape
 (in the last second they move at {ropes_speed_mm_s:.1f} mm/s), and what is played {played_drift_mm:.1f} mm.
@@ -225,7 +226,7 @@ def page(model_name: str, model, rows: list[dict], still: dict) -> str:
     def mean(of) -> float:
         return float(np.mean([of(row) for row in rows]))
 
-    own = [row["own"] for row in rows]
+    own, off = ([row[way] for row in rows] for way in ("own", "own, step off"))
     return PAGE.format(
         name=model.garment.name,
         model=model_name,
@@ -237,6 +238,10 @@ def page(model_name: str, model, rows: list[dict], still: dict) -> str:
         stiff=mean(lambda row: row["stiff_mm"]),
         stretch=mean(lambda row: row["own"]["stretch_percent"]["p99_mean"]),
         worst=max(each["stretch_percent"]["p99_worst"] for each in own),
+        torn=mean(lambda row: row["own, step off"]["stretch_percent"]["p99_mean"]),
+        torn_worst=max(each["stretch_percent"]["p99_worst"] for each in off),
+        torn_long=mean(lambda row: row["own, step off"]["stretch_percent"]["long"]),
+        power=", ".join(f"{each:.2f}" for each in np.mean([row["hem_power_ratio"] for row in rows], axis=0)),
         long=mean(lambda row: row["own"]["stretch_percent"]["long"]),
         before=mean(lambda row: row["own"]["inside_percent"]["before"]),
         resolved=mean(lambda row: row["own"]["resolved_percent"]),
