@@ -6,17 +6,23 @@ from functools import cache
 import numpy as np
 
 from hemline import bodies, garments
+from hemline.animators.agentdress.binding import Binding
+from hemline.animators.agentdress.config import AgentDressConfig
+from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.agentdress.regions import region_weights
+from hemline.animators.agentdress.tables import Tables
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
 from hemline.animators.ropes.body_inputs import COUNT
 from hemline.animators.ropes.layout import lay_out
 from hemline.animators.ropes.learned_bones import LearnedBones
 from hemline.bodies import ShapedBody
+from hemline.garments import coarser_garment
 from hemline.garments.garment import Garment
 from hemline.learning.linear_start import as_network
 from hemline.learning.mlp import Mlp
 from hemline.learning.packed_basis import pack_basis
 from hemline.motions import Motion, Pose
-from hemline.motions.quaternions import multiply
+from hemline.motions.quaternions import from_axis_angle, multiply
 
 ROWS, COLUMNS = 15, 20
 
@@ -90,7 +96,50 @@ def learned_model(reach: float = 9.0, clearance: float = 0.0) -> AnimatorRopes:
     return replace(model, learned=LearnedBones(basis, network, -far, far, 1 / 30, clearance))
 
 
-ANIMATORS = {"ropes": ropes_model, "ropes, learned bones": learned_model}
+@cache
+def agentdress_model() -> AnimatorAgentDress:
+    """A shirt of 630 vertices, five poses, three of them anchors; it grows as the skin under it does."""
+    random = np.random.default_rng(2)
+    garment, _ = coarser_garment(garments.load("tshirt-light"), 0.2)
+    binding = Binding.of(garment.vertices, garment.faces, body().posed(body().rest_pose))
+    regions = region_weights(binding).astype(np.float32)
+    count, poses, modes = regions.shape[1], 5, 6
+    rotations = np.repeat(body().rest_pose.rotations[None], poses, axis=0).astype(np.float64)
+    rotations = multiply(rotations, from_axis_angle(0.3 * random.normal(size=(poses, 24, 3))))
+    smooth = np.cumsum(random.normal(size=(modes, garment.vertices.size)), axis=1)
+    pose_basis = np.linalg.qr(smooth.T)[0].T.reshape(modes, -1, 3)
+    basis = np.concatenate([pose_basis, body().body.shapedirs[:4, binding.nearest]])
+    effects = np.concatenate([np.eye(4), 0.05 * random.normal(size=(4, 4))]) * np.ones((3, 1, 1))
+    tables = Tables(
+        binding.indices,
+        binding.weights,
+        binding.nearest,
+        regions,
+        random.uniform(size=(count, 72)).astype(np.float32),
+        rotations.astype(np.float32),
+        garment.vertices,
+        basis.astype(np.float16).astype(np.float32),
+        (0.05 * random.normal(size=(count, poses, modes))).astype(np.float32),
+        effects.astype(np.float32),
+        np.full(len(garment.vertices), 0.002, np.float32),
+    )
+    return AnimatorAgentDress(
+        garment,
+        tables,
+        body_name=body().body.name,
+        body_hash=body().body.hash,
+        config=AgentDressConfig(),
+        width=1.5,
+        figures={"pose_left_out_mm": 1.5},
+        licences=("none",),
+    )
+
+
+ANIMATORS = {
+    "agentdress": agentdress_model,
+    "ropes": ropes_model,
+    "ropes, learned bones": learned_model,
+}
 """Every animator; each runs through every law."""
 
 

@@ -83,3 +83,29 @@ def test_continuous_changes_signs_only(pairs):
     assert np.allclose(np.abs(smooth), np.abs(rotations))
     assert (np.sum(smooth[1:] * smooth[:-1], axis=-1) >= 0).all()
     assert smooth[0, 0, 0] >= 0
+
+
+def test_rotation_vectors_and_back():
+    vectors = np.random.default_rng(5).normal(size=(200, 3))
+    vectors *= (np.random.default_rng(6).uniform(0, np.pi, 200) / np.linalg.norm(vectors, axis=1))[:, None]
+    vectors[0], vectors[1] = 0, [1e-12, 0, 0]
+    found = ours.to_axis_angle(ours.from_axis_angle(vectors))
+    np.testing.assert_allclose(found, vectors, atol=1e-9)
+    np.testing.assert_allclose(ours.to_axis_angle(-ours.from_axis_angle(vectors)), vectors, atol=1e-9)
+
+
+def test_heading_is_the_turn_about_the_vertical():
+    random = np.random.default_rng(7)
+    rotations = quaternions(Rotation.random(50, random_state=1))
+    heading = ours.heading(rotations)
+    assert np.abs(heading[:, [1, 3]]).max() == 0
+    # what is left has none, and turning the whole adds to it
+    np.testing.assert_allclose(
+        ours.heading(ours.multiply(ours.inverse(heading), rotations)), np.eye(4)[[0] * 50], atol=1e-9
+    )
+    turn = ours.from_axis_angle(random.uniform(-3, 3, size=(50, 1)) * [0.0, 1.0, 0.0])
+    both = ours.multiply(turn, heading)
+    together = ours.heading(ours.multiply(turn, rotations))
+    np.testing.assert_allclose(np.abs(np.sum(both * together, axis=1)), 1, atol=1e-9)
+    upside_down = np.array([0.0, 1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(ours.heading(upside_down), [1, 0, 0, 0])

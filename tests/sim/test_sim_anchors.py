@@ -65,7 +65,7 @@ def test_what_is_there_is_not_made_again_and_other_derivatives_are_another_ancho
     again = sim.produce_anchors(folder, napkin, anchors, turns=[0], betas=[0], report=lambda *n: done.append(n))
     assert [row.name for row in again] == [row.name for row in rows]
     assert {path: path.stat().st_mtime_ns for path in (folder / "takes").iterdir()} == stamps
-    assert done == [(1, 3), (2, 3), (3, 3)]
+    assert done == [("0", 1, 1), ("1", 1, 1), ("2", 1, 1)]
     plain = sim.produce_anchors(folder, napkin, anchors[:1])
     assert plain[0].name != rows[0].name
 

@@ -1,4 +1,4 @@
-"""`hemline drape GARMENT -o DATASET --spread 4`."""
+"""`hemline drape GARMENT -o DATASET --spread 4`, or `--anchors 150 --motion FILE...`."""
 
 import json
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from .progress import bars
 
 @dataclass(frozen=True)
 class Arguments:
-    """Settle a garment on bodies of many shapes, at rest."""
+    """Settle a garment at rest, on bodies of many shapes; and in poses that stand for some clips."""
 
     garment: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="GARMENT")]
     """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...), or a file."""
@@ -29,6 +29,12 @@ class Arguments:
     """Besides these, so many random bodies."""
     seed: int = 0
     """Another number gives other random bodies."""
+    anchors: int = 0
+    """Settle it in so many poses, too, on the bodies of --spread 4: what 'fit --animator agentdress' learns from."""
+    motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
+    """Clips that the poses are taken from: .bvh or AMASS .npz files, or names of shipped ones."""
+    jobs: int = 1
+    """Poses that are settled at the same time, each in a process of its own; the result does not depend on it."""
     body: str = "anny24"
     """The body: anny24, or a file (.safetensors, SMPL .npz or .pkl)."""
     json: bool = False
@@ -41,11 +47,17 @@ def run(arguments: Arguments) -> int:
     from hemline.sim import produce_rests, random_shapes, spread_shapes
 
     body = bodies.load(arguments.body)
-    for name in ("spread", "random", "seed"):
+    if bool(arguments.anchors) != bool(arguments.motion):
+        raise BadInput("--anchors and --motion belong together", "one of them", "give both, or neither")
+    if arguments.jobs < 1:
+        raise BadInput("--jobs must be at least 1", arguments.jobs, "leave it out for 1")
+    for name in ("spread", "random", "seed", "anchors"):
         if getattr(arguments, name) < 0:
             raise BadInput(f"--{name} must not be negative", getattr(arguments, name), "give 0 or more")
     if arguments.spread > len(body.shapedirs):
         raise BadInput(f"--spread: {body.name} has {len(body.shapedirs)} betas", arguments.spread, "give fewer")
+    if arguments.anchors:
+        return _anchors(arguments)
     shapes = [*spread_shapes(arguments.spread), *random_shapes(body, arguments.random, arguments.seed)]
     garment = open_garment(arguments.garment, body.shaped(), arguments.output, tryon=arguments.tryon)
     with bars() as display:
@@ -70,3 +82,47 @@ def run(arguments: Arguments) -> int:
             figures = "  ".join(f"{key} {value:.3g}" for key, value in row["figures"].items())
             print(f"betas {shape}:  {row['reason'] or figures}")
     return 1 if any(row["reason"] for row in rows) else 0
+
+
+def _anchors(arguments: Arguments) -> int:
+    """Anchors; status 1 when there is a cluster of poses in none of which the garment came to rest."""
+    from hemline import bodies, motions
+    from hemline.sim import make_database
+
+    clips = []
+    for path in arguments.motion:
+        motion = motions.open_motion(path)
+        first, last = motions.longest_clean(motion)
+        clips.append(motion[first:last])
+    shaped = bodies.load(arguments.body).shaped()
+    garment = open_garment(arguments.garment, shaped, arguments.output, tryon=arguments.tryon)
+    with bars() as display:
+        tasks: dict[str, int] = {}
+
+        def progress(stage: str, done: int, total: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = display.add_task(stage, total=total)
+            display.update(tasks[stage], completed=done, total=total)
+
+        made = make_database(
+            arguments.output,
+            garment,
+            clips,
+            arguments.anchors,
+            seed=arguments.seed,
+            jobs=arguments.jobs,
+            progress=progress,
+        )
+    rows = [
+        {"cluster": number, "poses": len(members), "takes": list(anchor.names) if anchor else []}
+        for number, (members, anchor) in enumerate(zip(made.clusters.members, made.anchors, strict=True))
+    ]
+    lost = [row["cluster"] for row in rows if not row["takes"]]
+    if arguments.json:
+        print(json.dumps(rows))
+    else:
+        poses = sum(row["poses"] for row in rows)
+        print(f"{len(rows) - len(lost)} anchors on {len(made.shapes)} bodies, of {poses} poses")
+        if lost:
+            print(f"in no pose of these clusters did the garment come to rest: {lost}")
+    return 1 if lost else 0

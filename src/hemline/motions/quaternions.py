@@ -126,6 +126,26 @@ def from_axis_angle(vector: Vector) -> Quaternion:
     return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * vector], axis=-1)
 
 
+def to_axis_angle(rotation: Quaternion) -> Vector:
+    """Rotation vectors of unit quaternions, axis times angle, no longer than pi [rad]."""
+    rotation = np.asarray(rotation)
+    turned = np.where(rotation[..., :1] < 0, -rotation, rotation)
+    sine = np.linalg.norm(turned[..., 1:], axis=-1, keepdims=True)
+    half = np.arctan2(sine, turned[..., :1])
+    # 2 half / sine is 2 where nothing turns
+    return np.where(sine < 1e-9, 2.0, 2 * half / np.maximum(sine, 1e-9)) * turned[..., 1:]
+
+
+def heading(rotation: Quaternion) -> Quaternion:
+    """The part of rotations that turns about the vertical (y): what is left, its inverse times the rotation, tilts."""
+    rotation = np.asarray(rotation)
+    w, y = rotation[..., 0], rotation[..., 2]
+    length = np.hypot(w, y)
+    lost = length < 1e-9  # upside down: no heading is nearer than another
+    zero, length = np.zeros_like(w), np.where(lost, 1.0, length)
+    return np.stack([np.where(lost, 1.0, w / length), zero, np.where(lost, 0.0, y / length), zero], axis=-1)
+
+
 def from_euler(angles: Float[np.ndarray, "... turns"], order: str) -> Quaternion:
     """Unit quaternions of intrinsic turns about the axes named in `order`, as BVH lists them.
 

@@ -17,7 +17,11 @@ from .step.state import ClothState as ClothState
 from .step.state import Scene as Scene
 from .step.stepper import Stepper as Stepper
 from .takes.anchors import Anchor as Anchor
+from .takes.anchors import Posed as Posed
 from .takes.anchors import produce_anchors as produce_anchors
+from .takes.anchors import produce_posed as produce_posed
+from .takes.database import Database as Database
+from .takes.database import make_database as make_database
 from .takes.produce import Clip as Clip
 from .takes.produce import produce as produce
 from .takes.rest_states import produce_rests as produce_rests
@@ -29,8 +33,10 @@ __all__ = [
     "Anchor",
     "Clip",
     "ClothState",
+    "Database",
     "Elastic",
     "Gusts",
+    "Posed",
     "Rest",
     "Scene",
     "Sensitivities",
@@ -40,9 +46,11 @@ __all__ = [
     "Stepper",
     "Surface",
     "joined",
+    "make_database",
     "make_sheet",
     "produce",
     "produce_anchors",
+    "produce_posed",
     "produce_rests",
     "random_shapes",
     "rest_drape",

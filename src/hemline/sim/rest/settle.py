@@ -28,6 +28,7 @@ from .sewing import stretch
 from .static_step import Held
 from .statics import Equilibrium, Search
 from .tangles import MOST, refuse_tangles
+from .walk import accepted, walked
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
@@ -63,7 +64,7 @@ DRAPING = 1.0
 ATTEMPTS = 5
 """Searches at one station, at most."""
 
-Method = Literal["newton", "draping"]
+Method = Literal["newton", "draping", "walked"]
 
 
 def settle(
@@ -98,16 +99,18 @@ def settle(
         settings: Settings; the wind is ignored.
         start: A settled state of this garment, on any shape of this body in any pose.
         tolerance: Mean residual force, over the mean weight of a vertex, that counts as equilibrium.
-        method: `newton`; or `draping`: one second of plain dynamics, however still the cloth is then.
+        method: `newton`; `draping`: one second of plain dynamics, however still the cloth is then; or `walked`: the
+            body goes from its rest pose into the pose in the fixed way of `walk.WALK`, wearing the garment (for
+            captured poses, in which cloth that is pressed together has no equilibrium; `start` is the rest drape).
 
     Returns:
-        The garment at rest. Where the pose folds the body into itself, `pinched` marks vertices without a free place;
-        such cloth may have no equilibrium and is given back as still as it was found: look at `residual_share`.
+        The garment at rest; `pinched` marks vertices without a free place, where the pose folds the body into itself.
 
     Raises:
-        BadInput: `start` is of another garment or body, `tolerance` is not positive, `method` is none of the two.
+        BadInput: `start` is of another garment or body, or for `walked` not the rest drape of this shape; `tolerance`
+            is not positive; there is no such `method`.
         SimulationFailed: No equilibrium was found; the message says how large the residual stayed. Or the garment
-            crosses itself; the message says where.
+            crosses itself; the message says where. Or cloth that was walked is not still, or too much of it pinched.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible
         Deformations", 2021, section 3.2: a simulation of one second drapes the clothing.
@@ -115,12 +118,17 @@ def settle(
     """
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise BadInput("'tolerance' must be positive", tolerance, "0.01 is one hundredth of a vertex's weight")
-    if method not in ("newton", "draping"):
-        raise BadInput("unknown method", repr(method), "use 'newton' or 'draping'")
+    if method not in ("newton", "draping", "walked"):
+        raise BadInput("unknown method", repr(method), "use 'newton', 'draping' or 'walked'")
     settings = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
     if start is not None:
         _check_start(start, garment, shaped)
-    return _settled(garment, shaped, pose or shaped.rest_pose, settings, start, tolerance, method)
+    pose = pose or shaped.rest_pose
+    if method == "walked":
+        start = start or rest_state(garment, shaped, settings)
+        _check_drape(start, shaped)
+        return _Settling(garment, shaped, pose, settings, start, tolerance, garment).walked()
+    return _settled(garment, shaped, pose, settings, start, tolerance, method)
 
 
 def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Take:
@@ -137,8 +145,13 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
     Raises:
         SimulationFailed: More than 0.5 % of its edges go through it, or a step failed at its shortest.
     """
+    return rest_state(garment, shaped, settings).take()
+
+
+def rest_state(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Rest:
+    """As `rest_drape`, with all that is known about it."""
     quiet = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
-    return _settled(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START, refuse=False).take()
+    return _settled(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START, refuse=False)
 
 
 def _settled(
@@ -211,6 +224,16 @@ class _Settling:
             positions, friction_anchors = found.positions, found.friction_anchors
         return self._rest(posed, found, search.pinched, self.method)
 
+    def walked(self) -> Rest:
+        """The garment after the body went into the pose from the rest drape that is the start, wearing it."""
+        assert self.start is not None
+        posed = self.shaped.posed(self.pose)
+        self.refuse = False
+        state = walked(self.dressed, self._end(posed), self.start.positions, self.pose)
+        search = self._search(state.pinched, self.dressed.scene(posed))
+        found = search.run(state.positions, None, tolerance=np.inf, newton_steps=0)
+        return accepted(self._rest(posed, found, state.pinched, "walked", most=1.0), state)
+
     def _origin(self) -> tuple["PosedBody", Positions, FrictionAnchors | None]:
         """Where the cloth is known, and how it lies there."""
         if self.start is not None:
@@ -252,7 +275,7 @@ class _Settling:
         """Newton's method, then dynamics and again; and again while the pinched vertices change.
 
         Raises:
-            SimulationFailed: The last station is not in equilibrium, and no vertex is pinched.
+            SimulationFailed: The last station is not in equilibrium.
         """
         tolerance = self.tolerance if last else max(self.tolerance, ON_THE_WAY)
         scene = self.dressed.scene(posed)
@@ -286,11 +309,13 @@ class _Settling:
         if last and not self.refuse:
             sheet = self.dressed.sheet
             return self._stilled(posed, min(found.positions, began, key=lambda each: stretch(sheet, each)))
-        if last and not search.pinched.any():
+        if last:
+            pinched = int(search.pinched.sum())
+            where = f", {pinched} vertices are pinched between parts of the body" if pinched else ""
             raise SimulationFailed(
                 f"'{self.garment.name}' found no equilibrium: {found.residual_share:.3g} of a vertex's weight is left "
-                f"on the mean vertex after {self.newton_steps} Newton steps; allow a larger 'tolerance', start from a "
-                "settled state nearer by, or use method 'draping'"
+                f"on the mean vertex after {self.newton_steps} Newton steps{where}; allow a larger 'tolerance', start "
+                "from a settled state nearer by, or use method 'draping' or 'walked'"
             )
         return search, found
 
@@ -328,7 +353,9 @@ class _Settling:
         found = search.run(state.positions, friction_anchors, tolerance=np.inf, newton_steps=0)
         return self._rest(posed, found, state.pinched, "draping")
 
-    def _rest(self, posed: "PosedBody", found: Equilibrium, pinched: Mask, method: str) -> Rest:
+    def _rest(
+        self, posed: "PosedBody", found: Equilibrium, pinched: Mask, method: str, *, most: float | None = None
+    ) -> Rest:
         sheet = self.dressed.sheet
         assert found.friction_anchors is not None
         positions, stuck = found.positions, pinched
@@ -339,7 +366,7 @@ class _Settling:
         within = inside(posed.vertices, posed.faces, vertices)
         crossing = 0.0
         if self.settings.self_contact:
-            most = MOST if self.refuse else MOST_AT_START
+            most = most or (MOST if self.refuse else MOST_AT_START)
             crossing = refuse_tangles(self.garment.name, sheet, vertices, posed, pinched, most=most)
         deepest = self._end(posed).clean(posed, positions, 1.0).deepest_mm if within.any() else 0.0
         return Rest(
@@ -388,3 +415,14 @@ def _check_start(start: Rest, garment: Garment, shaped: "ShapedBody") -> None:
         raise BadInput(f"'start' must belong to garment '{garment.name}'", f"one of '{start.garment.name}'", cure)
     if start.shaped.body.hash != shaped.body.hash:
         raise BadInput(f"'start' must be on the body '{shaped.body.name}'", f"one on '{start.shaped.body.name}'", cure)
+
+
+def _check_drape(start: Rest, shaped: "ShapedBody") -> None:
+    """Refuse a start that is not the rest drape of a shape.
+
+    Raises:
+        BadInput: It is not.
+    """
+    if start.pose.hash != shaped.rest_pose.hash or not np.array_equal(start.shaped.betas, shaped.betas):
+        got = f"a pose or shape of its own (betas {start.shaped.betas.tolist()})"
+        raise BadInput("'start' must be the rest drape of this shape for method 'walked'", got, "leave it out")

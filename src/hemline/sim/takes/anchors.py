@@ -1,10 +1,11 @@
 """Anchors: one garment settled in given poses on given shapes, with its derivatives there, in a dataset.
 
-What an animator of settled states learns from (AgentDress, Wu et al. 2021, sections 3.2 to 3.4). Each anchor is a job
-of its own: its name is the hash of its inputs, so that a command that is run again makes only what is missing.
+What an animator of settled states learns from (AgentDress, Wu et al. 2021, sections 3.2 to 3.4). An anchor's name is
+the hash of its inputs, so that a command that is run again makes only what is missing.
 """
 
-from collections.abc import Callable, Sequence
+import functools
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,14 +13,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hemline import bodies
-from hemline.datasets import Dataset, Row, Take, create, take_name
+from hemline.datasets import Dataset, Row, Take, create, open_dataset, read_take, take_name
 from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion, Pose
 from hemline.sim.rest.rest import Rest
 from hemline.sim.rest.sensitivities import Sensitivities
-from hemline.sim.rest.settle import settle
+from hemline.sim.rest.settle import Method, rest_state, settle
+from hemline.sim.rest.walk import WALK
 from hemline.sim.settings import SimSettings
+
+from .processes import Report, in_processes
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -42,7 +46,8 @@ def produce_anchors(
     turns: Sequence[int] = (),
     betas: Sequence[int] = (),
     settings: SimSettings | None = None,
-    report: Callable[[int, int], None] | None = None,
+    jobs: int = 1,
+    report: Report | None = None,
 ) -> list[Row]:
     """Settle a garment in many poses and shapes into a dataset; what is there already is kept.
 
@@ -53,7 +58,8 @@ def produce_anchors(
         turns: Joints whose derivatives are stored, three axes each.
         betas: Shape coefficients whose derivatives are stored.
         settings: Settings of the simulator.
-        report: Called with anchors done and anchors in all.
+        jobs: Processes. What is made does not depend on it.
+        report: Called with an anchor's number, and 1 of 1, when it is done.
 
     Returns:
         The index row of each anchor; `failed` says why one could not be settled.
@@ -65,17 +71,115 @@ def produce_anchors(
         BadOutput: It cannot be written.
     """
     body, settings = bodies.load(garment.body_name), settings or SimSettings()
-    shaped = [body.shaped(np.asarray(anchor.betas, np.float32)) for anchor in anchors]
-    dataset, names = create(folder, garment), []
-    for number, (anchor, each) in enumerate(zip(anchors, shaped, strict=True)):
-        inputs = anchor_inputs(garment, each, anchor.pose, settings, turns, betas)
-        names.append(take_name(inputs))
-        if not dataset.path(names[-1]).exists():
-            dataset.add(_settled(dataset, each, anchor.pose, settings, turns, betas, inputs))
-        if report:
-            report(number + 1, len(anchors))
+    for anchor in anchors:
+        body.shaped(np.asarray(anchor.betas, np.float32))
+    dataset = create(folder, garment)
+    plan = _Derived(Path(folder), tuple(turns), tuple(betas), settings)
+    work = [(plan, number, anchor) for number, anchor in enumerate(anchors)]
+    names = in_processes(_anchor, work, jobs, report or (lambda name, done, total: None))
     rows = {row.name: row for row in dataset.rows()}
     return [rows[name] for name in names]
+
+
+@dataclass(frozen=True)
+class _Derived:
+    """What anchors with derivatives have in common."""
+
+    folder: Path
+    turns: tuple[int, ...]
+    betas: tuple[int, ...]
+    settings: SimSettings
+
+
+def _anchor(given: tuple[_Derived, int, Anchor], tell: Report) -> str:
+    plan, number, anchor = given
+    dataset = open_dataset(plan.folder)
+    shaped = bodies.load(dataset.garment.body_name).shaped(np.asarray(anchor.betas, np.float32))
+    take = _made(dataset, shaped, anchor.pose, plan.settings, turns=plan.turns, betas=plan.betas)
+    tell(str(number), 1, 1)
+    return take.name
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A garment walked into one pose on each of some shapes.
+
+    Attributes:
+        pose: The pose.
+        names: Of the takes, one a shape.
+    """
+
+    pose: Pose
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """All that a worker needs, small enough to be sent to another process."""
+
+    folder: Path
+    shapes: tuple[tuple[float, ...], ...]
+    settings: SimSettings
+
+
+def produce_posed(
+    folder: str | Path,
+    garment: Garment,
+    candidates: Sequence[Sequence[Pose]],
+    shapes: Sequence[Sequence[float]] = ((),),
+    *,
+    settings: SimSettings | None = None,
+    jobs: int = 1,
+    report: Report | None = None,
+) -> list[Posed | None]:
+    """Walk a garment into poses on each of some shapes, into a dataset; what is there already is kept.
+
+    A pose in which the garment does not come to rest on one of the shapes gives way to the next candidate. What failed
+    stays in the dataset, with the reason.
+
+    Args:
+        folder: The dataset; made when missing.
+        garment: The garment, made on the body of `garment.body_name`.
+        candidates: For each anchor its pose, then those that may stand in for it.
+        shapes: Betas of each body; what is left out is 0.
+        settings: Settings of the simulator.
+        jobs: Processes. What is made does not depend on it.
+        report: Called with an anchor's number, the shapes done and the shapes in all.
+
+    Returns:
+        What each anchor became; None where no candidate came to rest.
+
+    Raises:
+        BadBody: Betas that are too many or not finite.
+        BadDataset: The folder holds another garment's takes.
+        BadOutput: It cannot be written.
+    """
+    body = bodies.load(garment.body_name)
+    plan = _Plan(Path(folder), tuple(tuple(each) for each in shapes), settings or SimSettings())
+    for each in plan.shapes:
+        body.shaped(np.asarray(each, np.float32))
+    create(folder, garment)
+    work = [(plan, number, tuple(each)) for number, each in enumerate(candidates)]
+    return in_processes(_posed, work, jobs, report or (lambda name, done, total: None))
+
+
+def _posed(given: tuple[_Plan, int, tuple[Pose, ...]], tell: Report) -> Posed | None:
+    """One anchor on all shapes, by the first candidate that comes to rest on all of them."""
+    plan, number, poses = given
+    dataset = open_dataset(plan.folder)
+    body = bodies.load(dataset.garment.body_name)
+    for pose in poses:
+        names: list[str] = []
+        for betas in plan.shapes:
+            shaped = body.shaped(np.asarray(betas, np.float32))
+            take = _made(dataset, shaped, pose, plan.settings, method="walked")
+            if take.failed is not None:
+                break
+            names.append(take.name)
+            tell(str(number), len(names), len(plan.shapes))
+        if len(names) == len(plan.shapes):
+            return Posed(pose, tuple(names))
+    return None
 
 
 def anchor_inputs(
@@ -85,6 +189,7 @@ def anchor_inputs(
     settings: SimSettings,
     turns: Sequence[int],
     betas: Sequence[int],
+    method: Method = "newton",
 ) -> dict[str, Any]:
     """What an anchor depends on; the hash of it is its name."""
     return {
@@ -95,24 +200,43 @@ def anchor_inputs(
         "pose": pose.hash,
         "settings": asdict(settings),
         "derivatives": {"turns": [int(joint) for joint in turns], "betas": [int(index) for index in betas]},
-    }
+    } | ({"protocol": WALK.name} if method == "walked" else {})
 
 
-def _settled(
+def _made(
     dataset: Dataset,
     shaped: "ShapedBody",
     pose: Pose,
     settings: SimSettings,
-    turns: Sequence[int],
-    betas: Sequence[int],
-    inputs: dict[str, Any],
+    *,
+    turns: Sequence[int] = (),
+    betas: Sequence[int] = (),
+    method: Method = "newton",
 ) -> Take:
+    """The anchor of a pose on a shape, made where the dataset has none."""
+    inputs = anchor_inputs(dataset.garment, shaped, pose, settings, turns, betas, method)
+    path = dataset.path(take_name(inputs))
+    if path.exists():
+        return read_take(path)
     try:
-        rest = settle(dataset.garment, shaped, pose, settings)
+        drape = None
+        if method == "walked":
+            drape = _drape(dataset.folder, tuple(map(float, shaped.betas)), settings)
+            shaped = drape.shaped
+        rest = settle(dataset.garment, shaped, pose, settings, start=drape, method=method)
         derivatives = derivatives_of(rest, turns, betas)
+        take = replace(rest.take(), kind="anchor", inputs=inputs, derivatives=derivatives)
     except SimulationFailed as reason:
-        return _failed(dataset.garment, shaped, pose, settings, inputs, str(reason))
-    return replace(rest.take(), kind="anchor", inputs=inputs, derivatives=derivatives)
+        take = _failed(dataset.garment, shaped, pose, settings, inputs, str(reason))
+    dataset.add(take)
+    return take
+
+
+@functools.lru_cache(maxsize=64)
+def _drape(folder: Path, betas: tuple[float, ...], settings: SimSettings) -> Rest:
+    """Where all walks of a dataset's garment on a shape begin."""
+    garment = open_dataset(folder).garment
+    return rest_state(garment, bodies.load(garment.body_name).shaped(np.asarray(betas, np.float32)), settings)
 
 
 def derivatives_of(rest: Rest, turns: Sequence[int], betas: Sequence[int]) -> dict[str, np.ndarray]:

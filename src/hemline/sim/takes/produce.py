@@ -5,13 +5,9 @@ run again makes only what is missing. A part goes on from the end state that the
 """
 
 import functools
-import os
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +18,7 @@ from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion
 from hemline.sim.settings import SimSettings
 
+from .processes import Report, in_processes
 from .rest_states import rest_of
 from .simulate import simulate
 
@@ -30,9 +27,6 @@ if TYPE_CHECKING:
 
 PART_SECONDS = 10.0
 """Clips are cut into parts of this length: a killed run loses at most that much cloth time."""
-
-Report = Callable[[str, int, int], None]
-"""Called with a clip's name, the frames done and the frames asked for."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +77,7 @@ def produce(
         jobs: Processes. The takes do not depend on it.
         quantised: Store vertices in steps of 10 micrometres.
         part_seconds: Length of the parts that clips are cut into [s].
-        report: Called about ten times a second of waiting.
+        report: Called with a clip's name, the frames done and the frames asked for.
 
     Returns:
         The index rows of the takes asked for, failed ones included, in the order of the clips.
@@ -98,10 +92,7 @@ def produce(
     dataset = create(folder, garment)
     rest_of(dataset, _shaped(plan.body_name, plan.betas), plan.settings)
     tell = report or (lambda clip, done, total: None)
-    if jobs == 1:
-        names = [name for clip in clips for name in _clip_takes(plan, dataset, clip, tell)]
-    else:
-        names = _in_processes(plan, clips, jobs, tell)
+    names = [name for made in in_processes(_work, [(plan, clip) for clip in clips], jobs, tell) for name in made]
     by_name = {row.name: row for row in dataset.rows()}
     return [by_name[name] for name in names]
 
@@ -186,53 +177,6 @@ def _kept(path: Path) -> Take | None:
         return None
 
 
-def _in_processes(plan: Plan, clips: Sequence[Clip], jobs: int, tell: Report) -> list[str]:
-    # numba's threads and fork do not mix: spawn
-    context = get_context("spawn")
-    progress = context.SimpleQueue()
-    threads = max(1, (os.cpu_count() or 1) // jobs)
-    with ProcessPoolExecutor(jobs, context, _start_worker, (os.getpid(), threads, progress)) as pool:
-        futures: list[Future[list[str]]] = [pool.submit(_work, plan, clip) for clip in clips]
-        try:
-            pending = set(futures)
-            while pending:
-                pending = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED).not_done
-                while not progress.empty():
-                    tell(*progress.get())
-            return [name for future in futures for name in future.result()]
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in list(getattr(pool, "_processes", None) or {}):
-                os.kill(process, 15)
-            raise
-
-
-_progress: Any = None
-
-
-def _start_worker(parent: int, threads: int, progress: Any) -> None:
-    """Set a worker's threads, and end it when its parent was killed."""
-    global _progress
-    _progress = progress
-    from hemline.compiled import use_threads
-
-    use_threads(threads)
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
-def _work(plan: Plan, clip: Clip) -> list[str]:
-    last = 0.0
-
-    def tell(name: str, done: int, total: int) -> None:
-        nonlocal last
-        if done == total or time.monotonic() - last > 0.2:
-            last = time.monotonic()
-            _progress.put((name, done, total))
-
+def _work(given: tuple[Plan, Clip], tell: Report) -> list[str]:
+    plan, clip = given
     return _clip_takes(plan, open_dataset(plan.folder), clip, tell)

@@ -1,0 +1,33 @@
+"""Options of AgentDress."""
+
+from dataclasses import dataclass
+
+from hemline.options import check_options, not_negative, positive
+
+
+@dataclass(frozen=True)
+class AgentDressConfig:
+    """Options of the fit, and of how it plays."""
+
+    shape_components: int = positive(5)
+    """Principal components of the garment over body shapes, for each anchor."""
+    shape_ridge: float = positive(0.2)
+    """Ridge of the regression from the shape of the body to them."""
+    pose_modes: int = positive(64)
+    """Modes of the basis in which the pose model speaks."""
+    shape_modes: int = positive(64)
+    """Modes of the basis that all anchors share for what the shape does."""
+    neighbours: int = positive(5)
+    """Anchors of a region that are blended."""
+    power: float = positive(3.0)
+    """The higher, the more the nearest one counts."""
+    floor: float = positive(0.02)
+    """Added to squared distances, as a share of their median between anchors."""
+    decay_seconds: float = not_negative(0.1)
+    """Time constant with which distances to anchors follow the pose."""
+    clearance: float = not_negative(0.005)
+    """Where the garment lies closer to the skin than in the anchors, it is moved out to that, at most this far [m]."""
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_options(self)

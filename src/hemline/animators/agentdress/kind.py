@@ -1,0 +1,53 @@
+"""What the registry knows of AgentDress: its options, its fit, its model files."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hemline.animators.base import Progress
+from hemline.errors import BadDataset
+
+from .config import AgentDressConfig
+from .model import AnimatorAgentDress
+
+if TYPE_CHECKING:
+    from hemline.datasets import Collection, Dataset
+
+
+class AgentDressKind:
+    """AgentDress, as `animators.base.AnimatorKind` asks."""
+
+    name = "agentdress"
+    Config = AgentDressConfig
+
+    def fit(
+        self,
+        data: "Dataset | Collection",
+        config: AgentDressConfig | None = None,
+        *,
+        seed: int = 0,
+        progress: Progress | None = None,
+        checkpoints: Path | None = None,
+    ) -> AnimatorAgentDress:
+        """Learn from anchors; see `fit.fit`. Nothing is left to chance, and it takes seconds.
+
+        Raises:
+            BadDataset: Anchors of several garments; or as `fit.fit`.
+        """
+        from hemline.datasets import Collection
+
+        from .fit import fit
+
+        if isinstance(data, Collection):
+            names = ", ".join(garment.name for garment in data.garments)
+            raise BadDataset("AgentDress is fitted to one garment", names, "name one dataset")
+        return fit(data, config, progress=progress)
+
+    def of(self, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> AnimatorAgentDress:
+        """Make one from what a model file holds; see `AnimatorAgentDress.of`."""
+        return AnimatorAgentDress.of(arrays, metadata)
+
+
+KIND = AgentDressKind()

@@ -1,0 +1,193 @@
+"""A close-fitting garment that follows any body in any pose."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from hemline import bodies
+from hemline.animators.model_file import garment_of, save_model
+from hemline.arrays import Float, Vertices
+from hemline.bodies.body import PosedBody, ShapedBody
+from hemline.bodies.lifted_arms import lifted_arms
+from hemline.errors import BadInput, BadModel
+from hemline.files.contents import AGAIN, entry, part
+from hemline.garments.clearance import smoothed_field
+from hemline.garments.garment import Garment
+from hemline.motions.pose_clusters import without_heading
+from hemline.options import options_of
+
+from .config import AgentDressConfig
+from .distances import anchor_weights, region_distances, turns_between
+from .pose_model import kernel
+from .shape_model import shape_features
+from .state import AgentDressState
+from .tables import Tables
+from .worn_kernels import wear
+
+VERSION = 1
+"""Version of what model files hold of AgentDress, `agentdress.version`."""
+
+DEEPEST = 0.03
+"""A vertex that is deeper in the skin is left to the projection [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class AnimatorAgentDress:
+    r"""A garment of settled states, blended.
+
+    $$x = \sum_b w_b A_b(\beta, \theta) \left(\bar u + \sum_g r_g B \left(K_g(\theta) + \sum_s W_g^s(\theta)\,
+    E_s (\beta, \beta^2)\right)\right)$$
+
+    with $\bar u$ the mean garment in the rest pose of the body, $A_b$ the skin transforms of the body as it is, $r_g$
+    regions, $K_g$ the pose model (a kernel regression), $E_s$ the shape model of anchor $s$.
+
+    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
+        Eq. 4. Differs: anchors are laid into the rest pose first, by the inverse of their blended transforms, and the
+        query's bones are applied once; there shapes and poses share one basis.
+    """
+
+    garment: Garment
+    tables: Tables
+    body_name: str
+    body_hash: str
+    config: AgentDressConfig
+    width: float
+    """Of the kernel of the pose model."""
+    figures: Mapping[str, float] = field(default_factory=dict)
+    licences: tuple[str, ...] = ()
+    name = "agentdress"
+
+    @cached_property
+    def _basis(self) -> Float[np.ndarray, "verts 3 modes"]:
+        return np.ascontiguousarray(self.tables.basis.transpose(1, 2, 0))
+
+    def start(self, posed: PosedBody) -> AgentDressState:
+        """At rest on a body of any shape, in its first pose.
+
+        Raises:
+            BadInput: The body is another one than that of the fit.
+        """
+        shaped = posed.shaped
+        if shaped.body.hash != self.body_hash:
+            raise BadInput(
+                f"the model of '{self.garment.name}' was fitted on body {self.body_name} ({self.body_hash})",
+                f"{shaped.body.name} ({shaped.body.hash})",
+                "use that body, or fit the garment again",
+            )
+        tables, known = self.tables, self.tables.shape_effects.shape[1] // 2
+        features = shape_features(shaped.betas[:known].astype(np.float64))
+        effects = np.einsum("f,sfk->sk", features, tables.shape_effects).astype(np.float32)
+        return AgentDressState(tables.mean + self._beyond(shaped, known), effects, None)
+
+    def step(self, state: AgentDressState, posed: PosedBody, dt: float) -> tuple[AgentDressState, Vertices]:
+        """Advance to a pose.
+
+        Args:
+            state: The State before; it is not changed.
+            posed: The body now.
+            dt: Time since the State [s]; any.
+
+        Returns:
+            The State after, and the vertices in the world (verts, 3) [m].
+        """
+        distances = self._distances(posed)
+        if state.distances is not None and self.config.decay_seconds > 0:
+            kept = np.float32(np.exp(-dt / self.config.decay_seconds))
+            distances = kept * state.distances + (1 - kept) * distances
+        mixed = self._mixed(distances, state.effects)
+        tables, vertices = self.tables, np.empty_like(state.rest)
+        wear(
+            tables.indices,
+            tables.weights,
+            tables.nearest,
+            tables.regions,
+            self._basis,
+            tables.clearances,
+            mixed,
+            state.rest,
+            posed.transforms,
+            posed.vertices,
+            posed.normals,
+            np.float32(DEEPEST),
+            vertices,
+        )
+        return replace(state, distances=distances), vertices
+
+    def _distances(self, posed: PosedBody) -> Float[np.ndarray, "regions poses"]:
+        """Of the pose, arms lifted as in the anchors and heading left out, to all poses of the model."""
+        tables = self.tables
+        query = without_heading(lifted_arms(posed.pose).rotations[None])
+        turns = turns_between(query, tables.rotations.astype(np.float64))
+        return region_distances(turns, tables.influence)[0].astype(np.float32)
+
+    def _mixed(
+        self, distances: Float[np.ndarray, "regions poses"], effects: Float[np.ndarray, "anchors shape_modes"]
+    ) -> Float[np.ndarray, "regions modes"]:
+        """What each region makes of pose and shape."""
+        pose = np.einsum("gp,gpk->gk", kernel(distances, self.width), self.tables.pose_weights)
+        options = {name: getattr(self.config, name) for name in ("neighbours", "power", "floor")}
+        shape = anchor_weights(distances[:, : len(effects)], **options) @ effects
+        return np.concatenate([pose, shape], axis=1).astype(np.float32)
+
+    def _beyond(self, shaped: ShapedBody, known: int) -> Vertices:
+        """Betas that the anchors do not know take the garment along with the skin under it [m]."""
+        nothing = np.zeros_like(self.tables.mean)
+        if not shaped.betas[known:].any():
+            return nothing
+        inner = shaped.body.shaped(shaped.betas[:known])
+        moved = (shaped.vertices - inner.vertices)[self.tables.nearest].astype(np.float64)
+        return smoothed_field(moved, self.garment.faces, np.ones(len(moved)), 1.0).astype(np.float32)
+
+    def save(self, path: str | Path) -> None:
+        """Write a model file, whole or not at all.
+
+        Raises:
+            BadOutput: The path cannot be written.
+        """
+        save_model(
+            path,
+            self.name,
+            {f"tables.{name}": array for name, array in self.tables.arrays().items()},
+            garment=self.garment,
+            body={"name": self.body_name, "hash": self.body_hash},
+            config=asdict(self.config),
+            figures=self.figures,
+            licences=self.licences,
+            extra={"agentdress": {"version": VERSION, "width": self.width}},
+        )
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+        """Make one from what a model file holds.
+
+        Raises:
+            BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype
+                or shape than the rest asks for.
+        """
+        held = entry(metadata, "agentdress", dict)
+        if held.get("version") != VERSION:
+            got = f"version {held.get('version')}"
+            raise BadModel(f"this hemline reads version {VERSION} of AgentDress", got, AGAIN)
+        width = entry(held, "width", float)
+        if not (np.isfinite(width) and width > 0):
+            raise BadModel("the kernel of the model has a positive width", width, AGAIN)
+        garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
+        name = entry(body, "name", str)
+        return cls(
+            garment,
+            Tables.of(
+                part(arrays, "tables"),
+                vertices=len(garment.vertices),
+                body_vertices=len(bodies.load(name).template),
+            ),
+            body_name=name,
+            body_hash=entry(body, "hash", str),
+            config=options_of(AgentDressConfig, entry(metadata, "config", dict), error=BadModel),
+            width=width,
+            figures=entry(metadata, "figures", dict),
+            licences=tuple(str(text) for text in entry(metadata, "licences", list)),
+        )

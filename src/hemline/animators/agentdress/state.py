@@ -1,0 +1,19 @@
+"""What moves of a close-fitting garment."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hemline.arrays import Float, Vertices
+
+
+@dataclass(frozen=True, eq=False)
+class AgentDressState:
+    """All that moves, and what depends on the shape of the body alone."""
+
+    rest: Vertices
+    """The garment in the rest pose, without what pose and shape add [m]."""
+    effects: Float[np.ndarray, "anchors shape_modes"]
+    """What the shape adds at each anchor."""
+    distances: Float[np.ndarray, "regions poses"] | None
+    """To each pose of the model, smoothed over time; None before the first step."""

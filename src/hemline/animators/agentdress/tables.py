@@ -1,0 +1,83 @@
+"""All arrays of a model, as they are played."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+
+from hemline.arrays import Float, Int
+from hemline.errors import BadModel
+from hemline.files.contents import AGAIN, array_of
+from hemline.motions.motion import JOINT_COUNT
+
+from .binding import INFLUENCES
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """Arrays of AgentDress, float32 and int32; coordinates are those of the body's rest pose.
+
+    Attributes:
+        indices: Bones of each vertex.
+        weights: Their weights.
+        nearest: Vertex of the body under each of the garment's.
+        regions: Share of each region in each vertex.
+        influence: $Q_{g,m}$ of each region and angle.
+        rotations: Poses of the kernel; the first ones are those of the anchors.
+        mean: The garment, mean over these poses on the mean shape [m].
+        basis: Directions of the pose model, then those of the shape.
+        pose_weights: What each pose adds to each direction, by region.
+        shape_effects: What the features of the shape do at each anchor.
+        clearances: How far off the skin each vertex is kept, at least [m].
+    """
+
+    indices: Int[np.ndarray, "verts influences"]
+    weights: Float[np.ndarray, "verts influences"]
+    nearest: Int[np.ndarray, " verts"]
+    regions: Float[np.ndarray, "verts regions"]
+    influence: Float[np.ndarray, "regions angles"]
+    rotations: Float[np.ndarray, "poses joints 4"]
+    mean: Float[np.ndarray, "verts 3"]
+    basis: Float[np.ndarray, "modes verts 3"]
+    pose_weights: Float[np.ndarray, "regions poses pose_modes"]
+    shape_effects: Float[np.ndarray, "anchors features shape_modes"]
+    clearances: Float[np.ndarray, " verts"]
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What a model file holds; the basis in half precision."""
+        held = {field.name: getattr(self, field.name) for field in fields(self)}
+        return held | {"basis": self.basis.astype(np.float16)}
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, np.ndarray], *, vertices: int, body_vertices: int) -> Self:
+        """Read them back.
+
+        Raises:
+            BadModel: One is missing, or of another type or shape than the others ask for.
+        """
+        regions = array_of(arrays, "regions", "float32", (vertices, None))
+        rotations = array_of(arrays, "rotations", "float32", (None, JOINT_COUNT, 4))
+        pose_weights = array_of(arrays, "pose_weights", "float32", (regions.shape[1], len(rotations), None))
+        effects = array_of(arrays, "shape_effects", "float32", (None, None, None))
+        modes = pose_weights.shape[2] + effects.shape[2]
+        indices = array_of(arrays, "indices", "int32", (vertices, INFLUENCES))
+        nearest = array_of(arrays, "nearest", "int32", (vertices,))
+        for name, found, limit in (("bone", indices, JOINT_COUNT), ("vertex of the body", nearest, body_vertices)):
+            if found.size and not (found.min() >= 0 and found.max() < limit):
+                raise BadModel(f"the model names a {name} that does not exist", int(found.max()), AGAIN)
+        if not 1 <= len(effects) <= len(rotations):
+            raise BadModel("a model has at least one anchor, and a pose for each", len(effects), AGAIN)
+        return cls(
+            indices=indices,
+            weights=array_of(arrays, "weights", "float32", (vertices, INFLUENCES)),
+            nearest=nearest,
+            regions=regions,
+            influence=array_of(arrays, "influence", "float32", (regions.shape[1], 3 * JOINT_COUNT)),
+            rotations=rotations,
+            mean=array_of(arrays, "mean", "float32", (vertices, 3)),
+            basis=array_of(arrays, "basis", "float16", (modes, vertices, 3)).astype(np.float32),
+            pose_weights=pose_weights,
+            shape_effects=effects,
+            clearances=array_of(arrays, "clearances", "float32", (vertices,)),
+        )

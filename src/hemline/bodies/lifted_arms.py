@@ -1,0 +1,42 @@
+"""Arms lifted off the torso: an armpit leaves cloth no free place while the arm hangs."""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from hemline.motions.motion import JOINT_NAMES, Pose
+from hemline.motions.quaternions import from_axis_angle, multiply, rotate
+
+LIFT_DEG = 20.0
+"""How far an arm that hangs is lifted."""
+
+HANGING_DEG, RAISED_DEG = 30.0, 75.0
+"""Angles between upper arm and the downward axis of its collar joint: up to the first an arm is lifted whole, from the
+second on not at all."""
+
+_ARMS = ((JOINT_NAMES.index("left_shoulder"), 1.0), (JOINT_NAMES.index("right_shoulder"), -1.0))
+
+
+def lifted_arms(pose: Pose) -> Pose:
+    """The pose with each upper arm turned sideways and up by `LIFT_DEG`, less where it is raised already.
+
+    It depends on the pose alone, smoothly, so that poses that are near to each other stay so, and two poses with arms
+    at different heights keep their order. Garments are settled in lifted poses; skinning hands the arms back.
+
+    Args:
+        pose: The pose.
+    """
+    rotations = pose.rotations.astype(np.float64)
+    for joint, side in _ARMS:
+        arm = rotate(rotations[joint], np.array([side, 0.0, 0.0]))
+        hanging = np.rad2deg(np.arccos(np.clip(-arm[1], -1.0, 1.0)))
+        turn = from_axis_angle(np.array([0.0, 0.0, side * np.deg2rad(lift_deg(hanging))]))
+        rotations[joint] = multiply(turn, rotations[joint])
+    return replace(pose, rotations=rotations, clip=None)
+
+
+def lift_deg(angle_deg: Float[np.ndarray, ""] | float) -> float:
+    """How far an upper arm is lifted that is so far from hanging straight down [deg]."""
+    share = np.clip((angle_deg - HANGING_DEG) / (RAISED_DEG - HANGING_DEG), 0.0, 1.0)
+    return float(LIFT_DEG * (1 - share * share * (3 - 2 * share)))

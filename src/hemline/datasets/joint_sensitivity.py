@@ -1,0 +1,48 @@
+"""How much each joint moves a garment: from derivatives of settled garments to weights of joints."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hemline.arrays import Float
+from hemline.errors import BadDataset
+from hemline.motions.motion import JOINT_COUNT
+
+from .take import Take
+
+
+def mean_sensitivity(takes: Sequence[Take]) -> Float[np.ndarray, "verts joints 3"]:
+    r"""$\bar\delta_{y,m} = \frac{1}{n} \sum_k |\delta^k_{y,m}|$: how far a vertex moves when a joint turns [m/rad].
+
+    Args:
+        takes: Anchors in the T-pose, one a shape, with derivatives by all joints.
+
+    Raises:
+        BadDataset: No take has them.
+
+    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
+        Eq. 7: the mean over shapes of the norms, not the norm of the mean.
+    """
+    found = [derivatives_by_joint(take) for take in takes if "turn.0.0" in take.derivatives]
+    if not found:
+        raise BadDataset("no anchor in the T-pose with derivatives", "none", "run 'hemline drape --anchors' again")
+    return np.mean([np.linalg.norm(each, axis=3) for each in found], axis=0).transpose(2, 0, 1)
+
+
+def derivatives_by_joint(take: Take) -> Float[np.ndarray, "joints 3 verts 3"]:
+    """The derivatives of an anchor by turns of each joint about its three axes [m/rad]."""
+    return np.stack(
+        [[take.derivatives[f"turn.{joint}.{axis}"] for axis in range(3)] for joint in range(JOINT_COUNT)]
+    ).astype(np.float64)
+
+
+def joint_weights(sensitivity: Float[np.ndarray, "verts joints 3"]) -> Float[np.ndarray, " joints"]:
+    r"""$s^L = \sum_y \sum_m \bar\delta_{y,m}$ of each joint, over the largest.
+
+    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
+        Eq. 11. Differs: the pelvis, whose heading poses are compared without, and which else would drown the other
+        joints, since it carries all of the garment, counts as the next one down the spine does.
+    """
+    weights = sensitivity.sum(axis=(0, 2))
+    weights[0] = min(weights[0], weights[3])
+    return weights / weights.max()

@@ -1,0 +1,138 @@
+"""The database of AgentDress: poses chosen from clips, and the garment settled in them on bodies of many shapes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hemline import bodies
+from hemline.arrays import Float
+from hemline.bodies.lifted_arms import lifted_arms
+from hemline.datasets import open_dataset
+from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
+from hemline.errors import BadInput
+from hemline.garments.garment import Garment
+from hemline.motions.motion import JOINT_COUNT, Motion, Pose
+from hemline.motions.pose_clusters import PoseClusters, cluster_poses, without_heading
+from hemline.sim.settings import SimSettings
+
+from .anchors import Anchor, Posed, produce_anchors, produce_posed
+from .processes import Report
+from .rest_states import spread_shapes
+
+SAMPLED_FPS, EVERY = 30.0, 4
+"""Poses are every fourth frame of clips at this rate."""
+
+SHAPES = 4
+"""Of so many betas each is -2, -1, 1 and 2 in turn: seventeen shapes with the mean one."""
+
+STAND_INS = 5
+"""Poses of a cluster that are tried before the anchor is given up."""
+
+
+@dataclass(frozen=True)
+class Database:
+    """What was made.
+
+    Attributes:
+        clusters: Of the poses of the clips.
+        weights: Of each joint, when poses are compared.
+        anchors: What each cluster became; None where the garment came to rest in no pose of it.
+        shapes: Betas of the bodies.
+    """
+
+    clusters: PoseClusters
+    weights: Float[np.ndarray, " joints"]
+    anchors: list[Posed | None]
+    shapes: list[tuple[float, ...]]
+
+
+def make_database(
+    folder: str | Path,
+    garment: Garment,
+    clips: Sequence[Motion],
+    count: int,
+    *,
+    seed: int = 0,
+    jobs: int = 1,
+    settings: SimSettings | None = None,
+    progress: Report | None = None,
+) -> Database:
+    """Settle a garment in the poses that stand for some clips, on seventeen shapes, into a dataset.
+
+    First in the T-pose with derivatives by every joint, which say how much each joint counts; then in the poses in the
+    middle of as many clusters as asked for, arms lifted off the torso (`lifted_arms`). What is there already is kept.
+
+    Args:
+        folder: The dataset; made when missing.
+        garment: The garment.
+        clips: Where the poses come from.
+        count: Anchors.
+        seed: Another number begins the clustering elsewhere.
+        jobs: Processes. What is made does not depend on it.
+        settings: Settings of the simulator.
+        progress: Called with what is made, what is done and what there is in all.
+
+    Raises:
+        BadInput: Fewer poses than anchors.
+        BadDataset: The folder holds another garment's takes.
+        BadOutput: It cannot be written.
+
+    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
+        section 3.6. Differs: see `walk.WALK` and `lifted_arms` for how a garment comes into a pose.
+    """
+    tell = progress or (lambda stage, done, total: None)
+    if count < 1:
+        raise BadInput("the number of anchors must be positive", count, "the paper has 150")
+    poses = poses_of(clips)
+    body, shapes = bodies.load(garment.body_name), spread_shapes(SHAPES)
+    rest = body.shaped().rest_pose.translation
+    upright = Pose(np.tile([1.0, 0.0, 0.0, 0.0], (JOINT_COUNT, 1)), rest)
+    rows = produce_anchors(
+        folder,
+        garment,
+        [Anchor(upright, betas) for betas in shapes],
+        turns=range(JOINT_COUNT),
+        settings=settings,
+        jobs=jobs,
+        report=_counted(tell, "T-pose", len(shapes)),
+    )
+    dataset = open_dataset(folder)
+    sensitivity = mean_sensitivity([dataset.take(row) for row in rows if row.failed is None])
+    weights = joint_weights(sensitivity)
+    tell("clusters", 0, 1)
+    clusters = cluster_poses(poses, weights, count, seed=seed)
+    tell("clusters", 1, 1)
+    candidates = [[Pose(poses[index], rest) for index in members[:STAND_INS]] for members in clusters.members]
+    anchors = produce_posed(
+        folder,
+        garment,
+        candidates,
+        shapes,
+        settings=settings,
+        jobs=jobs,
+        report=_counted(tell, "anchors", count * len(shapes)),
+    )
+    return Database(clusters, weights, anchors, shapes)
+
+
+def poses_of(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]:
+    """Every fourth frame of clips: arms lifted, heading left out, single precision, as garments are settled in them."""
+    found = []
+    for clip in clips:
+        motion = clip.resampled(SAMPLED_FPS)[::EVERY]
+        found += [lifted_arms(motion[frame]).rotations for frame in range(len(motion))]
+    return without_heading(np.asarray(found)).astype(np.float32).astype(np.float64)
+
+
+def _counted(tell: Report, stage: str, total: int) -> Report:
+    """Counts calls: those below it name one anchor each."""
+    done = 0
+
+    def report(name: str, one: int, of: int) -> None:
+        nonlocal done
+        done += 1
+        tell(stage, min(done, total), total)
+
+    return report

@@ -1,0 +1,121 @@
+"""A shirt whose settled states follow a formula: anchors without a simulation, for tests of AgentDress."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from hemline import bodies, garments
+from hemline.animators.agentdress.binding import Binding
+from hemline.bodies.lifted_arms import lifted_arms
+from hemline.datasets import Dataset, Take, create
+from hemline.garments import coarser_garment
+from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Motion, Pose
+from hemline.motions.pose_clusters import without_heading
+from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
+
+ELBOW, SHOULDER, SPINE = (JOINT_NAMES.index(name) for name in ("left_elbow", "left_shoulder", "spine2"))
+SHAPES = [(), (-2.0,), (-1.0,), (1.0,), (2.0,), (0.0, -2.0), (0.0, -1.0), (0.0, 1.0), (0.0, 2.0)]
+
+
+@cache
+def body():
+    return bodies.load("anny24").shaped()
+
+
+@cache
+def shirt():
+    """Of 630 vertices."""
+    garment, _ = coarser_garment(garments.load("tshirt-light"), 0.2)
+    return garment
+
+
+@cache
+def binding() -> Binding:
+    upright = body().posed(tpose())
+    # anywhere near the body: the formula begins from there
+    rest = Binding.of(shirt().vertices, shirt().faces, body().posed(body().rest_pose))
+    return Binding.of(rest.posed(upright.transforms, shirt().vertices), shirt().faces, upright)
+
+
+def tpose() -> Pose:
+    return Pose(np.tile([1.0, 0.0, 0.0, 0.0], (JOINT_COUNT, 1)), body().rest_pose.translation)
+
+
+def turned(*turns: tuple[int, tuple[float, float, float]]) -> Pose:
+    """The rest pose with joints turned [rad]."""
+    pose = body().rest_pose
+    rotations = pose.rotations.astype(np.float64)
+    for joint, vector in turns:
+        rotations[joint] = multiply(rotations[joint], from_axis_angle(np.asarray(vector)))
+    return Pose(rotations, pose.translation)
+
+
+def random_pose(number: int) -> Pose:
+    """Shoulder, elbow and spine turned by chance."""
+    random = np.random.default_rng(number)
+    return turned(*((joint, tuple(random.uniform(-0.5, 0.5, 3))) for joint in (ELBOW, SHOULDER, SPINE)))
+
+
+def anchored(pose: Pose) -> Pose:
+    """The pose in which a garment is settled for it: arms lifted, heading left out."""
+    lifted = lifted_arms(pose)
+    return Pose(without_heading(lifted.rotations[None])[0], body().rest_pose.translation)
+
+
+def formula(pose: Pose, betas) -> np.ndarray:
+    """The garment in the rest pose of its body (verts, 3) [m]: what arm and spine do, and what the shape does."""
+    shares, base = binding().shares(), shirt().vertices.astype(np.float64)
+    result = base.copy()
+    for joint in (SHOULDER, SPINE):
+        matrix = to_matrix(pose.rotations[joint].astype(np.float64))
+        result += 0.03 * shares[:, [joint]] * (matrix[:, 0] + matrix[:, 2])
+    betas = np.pad(np.asarray(betas, np.float64), (0, 2))[:2]
+    outward = base - base.mean(axis=0)
+    return result + 0.05 * betas[0] * outward + 0.02 * betas[1] ** 2 * outward[:, [1]] * [0.0, 1.0, 0.0]
+
+
+def settled(pose: Pose, betas=()) -> np.ndarray:
+    """The garment in the world (verts, 3) [m], float32: what it is with arms lifted, and arms handed back."""
+    shaped = body().body.shaped(np.asarray(betas, np.float32))
+    transforms = shaped.posed(pose).transforms.astype(np.float64)
+    return binding().posed(transforms, formula(anchored(pose), betas)).astype(np.float32)
+
+
+def laid(pose: Pose, betas=()) -> np.ndarray:
+    """The garment in the world (verts, 3) [m], float32, in a pose as it stands."""
+    shaped = body().body.shaped(np.asarray(betas, np.float32))
+    return binding().posed(shaped.posed(pose).transforms.astype(np.float64), formula(pose, betas)).astype(np.float32)
+
+
+def anchor(pose: Pose, betas=(), derivatives=None) -> Take:
+    shaped = body().body.shaped(np.asarray(betas, np.float32))
+    motion = Motion(pose.rotations[None], pose.translation[None], fps=30.0, leg_length=shaped.leg_length)
+    inputs = {"garment": shirt().hash, "pose": pose.hash, "betas": list(betas), "derivatives": bool(derivatives)}
+    still = np.zeros(1, bool), np.zeros(1, np.int32)
+    vertices = laid(pose, betas)[None]
+    return Take("anchor", vertices, motion, shaped.betas, *still, {}, inputs, derivatives=derivatives or {})
+
+
+def derivatives() -> dict[str, np.ndarray]:
+    """By turns of each joint, in the T-pose, by differences."""
+    found, step = {}, 1e-3
+    for joint in range(JOINT_COUNT):
+        for axis in range(3):
+            moved = []
+            for sign in (1, -1):
+                rotations = tpose().rotations.astype(np.float64)
+                rotations[joint] = from_axis_angle(sign * step * np.eye(3)[axis])
+                moved.append(laid(Pose(rotations, tpose().translation)).astype(np.float64))
+            found[f"turn.{joint}.{axis}"] = ((moved[0] - moved[1]) / (2 * step)).astype(np.float32)
+    return found
+
+
+def dataset(folder: Path, anchors: int, singles: int = 0, shapes=SHAPES) -> Dataset:
+    """Anchors on all shapes, and poses on the mean one alone."""
+    made = create(folder, shirt())
+    made.add(anchor(tpose(), (), derivatives()))
+    for number in range(anchors + singles):
+        for betas in shapes if number < anchors else [()]:
+            made.add(anchor(anchored(random_pose(number)), betas))
+    return made

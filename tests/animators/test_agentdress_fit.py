@@ -1,0 +1,299 @@
+"""AgentDress on a shirt that follows a formula: what a fit finds, and what plays."""
+
+from dataclasses import replace
+
+import dressed_by_formula as made
+import numpy as np
+import pytest
+
+import hemline
+from hemline import bodies
+from hemline.animators.agentdress.anchor_set import AnchorSet
+from hemline.animators.agentdress.binding import Binding
+from hemline.animators.agentdress.config import AgentDressConfig
+from hemline.animators.agentdress.distances import anchor_weights, region_distances, turns_between
+from hemline.animators.agentdress.fit import fit
+from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.agentdress.pose_model import fit_kernel, kernel
+from hemline.animators.agentdress.regions import region_weights
+from hemline.animators.agentdress.shape_model import ShapeModel
+from hemline.datasets import create
+from hemline.errors import BadDataset, BadInput, BadModel
+from hemline.files import read_tensors, write_tensors
+from hemline.motions import Pose
+from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
+
+STILL = AgentDressConfig(decay_seconds=0.0, clearance=0.0)
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory):
+    return made.dataset(tmp_path_factory.mktemp("anchors"), 24)
+
+
+@pytest.fixture(scope="module")
+def model(dataset):
+    return fit(dataset, STILL)
+
+
+def worn(model, pose, betas=()):
+    posed = made.body().body.shaped(np.asarray(betas, np.float32)).posed(pose)
+    return model.step(model.start(posed), posed, 1 / 30)[1]
+
+
+def mean_mm(one, other):
+    return 1e3 * float(np.linalg.norm(one - other, axis=1).mean())
+
+
+def skinned(pose):
+    """The rest garment, skinned: the baseline."""
+    base = made.formula(made.body().rest_pose, ())
+    return made.binding().posed(made.body().posed(pose).transforms, base)
+
+
+def test_poses_that_nobody_settled_are_nearer_than_skinning(model):
+    ours, theirs = [], []
+    for number in range(100, 110):
+        pose = made.random_pose(number)
+        truth = made.settled(pose)
+        ours.append(mean_mm(worn(model, pose), truth))
+        theirs.append(mean_mm(skinned(pose), truth))
+    assert np.mean(ours) < 0.5 * np.mean(theirs)
+    assert np.mean(theirs) > 2
+    assert model.figures["pose_left_out_mm"] < 0.6 * model.figures["pose_left_out_skinned_mm"]
+
+
+def test_more_anchors_and_more_poses_of_the_mean_shape_tell_more(model, tmp_path):
+    few = fit(made.dataset(tmp_path / "few", 5), STILL)
+    beside = fit(made.dataset(tmp_path / "beside", 5, singles=19), STILL)
+    assert beside.figures["anchors"] == 5 and beside.figures["poses"] == 24
+    poses = [made.random_pose(number) for number in range(100, 110)]
+    errors = [np.mean([mean_mm(worn(each, p), made.settled(p)) for p in poses]) for each in (few, beside, model)]
+    assert errors[1] < 0.7 * errors[0] and errors[2] < 0.7 * errors[0]
+
+
+@pytest.mark.parametrize("betas", [(1.5,), (-0.7, 1.2), (0.0, -2.0)])
+def test_shapes_are_told_in_every_pose(model, betas):
+    """Linear and square effects of the shape, in poses and on shapes that nobody settled; skinning alone beside it."""
+    for number in (3, 104):
+        pose = made.random_pose(number)
+        truth = made.settled(pose, betas)
+        transforms = made.body().body.shaped(np.asarray(betas, np.float32)).posed(pose).transforms
+        without = made.binding().posed(transforms, made.formula(pose, ()))
+        assert mean_mm(worn(model, pose, betas), truth) < 0.35 * mean_mm(without, truth)
+
+
+def test_at_an_anchor_the_shape_model_of_that_anchor_speaks(dataset):
+    """With one neighbour, what the shape adds at an anchor is `ShapeModel` of its own garments, skinned (Eq. 3)."""
+    model = fit(dataset, replace(STILL, neighbours=1, floor=1e-9, shape_modes=200))
+    anchors = AnchorSet.of(dataset)
+    betas = np.array([[0.6, -1.3]])
+    for number in (0, 7):
+        own = ShapeModel.fitted(
+            anchors.unposed[number].reshape(len(anchors.betas), -1).astype(np.float64),
+            anchors.betas[:, :2],
+            components=5,
+            ridge=0.2,
+        )
+        pose = Pose(anchors.rotations[number], made.body().rest_pose.translation)
+        posed = made.body().body.shaped(betas[0].astype(np.float32)).posed(pose)
+        state, still = model.start(posed), model.start(made.body().posed(pose))
+        nearest = np.zeros((model.tables.regions.shape[1], len(model.tables.rotations)), np.float32) + 9
+        nearest[:, number] = 0
+        with_shape = model._mixed(nearest, state.effects) - model._mixed(nearest, still.effects)
+        found = np.einsum("vg,gk,kvi->vi", model.tables.regions, with_shape, model.tables.basis)
+        wanted = (own.at(betas) - own.at(np.zeros((1, 2))))[0].reshape(-1, 3)
+        np.testing.assert_allclose(found, wanted, atol=2e-6)
+
+
+def test_turning_and_moving_the_root_takes_the_garment_along(model):
+    pose = made.random_pose(101)
+    turn, shift = from_axis_angle(np.array([0.0, 1.1, 0.0])), np.array([0.3, 0.2, -1.0])
+    rotations = pose.rotations.astype(np.float64)
+    rotations[0] = multiply(turn, rotations[0])
+    there = Pose(rotations, pose.translation + shift)
+    wanted = (worn(model, pose) - pose.translation) @ to_matrix(turn).T + pose.translation + shift
+    np.testing.assert_allclose(worn(model, there), wanted, atol=2e-5)
+
+
+def test_distances_follow_in_time_whatever_the_frame_rate(dataset):
+    model = fit(dataset, replace(STILL, decay_seconds=0.1))
+    first, second = (made.body().posed(made.random_pose(number)) for number in (100, 101))
+    begun, _ = model.step(model.start(first), first, 1 / 30)
+    once, vertices = model.step(begun, second, 1 / 15)
+    half, _ = model.step(begun, second, 1 / 30)
+    twice, other = model.step(half, second, 1 / 30)
+    np.testing.assert_allclose(twice.distances, once.distances, rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(other, vertices, atol=1e-5)
+    target = model._distances(second)
+    kept = (once.distances - target) / (begun.distances - target)
+    assert np.nanmedian(kept) == pytest.approx(np.exp(-2 / 3), rel=1e-3)
+
+
+def test_joints_that_move_nothing_choose_nothing(dataset, model):
+    """A knee against a shoulder: 1e-3; and the sensitivity is what the cloth does beside its skin."""
+    influence = model.tables.influence.reshape(-1, 24, 3).sum(axis=2)
+    knee, shoulder = influence[:, 4].max(), influence[:, made.SHOULDER].max()
+    assert knee < 1e-3 * shoulder
+    whole, beside = AnchorSet.of(dataset).sensitivity
+    assert whole[:, 0].mean() > 0.2 > beside[:, 0].mean()
+
+
+def test_regions_share_each_vertex():
+    regions = region_weights(made.binding())
+    np.testing.assert_allclose(regions.sum(axis=1), 1, atol=1e-6)
+    assert 5 <= regions.shape[1] <= 10 and (regions.mean(axis=0) >= 0.01).all()
+
+
+def test_unposing_and_posing_are_each_other_s_inverse():
+    pose = made.random_pose(55)
+    transforms, points = made.body().posed(pose).transforms, made.formula(pose, ())
+    there = made.binding().posed(transforms.astype(np.float64), points)
+    np.testing.assert_allclose(made.binding().unposed(transforms, there), points, atol=1e-9)
+
+
+def test_the_shape_model_is_a_ridge_regression_with_a_free_constant():
+    """By another route: least squares with rows for the ridge."""
+    random = np.random.default_rng(0)
+    betas, garments = random.normal(size=(17, 4)), random.normal(size=(17, 60))
+    model = ShapeModel.fitted(garments, betas, components=5, ridge=0.2)
+    left, sizes, right = np.linalg.svd(garments - garments.mean(axis=0), full_matrices=False)
+    features = np.hstack([betas, betas**2, np.ones((17, 1))])
+    penalty = np.sqrt(0.2) * np.eye(9)
+    penalty[8] = 0
+    weights = np.linalg.lstsq(
+        np.vstack([features, penalty]), np.vstack([left[:, :5] * sizes[:5], np.zeros((9, 5))]), rcond=None
+    )[0]
+    at = random.normal(size=(3, 4))
+    wanted = garments.mean(axis=0) + np.hstack([at, at**2, np.ones((3, 1))]) @ weights @ right[:5]
+    np.testing.assert_allclose(model.at(at), wanted, atol=1e-10)
+    assert model.explained == pytest.approx((sizes[:5] ** 2).sum() / (sizes**2).sum())
+    plain = ShapeModel.fitted(garments, betas, components=5, ridge=0.2, squares=False)
+    np.testing.assert_allclose(plain.at(at) + plain.at(-at), 2 * plain.at(0 * at), atol=1e-10)
+
+
+def test_what_is_left_out_is_what_a_fit_without_it_misses():
+    random = np.random.default_rng(1)
+    points, outputs = random.normal(size=(12, 3)), random.normal(size=(12, 4))
+    distances = ((points[:, None] - points) ** 2).sum(axis=2)[:, None]
+    whole = fit_kernel(distances, outputs, width=1.3, ridge=1e-2)
+    for out in (0, 5):
+        kept = np.arange(12) != out
+        part = fit_kernel(distances[np.ix_(kept, [0], kept)], outputs[kept], width=1.3, ridge=1e-2)
+        told = kernel(distances[out, 0, kept], 1.3) @ part.weights[0]
+        np.testing.assert_allclose(outputs[out] - told, whole.left_out[0, out], atol=1e-9)
+
+
+def test_the_kernel_equals_plain_numpy(dataset):
+    model = fit(dataset, replace(STILL, clearance=0.005))
+    pose = made.random_pose(100)
+    posed = made.body().body.shaped(np.float32([0.8, -1.1])).posed(pose)
+    state = model.start(posed)
+    after, vertices = model.step(state, posed, 1 / 30)
+    tables, mixed = model.tables, model._mixed(after.distances, state.effects)
+    rest = state.rest + np.einsum("vg,gk,kvi->vi", tables.regions, mixed, tables.basis)
+    plain = Binding(tables.indices, tables.weights, tables.nearest).posed(posed.transforms, rest)
+    skin, normals = posed.vertices[tables.nearest], posed.normals[tables.nearest]
+    lack = tables.clearances - np.einsum("vi,vi->v", plain - skin, normals)
+    lack = np.where((lack > 0) & (lack < 0.03), lack, 0.0)
+    assert (lack > 0).any()
+    np.testing.assert_allclose(vertices, plain + lack[:, None] * normals, atol=2e-6)
+
+
+def test_weights_are_those_of_the_paper():
+    distances = np.array([[0.5, 0.1, 2.0, 0.3]])
+    weights = anchor_weights(distances, neighbours=3, power=3.0, floor=0.02)
+    plain = np.array([1 / (d + 0.02) ** 3 if d < 1 else 0.0 for d in distances[0]])
+    np.testing.assert_allclose(weights[0], plain / plain.sum(), rtol=1e-12)
+    assert anchor_weights(np.zeros((1, 2)), neighbours=5, power=3.0, floor=0.02).tolist() == [[0.5, 0.5]]
+    tiny = anchor_weights(np.array([[1e-30, 1.0]]), neighbours=2, power=200.0, floor=1e-12)
+    assert np.isfinite(tiny).all() and tiny[0, 0] == pytest.approx(1)
+
+
+def test_distances_are_sums_over_the_angles():
+    random = np.random.default_rng(2)
+    rotations = from_axis_angle(random.normal(size=(2, 24, 3)) * 0.5)
+    influence = random.uniform(size=(3, 72))
+    found = region_distances(turns_between(rotations[:1], rotations[1:]), influence)[0, :, 0]
+    from scipy.spatial.transform import Rotation
+
+    way = Rotation.from_quat(rotations[1][:, [1, 2, 3, 0]]).inv() * Rotation.from_quat(rotations[0][:, [1, 2, 3, 0]])
+    np.testing.assert_allclose(found, influence @ way.as_rotvec().ravel() ** 2, rtol=1e-9)
+
+
+def test_cloth_is_kept_off_the_skin_as_far_as_in_the_anchors(dataset):
+    model = fit(dataset, replace(STILL, clearance=0.005))
+    deep = replace(model, tables=replace(model.tables, mean=model.tables.mean * np.float32(0.99)))
+    free = replace(deep, tables=replace(deep.tables, clearances=np.zeros_like(deep.tables.clearances)))
+    pose = made.random_pose(100)
+    posed = made.body().posed(pose)
+
+    def lacks(vertices):
+        near = model.tables.nearest
+        height = np.einsum("vi,vi->v", vertices - posed.vertices[near], posed.normals[near])
+        return (height > -0.03) & (height < model.tables.clearances - 1e-5)
+
+    assert lacks(worn(free, pose)).sum() > 20
+    assert not lacks(worn(deep, pose)).any()
+
+
+def test_betas_that_no_anchor_has_take_the_garment_along_with_the_skin(model):
+    pose, betas = made.body().rest_pose, np.zeros(16, np.float32)
+    betas[9] = 3.0
+    shaped = made.body().body.shaped(betas)
+    moved = worn(model, pose, betas) - worn(model, pose)
+    skin = (shaped.posed(pose).vertices - made.body().posed(pose).vertices)[model.tables.nearest]
+    assert np.linalg.norm(skin, axis=1).max() > 5e-3
+    assert np.linalg.norm(moved - skin, axis=1).mean() < 0.5 * np.linalg.norm(skin, axis=1).mean()
+
+
+def test_a_model_file_changes_no_bit_of_what_plays(model, tmp_path):
+    model.save(tmp_path / "shirt.safetensors")
+    once = hemline.load(tmp_path / "shirt.safetensors")
+    once.save(tmp_path / "again.safetensors")
+    assert isinstance(once, AnimatorAgentDress) and once.name == "agentdress"
+    assert (tmp_path / "shirt.safetensors").read_bytes() == (tmp_path / "again.safetensors").read_bytes()
+    pose = made.random_pose(100)
+    np.testing.assert_allclose(worn(once, pose), worn(model, pose), atol=5e-5)  # the basis is kept in half precision
+    assert once.figures == model.figures
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (lambda arrays, metadata: arrays.pop("tables.mean"), "lacks array 'mean'"),
+        (
+            lambda arrays, metadata: arrays.update({"tables.nearest": arrays["tables.nearest"] + 10**6}),
+            "body that does",
+        ),
+        (
+            lambda arrays, metadata: arrays.update({"tables.indices": arrays["tables.indices"] + 99}),
+            "bone that does not",
+        ),
+        (lambda arrays, metadata: arrays.update({"tables.mean": arrays["tables.mean"] * np.nan}), "must be finite"),
+        (lambda arrays, metadata: metadata["agentdress"].update(version=2), "version 1 of AgentDress; got version 2"),
+        (lambda arrays, metadata: metadata["agentdress"].update(width=-1.0), "positive width"),
+    ],
+)
+def test_damaged_models_are_refused(model, tmp_path, change, complaint):
+    model.save(tmp_path / "shirt.safetensors")
+    arrays, metadata = read_tensors(tmp_path / "shirt.safetensors", "model", error=BadModel)
+    arrays, metadata = dict(arrays), dict(metadata)
+    change(arrays, metadata)
+    write_tensors(tmp_path / "bad.safetensors", arrays, metadata)
+    with pytest.raises(BadModel, match=complaint):
+        hemline.load(tmp_path / "bad.safetensors")
+
+
+def test_another_body_and_datasets_without_anchors_are_refused(model, tmp_path):
+    stranger = replace(bodies.load("anny24"), name="stranger", template=1.01 * bodies.load("anny24").template)
+    with pytest.raises(BadInput, match="was fitted on body anny24"):
+        model.start(stranger.shaped().posed(stranger.shaped().rest_pose))
+    empty = create(tmp_path / "empty", made.shirt())
+    with pytest.raises(BadDataset, match="no anchor in the T-pose with derivatives"):
+        fit(empty)
+    empty.add(made.anchor(made.tpose(), (), made.derivatives()))
+    with pytest.raises(BadDataset, match="fewer than two anchors on all shapes; got 0"):
+        fit(empty)
+    with pytest.raises(BadInput, match="neighbours"):
+        AgentDressConfig(neighbours=0)

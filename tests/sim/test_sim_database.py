@@ -1,0 +1,116 @@
+"""The database of AgentDress, from clips to anchors on disk."""
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+
+from hemline import bodies, garments, motions
+from hemline.bodies.lifted_arms import lifted_arms
+from hemline.cli.main import main
+from hemline.datasets import create, open_dataset
+from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
+from hemline.errors import BadDataset, BadInput
+from hemline.garments import coarser_garment
+from hemline.motions.motion import JOINT_NAMES
+from hemline.sim import make_database
+from hemline.sim.takes import database
+from hemline.sim.takes.database import poses_of
+
+
+@cache
+def shirt():
+    garment, _ = coarser_garment(garments.load("tshirt-light"), 0.2)
+    return garment
+
+
+@pytest.fixture(scope="module")
+def few_shapes():
+    """Five shapes instead of seventeen."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(database, "SHAPES", 1)
+        yield
+
+
+@pytest.fixture(scope="module")
+def made(few_shapes, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("database") / "data"
+    told = []
+    clips = [motions.load("walk")[:60], motions.load("dance")[:90]]
+    return folder, make_database(folder, shirt(), clips, 3, progress=lambda *each: told.append(each)), told
+
+
+@pytest.mark.slow
+def test_anchors_are_poses_of_the_clips_on_all_shapes(made):
+    folder, found, told = made
+    assert len(found.shapes) == 5 and len(found.anchors) == 3 and all(found.anchors)
+    dataset = open_dataset(folder)
+    poses = poses_of([motions.load("walk")[:60], motions.load("dance")[:90]])
+    for anchor, members in zip(found.anchors, found.clusters.members, strict=True):
+        assert len(anchor.names) == 5
+        away = np.abs(poses[members] - anchor.pose.rotations).max(axis=(1, 2))
+        assert away.min() < 1e-6
+        betas = {dataset.take(name).betas[0] for name in anchor.names}
+        assert betas == {-2.0, -1.0, 0.0, 1.0, 2.0}
+    assert told[-1] == ("anchors", 15, 15) and ("clusters", 1, 1) in told
+
+
+@pytest.mark.slow
+def test_the_joints_that_move_a_shirt_count(made):
+    weights = dict(zip(JOINT_NAMES, made[1].weights, strict=True))
+    assert weights["left_shoulder"] > 0.05 and weights["spine2"] > 0.02
+    assert max(weights[name] for name in ("left_knee", "right_ankle", "left_hand")) < 1e-2 * weights["left_shoulder"]
+
+
+def test_poses_are_every_fourth_frame_with_arms_lifted():
+    walk = motions.load("walk")[:60]
+    poses = poses_of([walk])
+    thirty = walk.resampled(30.0)
+    assert len(poses) == -(-len(thirty) // 4)
+    lifted = lifted_arms(thirty[4]).rotations
+    np.testing.assert_allclose(poses[1, 1:], lifted[1:], atol=1e-6)
+    assert np.abs(poses[1, 16] - thirty[4].rotations[16]).max() > 0.05
+
+
+@pytest.mark.slow
+def test_the_command_continues_what_is_there_and_a_fit_plays_it(made, few_shapes, tmp_path, capsys):
+    folder = made[0]
+    model = tmp_path / "shirt.safetensors"
+    assert main(["fit", str(folder), "--animator", "agentdress", "-o", str(model), "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)["figures"]
+    assert figures["anchors"] == 3 and figures["shapes"] == 5
+    assert figures["shape_left_out_mm"] < figures["shape_left_out_mean_mm"]
+    assert main(["evaluate", str(model), "--motion", "walk", "--json", "--betas", "1"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["inside_percent"]["after"] == 0 and told["stretch_percent"]["p99_mean"] < 40
+
+
+def test_bad_questions_are_refused(tmp_path, capsys):
+    walk = motions.load("walk")[:9]
+    with pytest.raises(BadInput, match="number of anchors must be positive; got 0"):
+        make_database(tmp_path / "none", shirt(), [walk], 0)
+    with pytest.raises(BadDataset, match="no anchor in the T-pose with derivatives"):
+        mean_sensitivity([])
+    other = garments.make_cape(bodies.load("anny24").shaped(), rows=9, columns=12)
+    create(tmp_path / "other", other)
+    with pytest.raises(BadDataset, match="made for|holds|another"):
+        make_database(tmp_path / "other", shirt(), [walk], 1)
+    for words, complaint in (
+        (["--anchors", "5"], "--anchors and --motion belong together"),
+        (["--motion", "walk"], "--anchors and --motion belong together"),
+        (["--anchors", "5", "--motion", "walk", "--jobs", "0"], "--jobs must be at least 1"),
+        (["--anchors", "-1", "--motion", "walk"], "--anchors must not be negative"),
+    ):
+        assert main(["drape", "tshirt-light", "-o", str(tmp_path / "x"), *words]) == 2
+        assert complaint in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
+
+
+def test_weights_are_sums_of_norms_and_the_pelvis_counts_as_the_spine():
+    sensitivity = np.random.default_rng(0).uniform(size=(50, 24, 3))
+    sensitivity[:, 0] = 9.0
+    weights = joint_weights(sensitivity)
+    sums = sensitivity.sum(axis=(0, 2))
+    np.testing.assert_allclose(weights[1:] / weights[1], sums[1:] / sums[1])
+    assert weights[0] == weights[3] and weights.max() == 1
