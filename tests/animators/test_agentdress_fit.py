@@ -125,9 +125,26 @@ def test_distances_follow_in_time_whatever_the_frame_rate(dataset):
     twice, other = model.step(half, second, 1 / 30)
     np.testing.assert_allclose(twice.distances, once.distances, rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(other, vertices, atol=1e-5)
-    target = model._distances(second)
+    target = model._distances(made.anchored(made.random_pose(101)))
     kept = (once.distances - target) / (begun.distances - target)
     assert np.nanmedian(kept) == pytest.approx(np.exp(-2 / 3), rel=1e-3)
+
+
+def test_settled_is_what_plays_without_a_past(model):
+    """In a pose whose arms are lifted already: the garment of the anchors' protocol."""
+    pose = made.anchored(made.random_pose(102))
+    posed = made.body().posed(pose)
+    truth = made.laid(pose)
+    base = made.binding().posed(posed.transforms, made.formula(made.body().rest_pose, ()))
+    assert mean_mm(model.settled(posed), truth) < 0.6 * mean_mm(base, truth)
+    # the same as what plays in the pose as it was, but for how far arms are lifted
+    free = replace(model, tables=replace(model.tables, clearances=model.tables.clearances - 1))
+    tables = free.tables
+    binding = Binding(tables.indices, tables.weights, tables.nearest)
+    lifted = binding.unposed(posed.transforms, free.settled(posed))
+    hanging = made.random_pose(102)
+    handed_back = binding.unposed(made.body().posed(hanging).transforms, worn(free, hanging))
+    np.testing.assert_allclose(lifted, handed_back, atol=2e-5)
 
 
 def test_joints_that_move_nothing_choose_nothing(dataset, model):

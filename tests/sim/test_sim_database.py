@@ -38,7 +38,7 @@ def made(few_shapes, tmp_path_factory):
     folder = tmp_path_factory.mktemp("database") / "data"
     told = []
     clips = [motions.load("walk")[:60], motions.load("dance")[:90]]
-    return folder, make_database(folder, shirt(), clips, 3, progress=lambda *each: told.append(each)), told
+    return folder, make_database(folder, shirt(), clips, 3, beside=2, progress=lambda *each: told.append(each)), told
 
 
 @pytest.mark.slow
@@ -53,7 +53,8 @@ def test_anchors_are_poses_of_the_clips_on_all_shapes(made):
         assert away.min() < 1e-6
         betas = {dataset.take(name).betas[0] for name in anchor.names}
         assert betas == {-2.0, -1.0, 0.0, 1.0, 2.0}
-    assert told[-1] == ("anchors", 15, 15) and ("clusters", 1, 1) in told
+    assert [len(each.names) for each in found.beside if each] == [1, 1]
+    assert told[-1] == ("poses", 2, 2) and ("anchors", 15, 15) in told and ("clusters", 1, 1) in told
 
 
 @pytest.mark.slow
@@ -79,7 +80,7 @@ def test_the_command_continues_what_is_there_and_a_fit_plays_it(made, few_shapes
     model = tmp_path / "shirt.safetensors"
     assert main(["fit", str(folder), "--animator", "agentdress", "-o", str(model), "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)["figures"]
-    assert figures["anchors"] == 3 and figures["shapes"] == 5
+    assert figures["anchors"] == 3 and figures["shapes"] == 5 and figures["poses"] == 5
     assert figures["shape_left_out_mm"] < figures["shape_left_out_mean_mm"]
     assert main(["evaluate", str(model), "--motion", "walk", "--json", "--betas", "1"]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -90,6 +91,8 @@ def test_bad_questions_are_refused(tmp_path, capsys):
     walk = motions.load("walk")[:9]
     with pytest.raises(BadInput, match="number of anchors must be positive; got 0"):
         make_database(tmp_path / "none", shirt(), [walk], 0)
+    with pytest.raises(BadInput, match="beside the anchors must not be negative; got -1"):
+        make_database(tmp_path / "none", shirt(), [walk], 1, beside=-1)
     with pytest.raises(BadDataset, match="no anchor in the T-pose with derivatives"):
         mean_sensitivity([])
     other = garments.make_cape(bodies.load("anny24").shaped(), rows=9, columns=12)

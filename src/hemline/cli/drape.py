@@ -31,6 +31,8 @@ class Arguments:
     """Another number gives other random bodies."""
     anchors: int = 0
     """Settle it in so many poses, too, on the bodies of --spread 4: what 'fit --animator agentdress' learns from."""
+    poses: int = 0
+    """Besides the anchors, so many poses on the mean body alone: cheap, and they make the pose model better."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
     """Clips that the poses are taken from: .bvh or AMASS .npz files, or names of shipped ones."""
     jobs: int = 1
@@ -51,7 +53,7 @@ def run(arguments: Arguments) -> int:
         raise BadInput("--anchors and --motion belong together", "one of them", "give both, or neither")
     if arguments.jobs < 1:
         raise BadInput("--jobs must be at least 1", arguments.jobs, "leave it out for 1")
-    for name in ("spread", "random", "seed", "anchors"):
+    for name in ("spread", "random", "seed", "anchors", "poses"):
         if getattr(arguments, name) < 0:
             raise BadInput(f"--{name} must not be negative", getattr(arguments, name), "give 0 or more")
     if arguments.spread > len(body.shapedirs):
@@ -109,6 +111,7 @@ def _anchors(arguments: Arguments) -> int:
             garment,
             clips,
             arguments.anchors,
+            beside=arguments.poses,
             seed=arguments.seed,
             jobs=arguments.jobs,
             progress=progress,
@@ -118,11 +121,12 @@ def _anchors(arguments: Arguments) -> int:
         for number, (members, anchor) in enumerate(zip(made.clusters.members, made.anchors, strict=True))
     ]
     lost = [row["cluster"] for row in rows if not row["takes"]]
+    beside = sum(each is not None for each in made.beside)
     if arguments.json:
         print(json.dumps(rows))
     else:
         poses = sum(row["poses"] for row in rows)
-        print(f"{len(rows) - len(lost)} anchors on {len(made.shapes)} bodies, of {poses} poses")
+        print(f"{len(rows) - len(lost)} anchors on {len(made.shapes)} bodies, {beside} more on one, of {poses} poses")
         if lost:
             print(f"in no pose of these clusters did the garment come to rest: {lost}")
     return 1 if lost else 0

@@ -17,6 +17,7 @@ from hemline.errors import BadInput, BadModel
 from hemline.files.contents import AGAIN, entry, part
 from hemline.garments.clearance import smoothed_field
 from hemline.garments.garment import Garment
+from hemline.motions.motion import Pose
 from hemline.motions.pose_clusters import without_heading
 from hemline.options import options_of
 
@@ -94,10 +95,25 @@ class AnimatorAgentDress:
         Returns:
             The State after, and the vertices in the world (verts, 3) [m].
         """
-        distances = self._distances(posed)
+        distances = self._distances(lifted_arms(posed.pose))
         if state.distances is not None and self.config.decay_seconds > 0:
             kept = np.float32(np.exp(-dt / self.config.decay_seconds))
             distances = kept * state.distances + (1 - kept) * distances
+        return replace(state, distances=distances), self._worn(state, distances, posed)
+
+    def settled(self, posed: PosedBody) -> Vertices:
+        """The garment in a pose of the kind that anchors have, arms lifted already, with no past (verts, 3) [m].
+
+        What a garment that was walked into this pose is compared with.
+
+        Raises:
+            BadInput: As `start`.
+        """
+        return self._worn(self.start(posed), self._distances(posed.pose), posed)
+
+    def _worn(
+        self, state: AgentDressState, distances: Float[np.ndarray, "regions poses"], posed: PosedBody
+    ) -> Vertices:
         mixed = self._mixed(distances, state.effects)
         tables, vertices = self.tables, np.empty_like(state.rest)
         wear(
@@ -115,12 +131,12 @@ class AnimatorAgentDress:
             np.float32(DEEPEST),
             vertices,
         )
-        return replace(state, distances=distances), vertices
+        return vertices
 
-    def _distances(self, posed: PosedBody) -> Float[np.ndarray, "regions poses"]:
-        """Of the pose, arms lifted as in the anchors and heading left out, to all poses of the model."""
+    def _distances(self, lifted: Pose) -> Float[np.ndarray, "regions poses"]:
+        """Of a pose with arms lifted as in the anchors, heading left out, to all poses of the model."""
         tables = self.tables
-        query = without_heading(lifted_arms(posed.pose).rotations[None])
+        query = without_heading(lifted.rotations[None])
         turns = turns_between(query, tables.rotations.astype(np.float64))
         return region_distances(turns, tables.influence)[0].astype(np.float32)
 

@@ -39,12 +39,14 @@ class Database:
         clusters: Of the poses of the clips.
         weights: Of each joint, when poses are compared.
         anchors: What each cluster became; None where the garment came to rest in no pose of it.
+        beside: The same of the poses on the mean shape alone.
         shapes: Betas of the bodies.
     """
 
     clusters: PoseClusters
     weights: Float[np.ndarray, " joints"]
     anchors: list[Posed | None]
+    beside: list[Posed | None]
     shapes: list[tuple[float, ...]]
 
 
@@ -54,6 +56,7 @@ def make_database(
     clips: Sequence[Motion],
     count: int,
     *,
+    beside: int = 0,
     seed: int = 0,
     jobs: int = 1,
     settings: SimSettings | None = None,
@@ -69,6 +72,8 @@ def make_database(
         garment: The garment.
         clips: Where the poses come from.
         count: Anchors.
+        beside: Poses, in the middle of so many clusters of their own, in which it is settled on the mean shape alone:
+            what poses do takes more of them to tell than what shapes do, and each costs a seventeenth.
         seed: Another number begins the clustering elsewhere.
         jobs: Processes. What is made does not depend on it.
         settings: Settings of the simulator.
@@ -83,6 +88,8 @@ def make_database(
         section 3.6. Differs: see `walk.WALK` and `lifted_arms` for how a garment comes into a pose.
     """
     tell = progress or (lambda stage, done, total: None)
+    if beside < 0:
+        raise BadInput("the number of poses beside the anchors must not be negative", beside, "leave it out for none")
     if count < 1:
         raise BadInput("the number of anchors must be positive", count, "the paper has 150")
     poses = poses_of(clips)
@@ -114,7 +121,16 @@ def make_database(
         jobs=jobs,
         report=_counted(tell, "anchors", count * len(shapes)),
     )
-    return Database(clusters, weights, anchors, shapes)
+    single = cluster_poses(poses, weights, beside, seed=seed + 1).members if beside else ()
+    more = produce_posed(
+        folder,
+        garment,
+        [[Pose(poses[index], rest) for index in members[:STAND_INS]] for members in single],
+        settings=settings,
+        jobs=jobs,
+        report=_counted(tell, "poses", beside),
+    )
+    return Database(clusters, weights, anchors, more, shapes)
 
 
 def poses_of(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]:
