@@ -203,12 +203,13 @@ def test_bones_that_are_given_are_used(fitted, dataset):
     _, one = fitted.step(state, posed, 1 / 30, bones=bones)
     _, two = fitted.follow(state, posed, 1 / 30, seen.vertices[9])
     np.testing.assert_array_equal(one, two)
-    # the ropes' own are corrected, given ones are not
-    roped = replace(fitted, learned=None)
+    # the ropes' own are corrected, given ones are not: by a centimetre here, whatever the fit made of it
+    quiet = fitted.correction.silent()
+    constant = replace(quiet, biases=(*quiet.biases[:-1], np.full_like(quiet.biases[-1], 0.01)))
+    roped = replace(fitted, learned=None, correction=constant)
     after, own = roped.step(roped.start(posed), posed, 1 / 30)
     _, uncorrected = fitted.step(state, posed, 1 / 30, bones=after.bones.ropes.positions)
-    moved = fitted.correction(to_key(posed.transforms[12], after.bones.ropes.positions).astype(np.float32).reshape(-1))
-    assert np.abs(own - uncorrected).max() > 1e-4 and np.abs(moved).max() > 1e-4
+    assert np.abs(own - uncorrected).max() > 1e-4
     bones[-1] += 0.1
     _, other = fitted.step(state, posed, 1 / 30, bones=bones)
     assert np.abs(other - one).max() > 1e-4
