@@ -97,7 +97,7 @@ def test_cloth_that_moves_or_has_no_place_is_refused():
     with pytest.raises(SimulationFailed, match="pinched share 0.1, accepted up to 0.03"):
         accepted(replace(raised(), pinched=pinched), still)
     crossed = raised().figures | {"self_crossing_percent": 5.0}
-    with pytest.raises(SimulationFailed, match=r"edges through the cloth \[%\] 5, accepted up to 2"):
+    with pytest.raises(SimulationFailed, match=r"edges through the cloth \[%\] 5, accepted up to 3"):
         accepted(replace(raised(), figures=crossed), still)
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 FASTEST_MM_S = 20.0
 """Mean speed at the end up to which cloth counts as still [mm/s]."""
 
-MOST_PINCHED, MOST_CROSSING_PERCENT = 0.03, 2.0
+MOST_PINCHED, MOST_CROSSING_PERCENT = 0.03, 3.0
 """Share of pinched vertices, and of edges that go through the cloth, up to which a walked garment is accepted."""
 
 
