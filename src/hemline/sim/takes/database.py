@@ -111,6 +111,15 @@ def make_database(
     tell("clusters", 0, 1)
     clusters = cluster_poses(poses, weights, count, seed=seed)
     tell("clusters", 1, 1)
+    single = cluster_poses(poses, weights, beside, seed=seed + 1).members if beside else ()
+    more = produce_posed(
+        folder,
+        garment,
+        [[Pose(poses[index], rest) for index in members[:STAND_INS]] for members in single],
+        settings=settings,
+        jobs=jobs,
+        report=_counted(tell, "poses", beside),
+    )
     candidates = [[Pose(poses[index], rest) for index in members[:STAND_INS]] for members in clusters.members]
     anchors = produce_posed(
         folder,
@@ -120,15 +129,6 @@ def make_database(
         settings=settings,
         jobs=jobs,
         report=_counted(tell, "anchors", count * len(shapes)),
-    )
-    single = cluster_poses(poses, weights, beside, seed=seed + 1).members if beside else ()
-    more = produce_posed(
-        folder,
-        garment,
-        [[Pose(poses[index], rest) for index in members[:STAND_INS]] for members in single],
-        settings=settings,
-        jobs=jobs,
-        report=_counted(tell, "poses", beside),
     )
     return Database(clusters, weights, anchors, more, shapes)
 
