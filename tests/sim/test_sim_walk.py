@@ -131,6 +131,7 @@ def test_a_pose_without_rest_gives_way_to_the_next_and_says_why(made):
     assert take.inputs["protocol"] == WALK.name
 
 
+@pytest.mark.slow
 def test_what_is_there_is_not_walked_again_and_processes_change_no_bit(made, tmp_path):
     folder, candidates, found = made
     stamps = {path: path.stat().st_mtime_ns for path in (folder / "takes").iterdir()}

@@ -92,6 +92,7 @@ def test_a_childs_shirt_is_scaled_aloud(shaped, worn, as_obj):
     assert any(note.startswith("size: +") for note in tried.garment.notes)
 
 
+@pytest.mark.slow
 def test_a_wide_tube_without_pins_falls(shaped, as_obj):
     around, rows = 60, 20
     angle, height = np.meshgrid(2 * np.pi * np.arange(around) / around, np.linspace(0.1, -0.3, rows))
