@@ -86,7 +86,7 @@ def test_evaluate_has_the_keys_that_scripts_rely_on(cape):
     assert figures["bones"] == cape.bones in ("ropes", "learned")
     assert (figures["animator"], figures["vertices"], figures["frames"]) == ("ropes", 12690, 12)
     assert set(figures["frame_ms"]) >= {"median", "p95", "worst", "stages"}
-    assert set(figures["frame_ms"]["stages"]) == {"body", "animator", "whole", "projection"}
+    assert set(figures["frame_ms"]["stages"]) == {"body", "animator", "whole", "cover", "projection"}
     assert figures["inside_percent"]["after"] == 0 == figures["inside_percent"]["worst_frame_after"]
     assert figures["vertex_error_mm"] is None
 

@@ -135,7 +135,7 @@ def test_every_stage_is_timed_and_compiling_is_apart(cape, kick):
     player = hemline.Player.prepare(cape, body())
     assert 0 < player.warm_up(kick[0]) < 300
     _, (frame,) = looped(player, kick, 1, pre_roll=0.0)
-    assert list(frame.milliseconds) == ["body", "animator", "whole", "projection"]
+    assert list(frame.milliseconds) == ["body", "animator", "whole", "cover", "projection"]
     assert all(span > 0 for span in frame.milliseconds.values())
 
 

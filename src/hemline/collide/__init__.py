@@ -1,5 +1,6 @@
-"""The body as an obstacle: distances for ropes, winding numbers, whole cloth, and the final projection."""
+"""The body as an obstacle: distances for ropes, winding numbers, whole cloth, cover, and the final projection."""
 
+from .cover.cover import Cover as Cover
 from .projection.prepared import Guarantee as Guarantee
 from .projection.prepared import ProjectionSettings as ProjectionSettings
 from .projection.prepared import ProjectorState as ProjectorState
@@ -15,6 +16,7 @@ from .winding.numbers import inside as inside
 from .winding.numbers import winding_numbers as winding_numbers
 
 __all__ = [
+    "Cover",
     "Guarantee",
     "ProjectionReport",
     "ProjectionSettings",

@@ -27,6 +27,8 @@ from .resolved_percent import resolved_percent as resolved_percent
 from .ripple_deg import neighbouring_faces as neighbouring_faces
 from .ripple_deg import ripple_deg as ripple_deg
 from .ripple_deg import ripple_figures as ripple_figures
+from .skin_through_percent import covered_skin as covered_skin
+from .skin_through_percent import skin_through_percent as skin_through_percent
 from .stretch_percent import stretch_figures as stretch_figures
 from .stretch_percent import stretch_percent as stretch_percent
 from .vertex_error_mm import vertex_error_mm as vertex_error_mm
@@ -36,6 +38,7 @@ __all__ = [
     "JERK_FRAMES",
     "area_change_percent",
     "behind_nearest_percent",
+    "covered_skin",
     "deepest_mm",
     "edge_strain",
     "edge_strains",
@@ -55,6 +58,7 @@ __all__ = [
     "ripple_deg",
     "ripple_figures",
     "self_crossings",
+    "skin_through_percent",
     "stretch_figures",
     "stretch_percent",
     "vertex_error_mm",

@@ -17,10 +17,10 @@ class Frame:
     animated: Vertices
     """What the animator made [m]."""
     held: Vertices
-    """The same after the whole-cloth step, before the projection [m]; what the animator made where the step is off."""
+    """The same after whole-cloth step and cover, before the projection [m]; what the animator made without both."""
     body: PosedBody
     """The body of this frame."""
     report: ProjectionReport
     """What the projection did."""
     milliseconds: Mapping[str, float]
-    """Time by stage [ms]: `body`, `animator`, `whole`, `projection`."""
+    """Time by stage [ms]: `body`, `animator`, `whole`, `cover`, `projection`."""

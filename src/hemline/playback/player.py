@@ -17,7 +17,16 @@ from hemline.animators.base import Animator, Driven
 from hemline.arrays import Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
-from hemline.collide import Guarantee, Projector, ProjectorState, WholeCloth, WholeSettings, WholeState, WornGarment
+from hemline.collide import (
+    Cover,
+    Guarantee,
+    Projector,
+    ProjectorState,
+    WholeCloth,
+    WholeSettings,
+    WholeState,
+    WornGarment,
+)
 from hemline.errors import BadInput, BadModel
 from hemline.garments import Garment
 from hemline.motions.motion import Pose
@@ -27,7 +36,7 @@ from .frame import Frame
 from .run_up import run_up
 from .switch import nearest_vertices, switched_projector, switched_whole
 
-STAGES = ("body", "animator", "whole", "projection")
+STAGES = ("body", "animator", "whole", "cover", "projection")
 """What a frame's time is made of."""
 
 
@@ -53,6 +62,8 @@ class Player:
         collider: What the cloth is kept out of: the body, or below a detail of 0.5 a coarser one around it.
         error: How far a level is from the full garment that hangs at rest, see `WornLevel` [m].
         whole: What keeps the cloth in one piece, between animator and projection; None: nothing does.
+        cover: What moves cloth that lies close over the skin that looks out; None where `whole` is off, or the
+            collider is not the body.
         projector: What moves vertices out of the body in each frame.
         placed: Whether poses of a motion are on this body already.
 
@@ -72,6 +83,7 @@ class Player:
     collider: ShapedBody
     error: float
     whole: WholeCloth | None
+    cover: Cover | None
     projector: Projector
     placed: bool
     _placements: dict[str, Placement] = field(default_factory=dict, init=False, repr=False)
@@ -124,7 +136,10 @@ class Player:
             collider, garment.vertices, garment.faces, guarantee=guarantee, measure=measure, worn=worn
         )
         held = WholeCloth.prepare(collider, garment, worn, WholeSettings().at_detail(detail)) if whole else None
-        return cls(level.animator, body, garment, collider, level.error, held, projector, placed)
+        cover = None
+        if whole and collider is body:
+            cover = Cover.prepare(body.body.shaped(garment.body_betas), garment.vertices, garment.faces)
+        return cls(level.animator, body, garment, collider, level.error, held, cover, projector, placed)
 
     def start(self, pose: Pose, *, pre_roll: float = 1.0, dt: float = 1 / 30) -> PlayerState:
         """The state before the first frame, in which the garment has settled.
@@ -252,10 +267,12 @@ class Player:
         if self.whole and whole:
             whole, held = self.whole.step(whole, solid, animated, dt=dt, surface=surface)
         clock.append(time.perf_counter())
-        projected, vertices, report = self.projector.project(state.projector, solid, held, dt=dt, surface=surface)
+        covered = self.cover.step(solid.vertices, held) if self.cover else held
+        clock.append(time.perf_counter())
+        projected, vertices, report = self.projector.project(state.projector, solid, covered, dt=dt, surface=surface)
         clock.append(time.perf_counter())
         spans = [(after - before) * 1e3 for before, after in pairwise(clock)]
-        frame = Frame(vertices, animated, held, posed, report, dict(zip(STAGES, spans, strict=True)))
+        frame = Frame(vertices, animated, covered, posed, report, dict(zip(STAGES, spans, strict=True)))
         return PlayerState(moved, whole, projected), frame
 
 

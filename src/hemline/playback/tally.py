@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hemline import metrics
+from hemline import bodies, metrics
 from hemline.animators.base import Animator
 from hemline.arrays import Vertices
 from hemline.collide import inside
@@ -16,7 +16,7 @@ from hemline.meshes import rest_lengths
 from .frame import Frame
 
 CROSSINGS_EVERY = 10
-"""Frames from one count of cloth through cloth to the next."""
+"""Frames from one count of cloth through cloth, and of skin through cloth, to the next."""
 
 
 class Tally:
@@ -33,6 +33,8 @@ class Tally:
         edges, lengths = rest_lengths(garment.faces, garment.rest_edges)
         counted = ~np.isin(edges, garment.pins.vertices).all(axis=1)
         self._edges, self._lengths = edges[counted], lengths[counted]
+        fitted = bodies.load(garment.body_name).shaped(garment.body_betas)
+        self._covered = metrics.covered_skin(garment.vertices, garment.faces, fitted.vertices, fitted.normals)
         self._pairs = metrics.neighbouring_faces(garment.faces)
         self._stretches: list[tuple[float, float]] = []
         self._ripples: list[tuple[float, float | None]] = []
@@ -59,6 +61,8 @@ class Tally:
         self._add_inside(frame)
         self._add("area", metrics.area_change_percent(frame.vertices, garment.faces, garment.rest_edges))
         if (len(self._milliseconds) - 1) % CROSSINGS_EVERY == 0:
+            body, cloth = frame.body, (frame.vertices, garment.faces)
+            self._add("through", metrics.skin_through_percent(*cloth, body.vertices, body.normals, self._covered))
             self._add("crossing", metrics.self_crossings(frame.vertices, garment.faces)["edge_percent"])
         self._stretches.append(metrics.stretch_percent(frame.vertices, self._edges, self._lengths))
         ripples = None if truth is None else metrics.ripple_deg(truth, garment.faces, self._pairs)
@@ -96,6 +100,7 @@ class Tally:
             "inside_percent": metrics.inside_figures(values["before"], values["after"], values["pinched"]),
             "behind_nearest_percent": metrics.mean_and_worst(values["behind"]),
             "deepest_mm": {"before": max(values["deepest_before"]), "after": max(values["deepest_after"])},
+            "skin_through_percent": metrics.mean_and_worst(values["through"]),
             "self_crossing_percent": metrics.mean_and_worst(values["crossing"]),
             "edge_strain": metrics.edge_strain(np.stack(self._strains)),
             "stretch_percent": metrics.stretch_figures(self._stretches),

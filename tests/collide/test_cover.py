@@ -1,0 +1,131 @@
+"""Cloth that lies close, moved out over the skin that looks through it."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import hemline
+from hemline import bodies, garments, metrics
+from hemline.collide import Cover
+from hemline.collide.cover.cover import DEEPEST, GAP, REACH
+from hemline.collide.cover.cover_kernels import cover_points
+from hemline.playback.player import Player
+
+
+@cache
+def worn():
+    """The T-shirt on its body, and what it may cover."""
+    shaped, shirt = bodies.load("anny24").shaped(), garments.load("tshirt-light")
+    return shaped, shirt, Cover.prepare(shaped, shirt.vertices, shirt.faces)
+
+
+def single(points) -> tuple[np.ndarray, ...]:
+    """One triangle in the plane z = 0 over all the points."""
+    points = np.asarray(points, np.float32)
+    vertices = np.array([[0, 0, 0], [0.03, 0, 0], [0, 0.03, 0]], np.float32)
+    which = np.arange(len(points), dtype=np.int32)
+    return np.array([0, len(points)], np.int32), which, np.array([[0, 1, 2]], np.int32), points, vertices
+
+
+def covered(points, sweeps: int = 1) -> tuple[np.ndarray, int]:
+    starts, which, corners, skin, vertices = single(points)
+    moved = cover_points(starts, which, corners, skin, np.float32(GAP), np.float32(DEEPEST), sweeps, vertices)
+    return vertices, moved
+
+
+def test_a_triangle_moves_out_until_the_point_is_a_gap_behind_it():
+    point = [0.008, 0.01, 0.004]
+    vertices, moved = covered([point])
+    normal = np.cross(vertices[1] - vertices[0], vertices[2] - vertices[0])
+    normal /= np.linalg.norm(normal)
+    assert moved == 1
+    # the triangle tilts: the place of the point in it moves by what was lacking along the old normal
+    first = 1 - 0.008 / 0.03 - 0.01 / 0.03
+    place = first * vertices[0] + (0.008 / 0.03) * vertices[1] + (0.01 / 0.03) * vertices[2]
+    np.testing.assert_allclose(place, [0.008, 0.01, 0.004 + GAP], atol=1e-7)
+    assert (vertices[:, 2] > 0).all() and vertices[:, :2].max() <= 0.03
+
+
+@pytest.mark.parametrize(
+    "point",
+    [
+        [0.008, 0.01, -GAP - 1e-4],  # behind it already
+        [0.008, 0.01, DEEPEST],  # too far in front: not its own
+        [0.02, 0.02, 0.004],  # beside it
+    ],
+)
+def test_what_it_does_not_cover_moves_nothing(point):
+    vertices, moved = covered([point])
+    assert moved == 0
+    np.testing.assert_array_equal(vertices, single([point])[4])
+
+
+def test_the_kernel_equals_plain_numpy():
+    random = np.random.default_rng(0)
+    points = np.column_stack([random.uniform(0, 0.02, (40, 2)), random.uniform(-0.004, 0.006, 40)])
+    found, moved = covered(points, sweeps=3)
+    plain, count = single(points)[4].astype(np.float64), 0
+    for _ in range(3):
+        for point in points.astype(np.float32).astype(np.float64):
+            edges = plain[1:] - plain[0]
+            normal = np.cross(*edges)
+            normal /= np.linalg.norm(normal)
+            lack = (point - plain[0]) @ normal + GAP
+            (second, third), *_ = np.linalg.lstsq(edges.T, point - plain[0] - (lack - GAP) * normal, rcond=None)
+            weights = np.array([1 - second - third, second, third])
+            if 0 < lack <= DEEPEST and (weights >= 0).all():
+                plain += lack / (weights @ weights) * weights[:, None] * normal
+                count += 1
+    np.testing.assert_allclose(found, plain, atol=2e-6)
+    assert abs(moved - count) <= 2 and count > 5
+
+
+def test_pairs_are_near_at_rest_and_face_the_same_way():
+    shaped, shirt, cover = worn()
+    triangles = np.repeat(np.arange(len(cover.corners)), np.diff(cover.starts))
+    middles = shirt.vertices[cover.corners].mean(axis=1)[triangles]
+    assert np.linalg.norm(middles - shaped.vertices[cover.points], axis=1).max() <= REACH + 1e-6
+    corners = shirt.vertices[cover.corners]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[triangles]
+    assert (np.einsum("px,px->p", normals, shaped.normals[cover.points]) > 0).all()
+    hanging = garments.load("cape-light")
+    assert len(Cover.prepare(shaped, hanging.vertices, hanging.faces).corners) < 0.3 * len(hanging.faces)
+
+
+def test_skin_that_looks_out_is_covered_by_another_count():
+    """Cloth drawn tight, so that the chest looks out: counted by the nearest place of the cloth."""
+    shaped, shirt, cover = worn()
+    skin = metrics.covered_skin(shirt.vertices, shirt.faces, shaped.vertices, shaped.normals)
+    tight = (shirt.vertices - shirt.vertices.mean(axis=0)) * np.float32([0.97, 1.0, 0.97]) + shirt.vertices.mean(axis=0)
+
+    def through(vertices):
+        return metrics.skin_through_percent(vertices, shirt.faces, shaped.vertices, shaped.normals, skin)
+
+    before, after = through(tight), through(cover.step(shaped.vertices, tight))
+    assert through(shirt.vertices) == 0 and before > 5
+    assert after < 0.1 * before
+    np.testing.assert_array_equal(
+        cover.step(shaped.vertices, shirt.vertices + 0.1 * shaped.normals[0]).shape, (3150, 3)
+    )
+
+
+def test_a_player_covers_where_it_keeps_cloth_whole_and_out_of_the_body_itself():
+    cape, body = hemline.load("cape"), bodies.load("anny24").shaped()
+    assert Player.prepare(cape, body).cover is not None
+    assert Player.prepare(cape, body, whole=False).cover is None
+    assert Player.prepare(cape, body, detail=0.25).cover is None
+
+
+def test_the_projection_has_the_last_word():
+    """Whatever is moved out over skin is out of the body after the frame: cloth moved out of a chest, into an arm."""
+    cape, body = hemline.load("cape"), bodies.load("anny24").shaped()
+    player, dance = Player.prepare(cape, body), hemline.motions.load("dance")
+    everything = replace(player, cover=Cover.prepare(body, cape.garment.vertices, cape.garment.faces))
+    state = everything.start(dance[0])
+    for index in range(6):
+        state, frame = everything.step(state, dance[8 * index], 1 / 30)
+        inside = hemline.collide.inside(frame.body.vertices, frame.body.faces, frame.vertices)
+        inside[frame.report.pinched] = False
+        assert not inside.any()
