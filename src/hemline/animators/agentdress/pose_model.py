@@ -6,16 +6,19 @@ import numpy as np
 
 from hemline.arrays import Float
 
-WIDTHS = (0.5, 1.0, 2.0, 4.0, 8.0)
+WIDTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0)
 """Widths of the kernel that are tried, over the median distance between anchors."""
 
-RIDGES = (1e-4, 1e-3, 1e-2, 1e-1)
+RIDGES = (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
 """Regularisations that are tried."""
 
 
 def kernel(distances: Float[np.ndarray, "... anchors"], width: float) -> Float[np.ndarray, "... anchors"]:
-    r"""$\exp(-D / (2 h^2))$ of squared distances; h in the unit of their root."""
-    return np.exp(distances * (-0.5 / width**2))
+    r"""$1 / (1 + D / h^2)$ of squared distances; h in the unit of their root.
+
+    Its long tail tells poses far from all others more than a Gaussian does.
+    """
+    return 1.0 / (1.0 + distances / np.asarray(width**2, distances.dtype))
 
 
 @dataclass(frozen=True)
