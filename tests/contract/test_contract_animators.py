@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from made_models import ANIMATORS, body, turned_about_the_vertical, vertical, walk
 
-from hemline.animators import Animator, AnimatorKind, Driven, animator_kind, animator_names
+from hemline.animators import Animator, AnimatorKind, Driven, Settled, animator_kind, animator_names
 from hemline.errors import BadInput
+from hemline.playback import Player
 
 DT = 1 / 30
 
@@ -124,6 +125,16 @@ def test_following_the_truth_needs_no_history(animator):
     _, late = animator.follow(state, posed, DT, truth[7])
     _, again = animator.follow(animator.start(posed), posed, DT, truth[7])
     np.testing.assert_array_equal(late, again)
+
+
+def test_settled_garments_are_not_drawn_together(animator):
+    """A settled garment may be stretched by a body; all others are held in one piece."""
+    player = Player.prepare(animator, body())
+    assert (player.whole is None) == isinstance(animator, Settled)
+    assert player.cover is not None
+    if isinstance(animator, Settled):
+        posed = body().posed(walk(3)[2])
+        assert animator.settled(posed).shape == animator.garment.vertices.shape
 
 
 def test_save_and_load_give_the_same_bits(animator, tmp_path):

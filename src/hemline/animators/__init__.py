@@ -7,6 +7,7 @@ from .base import Animator as Animator
 from .base import AnimatorKind as AnimatorKind
 from .base import Driven as Driven
 from .base import Progress as Progress
+from .base import Settled as Settled
 from .base import Wearable as Wearable
 from .model_file import load as load
 from .model_file import model_path as model_path
@@ -53,6 +54,7 @@ __all__ = [
     "AnimatorKind",
     "Driven",
     "Progress",
+    "Settled",
     "Wearable",
     "animator_kind",
     "animator_names",

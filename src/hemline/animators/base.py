@@ -22,7 +22,7 @@ class Animator(Protocol):
 
     Parameters are frozen; all that moves is in the State: plain arrays in a dataclass, never changed in place, so that
     keeping an old State is a rollback. The same input gives the same bits on one machine. What only some animators can
-    do is asked for with `isinstance`: `Driven`, `Detailed`.
+    do is asked for with `isinstance`: `Driven`, `Settled`, `Detailed`.
     """
 
     @property
@@ -69,6 +69,18 @@ class Driven(Protocol):
 
     def follow(self, state: Any, posed: "PosedBody", dt: float, truth: Vertices) -> tuple[Any, Vertices]:
         """As `step`, driven by what can be seen of simulated vertices (verts, 3) [m]."""
+        ...
+
+
+@runtime_checkable
+class Settled(Protocol):
+    """An animator that blends settled garments: none is torn, and each is stretched as far as the body under it asks.
+
+    What keeps other animators' cloth in one piece would draw such a garment into the body.
+    """
+
+    def settled(self, posed: "PosedBody") -> Vertices:
+        """The garment as it would settle in a pose, without a past (verts, 3) [m]."""
         ...
 
 

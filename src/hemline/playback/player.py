@@ -13,7 +13,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from hemline.animators.base import Animator, Driven
+from hemline.animators.base import Animator, Driven, Settled
 from hemline.arrays import Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
@@ -61,7 +61,8 @@ class Player:
         garment: The garment that is shown: fewer vertices below a detail of 1.
         collider: What the cloth is kept out of: the body, or below a detail of 0.5 a coarser one around it.
         error: How far a level is from the full garment that hangs at rest, see `WornLevel` [m].
-        whole: What keeps the cloth in one piece, between animator and projection; None: nothing does.
+        whole: What keeps the cloth in one piece, between animator and projection; None: nothing does, or the animator
+            is `Settled`.
         cover: What moves cloth that lies close over the skin that looks out; None where `whole` is off, or the
             collider is not the body.
         projector: What moves vertices out of the body in each frame.
@@ -135,7 +136,9 @@ class Player:
         projector = Projector.prepare(
             collider, garment.vertices, garment.faces, guarantee=guarantee, measure=measure, worn=worn
         )
-        held = WholeCloth.prepare(collider, garment, worn, WholeSettings().at_detail(detail)) if whole else None
+        held = None
+        if whole and not isinstance(level.animator, Settled):
+            held = WholeCloth.prepare(collider, garment, worn, WholeSettings().at_detail(detail))
         cover = None
         if whole and collider is body:
             cover = Cover.prepare(body.body.shaped(garment.body_betas), garment.vertices, garment.faces)
