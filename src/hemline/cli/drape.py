@@ -51,6 +51,8 @@ def run(arguments: Arguments) -> int:
     body = bodies.load(arguments.body)
     if bool(arguments.anchors) != bool(arguments.motion):
         raise BadInput("--anchors and --motion belong together", "one of them", "give both, or neither")
+    if arguments.poses and not arguments.anchors:
+        raise BadInput("--poses stand beside --anchors", "no --anchors", "give both")
     if arguments.jobs < 1:
         raise BadInput("--jobs must be at least 1", arguments.jobs, "leave it out for 1")
     for name in ("spread", "random", "seed", "anchors", "poses"):
