@@ -42,7 +42,7 @@ def test_annotations_hold_while_the_cape_plays(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "scene", ["read", *(pytest.param(name, marks=pytest.mark.slow) for name in ("simulate", "rest"))]
+    "scene", ["read", "close_fitting", *(pytest.param(name, marks=pytest.mark.slow) for name in ("simulate", "rest"))]
 )
 def test_annotations_hold_while_files_are_read_and_cloth_is_simulated(scene, tmp_path):
     assert shown(scene, tmp_path)["hemline.garments.garment"] > 0

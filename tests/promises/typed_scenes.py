@@ -99,6 +99,7 @@ def rest() -> None:
     shaped, garment = bodies.load("anny24").shaped(), garments.read("napkin.safetensors")
     settled = hemline.sim.settle(garment, shaped, shaped.rest_pose)
     hemline.sim.Sensitivities(settled).turn("left_shoulder", np.eye(3)[0])
+    hemline.sim.produce_posed("posed", garment, [[shaped.rest_pose]], [(), (1.0,)])
 
 
 def fit() -> None:
@@ -111,6 +112,20 @@ def fit() -> None:
     verb(f"fit data -o napkin-model.safetensors {short} --batch 16 --threads 1")
     verb("evaluate napkin-model.safetensors -m kick.safetensors --truth data --json")
     verb("evaluate napkin-model.safetensors -m kick.safetensors --truth data --drive truth --json")
+
+
+def close_fitting() -> None:
+    """From anchors to a model of a shirt, on another shape; poses of a clip sorted into clusters."""
+    sys.path.insert(0, str(SAMPLES / "animators"))
+    import dressed_by_formula as made
+
+    from hemline.motions.pose_clusters import cluster_poses
+    from hemline.sim.takes.database import poses_of
+
+    made.dataset(Path("anchors"), 4, singles=1, shapes=made.SHAPES[:3])
+    verb("fit anchors --animator agentdress -o shirt.safetensors --pose-modes 4")
+    verb(f"evaluate shirt.safetensors -m {clip('walk', 5)} --betas 1 0 0 0 0.5 --json")
+    cluster_poses(poses_of([motions.load("walk")[:40]]), np.ones(24), 2)
 
 
 def tryon() -> None:
@@ -136,7 +151,7 @@ def read() -> None:
     bodies.read("body.safetensors").shaped([1.0]).untangled_motion(motions.load("kick")[:5])
 
 
-SCENES = {scene.__name__: scene for scene in (wrong_shape, play, simulate, rest, fit, tryon, read)}
+SCENES = {scene.__name__: scene for scene in (wrong_shape, play, simulate, rest, fit, close_fitting, tryon, read)}
 
 if __name__ == "__main__":
     SCENES[sys.argv[1]]()
