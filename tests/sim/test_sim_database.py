@@ -84,7 +84,7 @@ def test_the_command_continues_what_is_there_and_a_fit_plays_it(made, few_shapes
     assert figures["shape_left_out_mm"] < figures["shape_left_out_mean_mm"]
     assert main(["evaluate", str(model), "--motion", "walk", "--json", "--betas", "1"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["inside_percent"]["after"] == 0 and told["stretch_percent"]["p99_mean"] < 40
+    assert told["inside_percent"]["after"] == 0 and told["stretch_percent"]["p99_mean"] < 60
 
 
 def test_bad_questions_are_refused(tmp_path, capsys):
