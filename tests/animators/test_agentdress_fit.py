@@ -238,6 +238,13 @@ def test_distances_are_sums_over_the_angles():
     np.testing.assert_allclose(found, influence @ way.as_rotvec().ravel() ** 2, rtol=1e-9)
 
 
+def test_distances_of_a_frame_are_those_of_the_fit(model):
+    pose = made.anchored(made.random_pose(103))
+    turns = turns_between(pose.rotations[None].astype(np.float64), model.tables.rotations.astype(np.float64))
+    plain = region_distances(turns, model.tables.influence.astype(np.float64))[0]
+    np.testing.assert_allclose(model._distances(pose), plain, rtol=1e-4, atol=1e-6)
+
+
 def test_cloth_is_kept_off_the_skin_as_far_as_in_the_anchors(dataset):
     model = fit(dataset, replace(STILL, clearance=0.005))
     deep = replace(model, tables=replace(model.tables, mean=model.tables.mean * np.float32(0.99)))

@@ -10,7 +10,7 @@ import tyro
 from hemline.errors import BadInput
 
 from .garment import open_garment
-from .progress import bars
+from .progress import bars, stages
 
 
 @dataclass(frozen=True)
@@ -100,14 +100,7 @@ def _anchors(arguments: Arguments) -> int:
         clips.append(motion[first:last])
     shaped = bodies.load(arguments.body).shaped()
     garment = open_garment(arguments.garment, shaped, arguments.output, tryon=arguments.tryon)
-    with bars() as display:
-        tasks: dict[str, int] = {}
-
-        def progress(stage: str, done: int, total: int) -> None:
-            if stage not in tasks:
-                tasks[stage] = display.add_task(stage, total=total)
-            display.update(tasks[stage], completed=done, total=total)
-
+    with stages() as progress:
         made = make_database(
             arguments.output,
             garment,

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from .progress import bars
+from .progress import stages
 
 DEFAULT = "ropes"
 
@@ -63,14 +63,7 @@ def run(arguments: Any) -> int:
         raise BadInput("no dataset", "hemline fit without a folder", "name what 'hemline simulate' made")
     several = len(arguments.dataset) > 1
     data = open_collection(arguments.dataset) if several else open_dataset(arguments.dataset[0])
-    with bars() as display:
-        tasks: dict[str, int] = {}
-
-        def progress(stage: str, done: int, total: int) -> None:
-            if stage not in tasks:
-                tasks[stage] = display.add_task(stage, total=total)
-            display.update(tasks[stage], completed=done, total=total)
-
+    with stages() as progress:
         model = animators.fit(
             data,
             arguments.animator,

@@ -11,7 +11,7 @@ import tyro
 from hemline.errors import BadInput
 
 from .garment import open_garment
-from .progress import bars, note
+from .progress import note, stages
 
 FASTEST = 1000
 """Frames a second beyond which nobody simulates on purpose."""
@@ -84,14 +84,7 @@ def run(arguments: Arguments) -> int:
     garment = garments.worn_together(each) if arguments.over else each[0]
     if arguments.explain:
         note(garments.explain(garment))
-    with bars() as display:
-        tasks: dict[str, int] = {}
-
-        def report(clip: str, done: int, total: int) -> None:
-            if clip not in tasks:
-                tasks[clip] = display.add_task(clip, total=total)
-            display.update(tasks[clip], completed=done, total=total)
-
+    with stages() as report:
         rows = produce(
             arguments.output,
             garment,

@@ -22,7 +22,8 @@ from hemline.motions.pose_clusters import without_heading
 from hemline.options import options_of
 
 from .config import AgentDressConfig
-from .distances import anchor_weights, region_distances, turns_between
+from .distance_kernels import pose_distances
+from .distances import anchor_weights
 from .pose_model import kernel
 from .shape_model import shape_features
 from .state import AgentDressState
@@ -136,9 +137,10 @@ class AnimatorAgentDress:
     def _distances(self, lifted: Pose) -> Float[np.ndarray, "regions poses"]:
         """Of a pose with arms lifted as in the anchors, heading left out, to all poses of the model."""
         tables = self.tables
-        query = without_heading(lifted.rotations[None])
-        turns = turns_between(query, tables.rotations.astype(np.float64))
-        return region_distances(turns, tables.influence)[0].astype(np.float32)
+        query = without_heading(lifted.rotations[None])[0]
+        distances = np.empty((len(tables.influence), len(tables.rotations)), np.float32)
+        pose_distances(tables.rotations, tables.influence, query, distances)
+        return distances
 
     def _mixed(
         self, distances: Float[np.ndarray, "regions poses"], effects: Float[np.ndarray, "anchors shape_modes"]

@@ -19,7 +19,8 @@ from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion, Pose
 from hemline.sim.rest.rest import Rest
 from hemline.sim.rest.sensitivities import Sensitivities
-from hemline.sim.rest.settle import Method, rest_state, settle
+from hemline.sim.rest.settle import rest_state, settle
+from hemline.sim.rest.settling import Method
 from hemline.sim.rest.walk import WALK
 from hemline.sim.settings import SimSettings
 
