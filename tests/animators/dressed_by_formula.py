@@ -63,29 +63,35 @@ def anchored(pose: Pose) -> Pose:
     return Pose(without_heading(lifted.rotations[None])[0], body().rest_pose.translation)
 
 
+def base() -> np.ndarray:
+    """The garment that skinning carries, in the rest pose of its body (verts, 3) [m]."""
+    return shirt().vertices.astype(np.float64)
+
+
 def formula(pose: Pose, betas) -> np.ndarray:
-    """The garment in the rest pose of its body (verts, 3) [m]: what arm and spine do, and what the shape does."""
-    shares, base = binding().shares(), shirt().vertices.astype(np.float64)
-    result = base.copy()
+    """What is added in the turned frames (verts, 3) [m]: what arm and spine do, and what the shape does."""
+    shares, result = binding().shares(), np.zeros_like(base())
     for joint in (SHOULDER, SPINE):
         matrix = to_matrix(pose.rotations[joint].astype(np.float64))
         result += 0.03 * shares[:, [joint]] * (matrix[:, 0] + matrix[:, 2])
     betas = np.pad(np.asarray(betas, np.float64), (0, 2))[:2]
-    outward = base - base.mean(axis=0)
+    outward = base() - base().mean(axis=0)
+    # the larger the body, the more a raised arm draws
+    drawn = to_matrix(pose.rotations[SHOULDER].astype(np.float64))[0, 1]
+    result += 0.1 * betas[0] * drawn * shares[:, [SHOULDER]] * outward
     return result + 0.05 * betas[0] * outward + 0.02 * betas[1] ** 2 * outward[:, [1]] * [0.0, 1.0, 0.0]
 
 
 def settled(pose: Pose, betas=()) -> np.ndarray:
     """The garment in the world (verts, 3) [m], float32: what it is with arms lifted, and arms handed back."""
     shaped = body().body.shaped(np.asarray(betas, np.float32))
-    transforms = shaped.posed(pose).transforms.astype(np.float64)
-    return binding().posed(transforms, formula(anchored(pose), betas)).astype(np.float32)
+    return binding().posed(shaped.posed(pose).transforms, base(), formula(anchored(pose), betas)).astype(np.float32)
 
 
 def laid(pose: Pose, betas=()) -> np.ndarray:
     """The garment in the world (verts, 3) [m], float32, in a pose as it stands."""
     shaped = body().body.shaped(np.asarray(betas, np.float32))
-    return binding().posed(shaped.posed(pose).transforms.astype(np.float64), formula(pose, betas)).astype(np.float32)
+    return binding().posed(shaped.posed(pose).transforms, base(), formula(pose, betas)).astype(np.float32)
 
 
 def anchor(pose: Pose, betas=(), derivatives=None) -> Take:

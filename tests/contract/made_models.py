@@ -107,21 +107,23 @@ def agentdress_model() -> AnimatorAgentDress:
     rotations = np.repeat(body().rest_pose.rotations[None], poses, axis=0).astype(np.float64)
     rotations = multiply(rotations, from_axis_angle(0.3 * random.normal(size=(poses, 24, 3))))
     smooth = np.cumsum(random.normal(size=(modes, garment.vertices.size)), axis=1)
-    pose_basis = np.linalg.qr(smooth.T)[0].T.reshape(modes, -1, 3)
-    basis = np.concatenate([pose_basis, body().body.shapedirs[:4, binding.nearest]])
-    effects = np.concatenate([np.eye(4), 0.05 * random.normal(size=(4, 4))]) * np.ones((3, 1, 1))
+    pose_basis = np.linalg.qr(smooth.T)[0].T
+    drawn = np.linalg.qr(np.cumsum(random.normal(size=(4, garment.vertices.size)), axis=1).T)[0].T
+    grown = np.concatenate([body().body.shapedirs[:4, binding.nearest], 1e-3 * drawn.reshape(4, -1, 3)])
     tables = Tables(
-        binding.indices,
-        binding.weights,
-        binding.nearest,
-        regions,
-        random.uniform(size=(count, 72)).astype(np.float32),
-        rotations.astype(np.float32),
-        garment.vertices,
-        basis.astype(np.float16).astype(np.float32),
-        (0.05 * random.normal(size=(count, poses, modes))).astype(np.float32),
-        effects.astype(np.float32),
-        np.full(len(garment.vertices), 0.002, np.float32),
+        indices=binding.indices,
+        weights=binding.weights,
+        nearest=binding.nearest,
+        regions=regions,
+        influence=random.uniform(size=(count, 72)).astype(np.float32),
+        rotations=rotations.astype(np.float32),
+        rest=garment.vertices,
+        rest_effects=grown.astype(np.float16).astype(np.float32),
+        offset=np.full_like(garment.vertices, 1e-3),
+        basis=pack_basis(np.concatenate([pose_basis, drawn]), np.full(modes + 4, 0.05), extra=3),
+        pose_weights=(0.05 * random.normal(size=(count, poses, modes))).astype(np.float32),
+        shape_effects=(0.02 * random.normal(size=(3, 8, 4))).astype(np.float32),
+        clearances=np.full(len(garment.vertices), 0.002, np.float32),
     )
     return AnimatorAgentDress(
         garment,

@@ -5,7 +5,7 @@ import pytest
 
 from hemline.errors import BadDataset
 from hemline.learning import pca
-from hemline.learning.pca import principal_of_map
+from hemline.learning.pca import principal_of_map, principal_of_rows
 
 
 def test_coefficients_are_projections(monkeypatch):
@@ -46,3 +46,15 @@ def test_directions_of_a_map_are_those_of_what_it_makes():
 def test_a_map_to_nothing_has_no_directions():
     with pytest.raises(BadDataset, match="principal components need frames that move; got a map to zero"):
         principal_of_map(np.zeros((6, 2)), np.zeros(6), np.ones((4, 2)), 3)
+
+
+def test_directions_of_rows_are_singular_vectors():
+    random = np.random.default_rng(3)
+    rows = random.normal(size=(6, 4)) @ random.normal(size=(4, 50))
+    basis, coefficients = principal_of_rows(rows, 3)
+    left, sizes, right = np.linalg.svd(rows, full_matrices=False)
+    np.testing.assert_allclose(np.abs(np.sum(basis * right[:3], axis=1)), 1, atol=1e-9)
+    np.testing.assert_allclose(np.abs(coefficients), np.abs(left[:, :3] * sizes[:3]), atol=1e-9)
+    np.testing.assert_allclose(coefficients @ basis, (left[:, :3] * sizes[:3]) @ right[:3], atol=1e-9)
+    assert principal_of_rows(rows, 9)[0].shape == (4, 50)  # of four dimensions
+    assert principal_of_rows(np.zeros((3, 5)), 2)[1].shape == (3, 0)

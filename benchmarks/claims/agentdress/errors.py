@@ -45,21 +45,25 @@ def pairs(count: int, seed: int) -> list[tuple[Pose, tuple[float, ...]]]:
 
 
 def ways(model, anchors: AnchorSet, nominal: np.ndarray, pose: Pose) -> dict:
-    """Animators by name; `nominal` is the settled garment of the mean shape in the pose, taken to the rest pose."""
+    """Animators by name; `nominal`: offsets of the settled garment of the mean shape in the pose [m]."""
     tables = model.tables
-    no_shape = replace(tables, shape_effects=np.zeros_like(tables.shape_effects))
+    no_shape = replace(
+        tables,
+        shape_effects=np.zeros_like(tables.shape_effects),
+        rest_effects=np.zeros_like(tables.rest_effects),
+    )
     no_pose = replace(tables, pose_weights=np.zeros_like(tables.pose_weights))
     turns = turns_between(pose.rotations[None].astype(np.float64), anchors.rotations)
     distances = region_distances(turns, tables.influence)[0]
     options = {name: getattr(model.config, name) for name in ("neighbours", "power", "floor")}
     weights = tables.regions @ anchor_weights(distances, **options)
-    blend = np.einsum("va,avi->vi", weights, anchors.unposed[:, 0])
-    neither = replace(no_pose, shape_effects=no_shape.shape_effects)
+    blend = np.einsum("va,avi->vi", weights, anchors.offsets[:, 0])
+    neither = replace(no_shape, pose_weights=no_pose.pose_weights)
     return {
         "agentdress": model,
-        "simulation as pose model": replace(model, tables=replace(no_pose, mean=np.float32(nominal))),
+        "simulation as pose model": replace(model, tables=replace(no_pose, offset=np.float32(nominal))),
         "pose model alone": replace(model, tables=no_shape),
-        "without the first-order module": replace(model, tables=replace(neither, mean=np.float32(blend))),
+        "without the first-order module": replace(model, tables=replace(neither, offset=np.float32(blend))),
         "skinning": replace(model, tables=neither),
     }
 
@@ -89,9 +93,9 @@ def main() -> None:
             if each is None:
                 refused += 1
                 continue
-            plain, shaped = body.shaped().posed(pose), body.shaped(np.float32(betas)).posed(pose)
+            plain, shaped = body.shaped().posed(pose), body.shaped(betas).posed(pose)
             mean, truth = (dataset.take(name).vertices[0] for name in each.names)
-            nominal = binding.unposed(plain.transforms, mean)
+            nominal = binding.offsets(plain.transforms, tables.rest, mean)
             for name, way in ways(model, anchors, nominal, pose).items():
                 apart = np.linalg.norm(way.settled(shaped) - truth, axis=1).mean()
                 errors.setdefault(name, []).append(1e3 * float(apart))

@@ -15,7 +15,9 @@ HANGING_DEG, RAISED_DEG = 30.0, 75.0
 """Angles between upper arm and the downward axis of its collar joint: up to the first an arm is lifted whole, from the
 second on not at all."""
 
-_ARMS = ((JOINT_NAMES.index("left_shoulder"), 1.0), (JOINT_NAMES.index("right_shoulder"), -1.0))
+_ARMS = [JOINT_NAMES.index(name) for name in ("left_shoulder", "right_shoulder")]
+_SIDEWAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+_UPWARD = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
 
 
 def lifted_arms(pose: Pose) -> Pose:
@@ -28,15 +30,13 @@ def lifted_arms(pose: Pose) -> Pose:
         pose: The pose.
     """
     rotations = pose.rotations.astype(np.float64)
-    for joint, side in _ARMS:
-        arm = rotate(rotations[joint], np.array([side, 0.0, 0.0]))
-        hanging = np.rad2deg(np.arccos(np.clip(-arm[1], -1.0, 1.0)))
-        turn = from_axis_angle(np.array([0.0, 0.0, side * np.deg2rad(lift_deg(hanging))]))
-        rotations[joint] = multiply(turn, rotations[joint])
+    arms = rotations[_ARMS]
+    hanging = np.rad2deg(np.arccos(np.clip(-rotate(arms, _SIDEWAYS)[:, 1], -1.0, 1.0)))
+    rotations[_ARMS] = multiply(from_axis_angle(np.deg2rad(lift_deg(hanging))[:, None] * _UPWARD), arms)
     return replace(pose, rotations=rotations, clip=None)
 
 
-def lift_deg(angle_deg: Float[np.ndarray, ""] | float) -> float:
-    """How far an upper arm is lifted that is so far from hanging straight down [deg]."""
+def lift_deg(angle_deg: Float[np.ndarray, " arms"]) -> Float[np.ndarray, " arms"]:
+    """How far upper arms are lifted that are so far from hanging straight down [deg]."""
     share = np.clip((angle_deg - HANGING_DEG) / (RAISED_DEG - HANGING_DEG), 0.0, 1.0)
-    return float(LIFT_DEG * (1 - share * share * (3 - 2 * share)))
+    return LIFT_DEG * (1 - share * share * (3 - 2 * share))

@@ -75,6 +75,25 @@ def principal_of_map(
     return Pca(np.ascontiguousarray(basis), np.sqrt(squares).astype(np.float32), explained)
 
 
+def principal_of_rows(
+    rows: Float[np.ndarray, "rows entries"], count: int
+) -> tuple[Float[np.ndarray, "modes entries"], Float[np.ndarray, "rows modes"]]:
+    """The first principal directions of few long rows, about zero, and their coefficients.
+
+    By the products of the rows with each other: many times faster than a singular value decomposition of the rows.
+    Directions that hold less than a billionth of the largest one's variance are left out.
+
+    Args:
+        rows: Few rows of many entries.
+        count: How many directions, at most.
+    """
+    values, vectors = _leading(rows @ rows.T, count)
+    kept = values > 1e-9 * values[:1].max(initial=1e-30)
+    sizes = np.sqrt(values[kept])
+    coefficients = vectors[:, kept] * sizes
+    return coefficients.T @ rows / (sizes**2)[:, None], coefficients
+
+
 def _strips(rows: int) -> Iterator[slice]:
     for first in range(0, rows, STRIP):
         yield slice(first, min(first + STRIP, rows))

@@ -8,6 +8,7 @@ import numpy as np
 from hemline.arrays import Faces, Float, Int, Transforms, Vertices
 from hemline.meshes import edges
 from hemline.motions.motion import JOINT_COUNT
+from hemline.motions.quaternions import from_matrix, normalised, to_matrix
 
 if TYPE_CHECKING:
     from hemline.bodies.body import PosedBody
@@ -67,18 +68,53 @@ class Binding:
         return cls(indices, (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32), nearest)
 
     def matrices(self, transforms: Transforms) -> Float[np.ndarray, "verts 3 4"]:
-        """The blended skin transform of each vertex."""
-        return np.einsum("vk,vkij->vij", self.weights, transforms[self.indices])
+        """The blended skin transform of each vertex, float64."""
+        return np.einsum("vk,vkij->vij", self.weights, transforms[self.indices].astype(np.float64))
 
-    def unposed(self, transforms: Transforms, vertices: Vertices) -> Float[np.ndarray, "verts 3"]:
-        """Where vertices in the world would be in the rest pose of the body: `posed` takes them back [m], float64."""
-        blended = self.matrices(transforms.astype(np.float64))
-        return np.linalg.solve(blended[:, :, :3], (vertices - blended[:, :, 3])[:, :, None])[:, :, 0]
+    def rotations(self, transforms: Transforms) -> Float[np.ndarray, "verts 3 3"]:
+        """How each vertex is turned: the blended quaternion of its bones, float64.
 
-    def posed(self, transforms: Transforms, points: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "verts 3"]:
-        """Points of the rest pose, carried along by the bones [m]."""
+        The blended transform itself shrinks where two bones point to different sides, up to nothing; its inverse then
+        makes much of little. A rotation does neither.
+        """
+        each = from_matrix(transforms[:, :, :3].astype(np.float64))[self.indices]
+        same = np.where(np.einsum("vki,vi->vk", each, each[:, 0]) < 0, -1.0, 1.0)
+        return to_matrix(normalised(np.einsum("vk,vki->vi", self.weights * same, each)))
+
+    def offsets(
+        self, transforms: Transforms, rest: Float[np.ndarray, "verts 3"], worn: Vertices
+    ) -> Float[np.ndarray, "verts 3"]:
+        """How far vertices in the world are from where skinning carries `rest`, each in its own turned frame [m]."""
+        apart = worn - self.posed(transforms, rest)
+        return np.einsum("vji,vj->vi", self.rotations(transforms), apart)
+
+    def posed(
+        self,
+        transforms: Transforms,
+        rest: Float[np.ndarray, "verts 3"],
+        offsets: Float[np.ndarray, "verts 3"] | None = None,
+    ) -> Float[np.ndarray, "verts 3"]:
+        """Points of the rest pose carried along by the bones, and offsets in their turned frames added [m], float64."""
         blended = self.matrices(transforms)
-        return np.einsum("vij,vj->vi", blended[:, :, :3], points) + blended[:, :, 3]
+        points = np.einsum("vij,vj->vi", blended[:, :, :3], rest) + blended[:, :, 3]
+        return points if offsets is None else points + np.einsum("vij,vj->vi", self.rotations(transforms), offsets)
+
+    def carried(
+        self, transforms: Float[np.ndarray, "poses joints 3 4"], worn: Float[np.ndarray, "poses verts 3"]
+    ) -> Float[np.ndarray, "verts 3"]:
+        """The garment in the rest pose which skinning carries nearest to what is worn in some poses (least squares).
+
+        Args:
+            transforms: Skin transforms of each pose.
+            worn: The garment in each pose, in the world [m].
+        """
+        left, right = np.zeros((len(self.nearest), 3, 3)), np.zeros((len(self.nearest), 3))
+        for each, there in zip(transforms, worn, strict=True):
+            blended = self.matrices(each)
+            turning = blended[:, :, :3]
+            left += np.einsum("vki,vkj->vij", turning, turning)
+            right += np.einsum("vki,vk->vi", turning, there - blended[:, :, 3])
+        return np.linalg.solve(left, right[:, :, None])[:, :, 0]
 
     def shares(self) -> Float[np.ndarray, "verts joints"]:
         """The weights as one row of all bones."""

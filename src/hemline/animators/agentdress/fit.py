@@ -7,10 +7,12 @@ import numpy as np
 from hemline import bodies
 from hemline.animators.base import Progress
 from hemline.arrays import Float
+from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
+from hemline.learning.packed_basis import pack_basis
+from hemline.learning.pca import principal_of_rows
 
 from .anchor_set import AnchorSet
-from .binding import Binding
 from .config import AgentDressConfig
 from .distances import region_distances, turns_between
 from .model import AnimatorAgentDress
@@ -18,6 +20,12 @@ from .pose_model import RIDGES, WIDTHS, PoseFit, fit_kernel
 from .regions import region_weights
 from .shape_model import ShapeModel
 from .tables import Tables
+
+SECOND_COLUMNS = 16
+"""Modes of the basis with a second column of 8 bits: those whose rounding would show most."""
+
+NEVER = -1.0
+"""A clearance that no vertex lacks [m]."""
 
 MOST_LEFT_OUT = 64
 """Poses that a kernel is judged by; of more, as many are taken evenly."""
@@ -47,7 +55,7 @@ def fit(
     body = bodies.load(garment.body_name)
     shaped = body.shaped(garment.body_betas)
     tell("anchors", 0, 1)
-    anchors = AnchorSet.of(dataset)
+    anchors = AnchorSet.of(dataset, config)
     binding = anchors.binding
     tell("anchors", 1, 1)
     regions = region_weights(binding)
@@ -56,14 +64,17 @@ def fit(
     count = len(anchors.rotations)
     tell("pose model", 0, 1)
     rotations = np.concatenate([anchors.rotations, anchors.single_rotations])
-    garments = np.concatenate([anchors.unposed[:, 0], anchors.single]).reshape(len(rotations), -1).astype(np.float64)
-    mean = garments.mean(axis=0)
-    pose_basis, outputs = _basis(garments - mean, config.pose_modes)
+    offsets = np.concatenate([anchors.offsets[:, 0], anchors.single_offsets])
+    offsets = offsets.reshape(len(rotations), -1).astype(np.float64)
+    mean = offsets.mean(axis=0)
+    pose_basis, outputs = principal_of_rows(offsets - mean, config.pose_modes)
     distances = region_distances(turns_between(rotations, rotations), influence)
-    pose, left_out_mm = _best_kernel(distances, outputs, garments - mean, pose_basis, regions)
+    pose, left_out_mm = _best_kernel(distances, outputs, pose_basis, regions)
     tell("pose model", 1, 1)
     effects = np.concatenate([model.effects for model in models])
-    shape_basis, coefficients = _basis(effects, config.shape_modes)
+    shape_basis, coefficients = principal_of_rows(effects, config.shape_modes)
+    added = np.concatenate([model.at(anchors.betas) for model in models]) @ shape_basis.T
+    deviations = np.concatenate([_rms(outputs), _rms(added)])
     tables = Tables(
         indices=binding.indices,
         weights=binding.weights,
@@ -71,11 +82,13 @@ def fit(
         regions=regions.astype(np.float32),
         influence=influence.astype(np.float32),
         rotations=rotations.astype(np.float32),
-        mean=mean.reshape(-1, 3).astype(np.float32),
-        basis=np.concatenate([pose_basis, shape_basis]).reshape(-1, *garment.vertices.shape).astype(np.float32),
+        rest=anchors.rest.mean.reshape(-1, 3).astype(np.float32),
+        rest_effects=anchors.rest.effects.reshape(-1, *garment.vertices.shape).astype(np.float32),
+        offset=mean.reshape(-1, 3).astype(np.float32),
+        basis=pack_basis(np.concatenate([pose_basis, shape_basis]), deviations, extra=SECOND_COLUMNS),
         pose_weights=pose.weights.astype(np.float32),
         shape_effects=coefficients.reshape(count, -1, coefficients.shape[1]).astype(np.float32),
-        clearances=_clearances(anchors, binding, shaped, config.clearance),
+        clearances=_clearances(anchors, shaped, config.clearance),
     )
     figures = {
         "anchors": float(count),
@@ -84,9 +97,8 @@ def fit(
         "kernel_width": pose.width,
         "kernel_ridge": pose.ridge,
         "pose_left_out_mm": left_out_mm,
-        "pose_left_out_skinned_mm": _left_out_skinned(garments),
-        "pose_basis_mm": _missed_mm(garments - mean, pose_basis),
-        "shape_explained_share": float(np.mean([model.explained for model in models])),
+        "pose_left_out_skinned_mm": _left_out_skinned(offsets),
+        "pose_basis_mm": _missed_mm(offsets - mean, pose_basis),
         "shape_basis_mm": _missed_mm(effects, shape_basis),
     } | _shape_figures(anchors, config)
     return AnimatorAgentDress(
@@ -120,36 +132,26 @@ def _influence(
 
 
 def _shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeModel]:
-    betas, count = _used(anchors), len(anchors.betas)
     return [
         ShapeModel.fitted(
-            each.reshape(count, -1).astype(np.float64),
-            betas,
+            each.reshape(len(each), -1).astype(np.float64),
+            anchors.betas,
             components=config.shape_components,
             ridge=config.shape_ridge,
         )
-        for each in anchors.unposed
+        for each in anchors.offsets
     ]
 
 
-def _used(anchors: AnchorSet) -> Float[np.ndarray, "shapes betas"]:
-    """Betas that any shape has."""
-    return anchors.betas[:, : int(np.flatnonzero(anchors.betas.any(axis=0)).max(initial=0)) + 1]
-
-
-def _basis(rows: Float[np.ndarray, "rows entries"], modes: int) -> tuple[np.ndarray, np.ndarray]:
-    """The leading directions of rows, and their coefficients."""
-    left, sizes, right = np.linalg.svd(rows, full_matrices=False)
-    modes = min(modes, max(1, int((sizes > 1e-9 * sizes.max(initial=1e-30)).sum())))
-    return right[:modes], left[:, :modes] * sizes[:modes]
+def _rms(coefficients: Float[np.ndarray, "rows modes"]) -> Float[np.ndarray, " modes"]:
+    return np.sqrt((coefficients**2).mean(axis=0))
 
 
 def _best_kernel(
-    distances: np.ndarray, outputs: np.ndarray, garments: np.ndarray, basis: np.ndarray, regions: np.ndarray
+    distances: np.ndarray, outputs: np.ndarray, basis: np.ndarray, regions: np.ndarray
 ) -> tuple[PoseFit, float]:
     """The width and ridge that miss least at poses that are left out [mm]."""
     best: tuple[float, PoseFit] | None = None
-    # what no coefficient can tell is missed by all of them alike
     for width in WIDTHS:
         for ridge in RIDGES:
             found = fit_kernel(distances, outputs, width=width, ridge=ridge)
@@ -169,10 +171,10 @@ def _left_out_mm(found: PoseFit, basis: np.ndarray, regions: np.ndarray) -> floa
     return 1e3 * total / len(poses)
 
 
-def _left_out_skinned(garments: np.ndarray) -> float:
+def _left_out_skinned(offsets: np.ndarray) -> float:
     """What the mean of the others, skinned, misses: the baseline."""
-    count = len(garments)
-    away = (garments - garments.mean(axis=0)) * count / (count - 1)
+    count = len(offsets)
+    away = (offsets - offsets.mean(axis=0)) * count / (count - 1)
     return 1e3 * float(np.linalg.norm(away.reshape(count, -1, 3), axis=2).mean())
 
 
@@ -183,18 +185,22 @@ def _missed_mm(rows: np.ndarray, basis: np.ndarray) -> float:
 
 def _shape_figures(anchors: AnchorSet, config: AgentDressConfig) -> dict[str, float]:
     """What the shape models miss of their own garments, and of each shape by a fit to the others [mm]."""
-    betas, count = _used(anchors), len(anchors.betas)
+    betas, count = anchors.betas, len(anchors.betas)
     options = {"components": config.shape_components, "ridge": config.shape_ridge}
-    own, without, still = [], [], []
-    some = anchors.unposed[:: max(1, len(anchors.unposed) // 12)].reshape(-1, count, anchors.unposed[0, 0].size)
-    for each in some.astype(np.float64):
-        own.append(_apart_mm(ShapeModel.fitted(each, betas, **options).at(betas), each))
+    rests = anchors.rest.at(betas)
+    own, without, still, explained = [], [], [], []
+    some = anchors.offsets[:: max(1, len(anchors.offsets) // 12)].reshape(-1, count, rests.shape[1])
+    for each in rests + some.astype(np.float64):
+        whole = ShapeModel.fitted(each, betas, **options)
+        explained.append(whole.explained)
+        own.append(_apart_mm(whole.at(betas), each))
         still.append(_apart_mm(np.repeat(each[:1], count, axis=0), each))
         for shape in range(count):
             kept = np.arange(count) != shape
             model = ShapeModel.fitted(each[kept], betas[kept], **options)
             without.append(_apart_mm(model.at(betas[~kept]), each[~kept]))
     return {
+        "shape_explained_share": float(np.mean(explained)),
         "shape_fit_mm": float(np.mean(own)),
         "shape_left_out_mm": float(np.mean(without)),
         "shape_left_out_mean_mm": float(np.mean(still)),
@@ -205,13 +211,16 @@ def _apart_mm(one: np.ndarray, other: np.ndarray) -> float:
     return 1e3 * float(np.linalg.norm((one - other).reshape(len(one), -1, 3), axis=2).mean())
 
 
-def _clearances(anchors: AnchorSet, binding: Binding, shaped, most: float) -> Float[np.ndarray, " verts"]:
+def _clearances(anchors: AnchorSet, shaped: ShapedBody, most: float) -> Float[np.ndarray, " verts"]:
     r"""$d_0 = \min(h_0, \epsilon_p)$, the least over the anchors of a vertex' height over the skin, which is 0 or more.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
         Eq. 10. Differs: one value a vertex, measured in the rest pose, where all anchors are laid side by side; with
         one an anchor, what holds cloth off in one would have to be known of the next.
     """
-    normals, points = shaped.normals[binding.nearest], shaped.vertices[binding.nearest]
-    height = np.einsum("avi,vi->av", anchors.unposed[:, 0] - points, normals)
+    nearest = anchors.binding.nearest
+    if most == 0:
+        return np.full(len(nearest), NEVER, np.float32)
+    laid = anchors.rest.mean.reshape(-1, 3) + anchors.offsets[:, 0]
+    height = np.einsum("avi,vi->av", laid - shaped.vertices[nearest], shaped.normals[nearest])
     return np.clip(np.percentile(height, 10, axis=0), 0.0, most).astype(np.float32)

@@ -31,7 +31,7 @@ class AgentDressKind:
         progress: Progress | None = None,
         checkpoints: Path | None = None,
     ) -> AnimatorAgentDress:
-        """Learn from anchors; see `fit.fit`. Nothing is left to chance, and it takes seconds.
+        """Learn from anchors; see `fit.fit`. Nothing is left to chance, and it takes a minute.
 
         Raises:
             BadDataset: Anchors of several garments; or as `fit.fit`.

@@ -10,7 +10,7 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.model_file import garment_of, save_model
-from hemline.arrays import Float, Vertices
+from hemline.arrays import Float, Int, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.lifted_arms import lifted_arms
 from hemline.errors import BadInput, BadModel
@@ -30,26 +30,28 @@ from .state import AgentDressState
 from .tables import Tables
 from .worn_kernels import wear
 
-VERSION = 1
+VERSION = 2
 """Version of what model files hold of AgentDress, `agentdress.version`."""
 
-DEEPEST = 0.03
-"""A vertex that is deeper in the skin is left to the projection [m]."""
+DEEPEST, ASIDE = 0.03, 0.03
+"""A vertex that is deeper in the skin is left to the projection, and one that has gone farther from its vertex of the
+body, along the skin [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class AnimatorAgentDress:
     r"""A garment of settled states, blended.
 
-    $$x = \sum_b w_b A_b(\beta, \theta) \left(\bar u + \sum_g r_g B \left(K_g(\theta) + \sum_s W_g^s(\theta)\,
-    E_s (\beta, \beta^2)\right)\right)$$
+    $$x = \sum_b w_b A_b(\beta, \theta)\, \bar x(\beta) + R(\theta) \left(\bar u + \sum_g r_g B \left(K_g(\theta) +
+    \sum_s W_g^s(\theta)\, E_s (\beta, \beta^2)\right)\right)$$
 
-    with $\bar u$ the mean garment in the rest pose of the body, $A_b$ the skin transforms of the body as it is, $r_g$
-    regions, $K_g$ the pose model (a kernel regression), $E_s$ the shape model of anchor $s$.
+    with $\bar x$ the garment in the rest pose of the body, $A_b$ the skin transforms of the body as it is, $R$ the
+    blended rotation of the bones, $r_g$ regions, $K_g$ the pose model (a kernel regression), $E_s$ the shape model of
+    anchor $s$.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        Eq. 4. Differs: anchors are laid into the rest pose first, by the inverse of their blended transforms, and the
-        query's bones are applied once; there shapes and poses share one basis.
+        Eq. 4. Differs: what an anchor adds to skinning is taken in the turned frames of the vertices, and the query's
+        bones are applied once; there shapes and poses share one basis.
     """
 
     garment: Garment
@@ -64,8 +66,9 @@ class AnimatorAgentDress:
     name = "agentdress"
 
     @cached_property
-    def _basis(self) -> Float[np.ndarray, "verts 3 modes"]:
-        return np.ascontiguousarray(self.tables.basis.transpose(1, 2, 0))
+    def _digits(self) -> Int[np.ndarray, "verts 3 columns"]:
+        digits = self.tables.basis.digits
+        return np.ascontiguousarray(digits).reshape(-1, 3, digits.shape[1])
 
     def start(self, posed: PosedBody) -> AgentDressState:
         """At rest on a body of any shape, in its first pose.
@@ -81,9 +84,10 @@ class AnimatorAgentDress:
                 "use that body, or fit the garment again",
             )
         tables, known = self.tables, self.tables.shape_effects.shape[1] // 2
-        features = shape_features(shaped.betas[:known].astype(np.float64))
-        effects = np.einsum("f,sfk->sk", features, tables.shape_effects).astype(np.float32)
-        return AgentDressState(tables.mean + self._beyond(shaped, known), effects, None)
+        features = shape_features(shaped.betas[:known].astype(np.float64)).astype(np.float32)
+        effects = np.einsum("f,sfk->sk", features, tables.shape_effects)
+        rest = tables.rest + np.einsum("f,fvi->vi", features, tables.rest_effects)
+        return AgentDressState(rest + self._beyond(shaped, known), shaped.normals[tables.nearest], effects, None)
 
     def step(self, state: AgentDressState, posed: PosedBody, dt: float) -> tuple[AgentDressState, Vertices]:
         """Advance to a pose.
@@ -115,21 +119,21 @@ class AnimatorAgentDress:
     def _worn(
         self, state: AgentDressState, distances: Float[np.ndarray, "regions poses"], posed: PosedBody
     ) -> Vertices:
-        mixed = self._mixed(distances, state.effects)
         tables, vertices = self.tables, np.empty_like(state.rest)
         wear(
             tables.indices,
             tables.weights,
             tables.nearest,
             tables.regions,
-            self._basis,
+            self._digits,
             tables.clearances,
-            mixed,
+            self._mixed(distances, state.effects),
             state.rest,
+            tables.offset,
+            state.normals,
             posed.transforms,
             posed.vertices,
-            posed.normals,
-            np.float32(DEEPEST),
+            np.array([DEEPEST, ASIDE], np.float32),
             vertices,
         )
         return vertices
@@ -144,16 +148,17 @@ class AnimatorAgentDress:
 
     def _mixed(
         self, distances: Float[np.ndarray, "regions poses"], effects: Float[np.ndarray, "anchors shape_modes"]
-    ) -> Float[np.ndarray, "regions modes"]:
-        """What each region makes of pose and shape."""
+    ) -> Float[np.ndarray, "regions columns"]:
+        """What each region makes of pose and shape: by the columns of the basis, each with its scale [m]."""
         pose = np.einsum("gp,gpk->gk", kernel(distances, self.width), self.tables.pose_weights)
         options = {name: getattr(self.config, name) for name in ("neighbours", "power", "floor")}
         shape = anchor_weights(distances[:, : len(effects)], **options) @ effects
-        return np.concatenate([pose, shape], axis=1).astype(np.float32)
+        modes, basis = np.concatenate([pose, shape], axis=1), self.tables.basis
+        return np.ascontiguousarray(modes[:, basis.modes] * basis.scales, np.float32)
 
     def _beyond(self, shaped: ShapedBody, known: int) -> Vertices:
         """Betas that the anchors do not know take the garment along with the skin under it [m]."""
-        nothing = np.zeros_like(self.tables.mean)
+        nothing = np.zeros_like(self.tables.rest)
         if not shaped.betas[known:].any():
             return nothing
         inner = shaped.body.shaped(shaped.betas[:known])

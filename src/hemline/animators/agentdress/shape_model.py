@@ -6,6 +6,7 @@ from typing import Self
 import numpy as np
 
 from hemline.arrays import Float
+from hemline.learning.pca import principal_of_rows
 
 
 def shape_features(betas: Float[np.ndarray, "... betas"]) -> Float[np.ndarray, "... features"]:
@@ -50,19 +51,17 @@ class ShapeModel:
             2021, Eq. 5 and 6.
         """
         mean = garments.mean(axis=0)
-        left, sizes, right = np.linalg.svd(garments - mean, full_matrices=False)
-        components = min(components, int((sizes > 1e-12).sum()))
-        coefficients = left[:, :components] * sizes[:components]
+        basis, coefficients = principal_of_rows(garments - mean, components)
         features = shape_features(betas) if squares else np.asarray(betas, np.float64)
         centre = features.mean(axis=0)
         away = features - centre
         weights = np.linalg.solve(away.T @ away + ridge * np.eye(away.shape[1]), away.T @ coefficients)
-        effects = weights @ right[:components]
+        effects = weights @ basis
         if not squares:
             effects = np.concatenate([effects, np.zeros_like(effects)])
             centre = np.concatenate([centre, np.zeros_like(centre)])
-        total = float((sizes**2).sum())
-        explained = float((sizes[:components] ** 2).sum()) / total if total > 0 else 1.0
+        total = float(((garments - mean) ** 2).sum())
+        explained = float((coefficients**2).sum()) / total if total > 0 else 1.0
         return cls(mean - centre @ effects, effects, explained)
 
     def at(self, betas: Float[np.ndarray, "shapes betas"]) -> Float[np.ndarray, "shapes rows"]:

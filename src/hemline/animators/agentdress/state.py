@@ -13,6 +13,8 @@ class AgentDressState:
 
     rest: Vertices
     """The garment in the rest pose, without what pose and shape add [m]."""
+    normals: Float[np.ndarray, "verts 3"]
+    """Of the body under each vertex, in its rest pose."""
     effects: Float[np.ndarray, "anchors shape_modes"]
     """What the shape adds at each anchor."""
     distances: Float[np.ndarray, "regions poses"] | None

@@ -8,7 +8,8 @@ import numpy as np
 
 from hemline.arrays import Float, Int
 from hemline.errors import BadModel
-from hemline.files.contents import AGAIN, array_of
+from hemline.files.contents import AGAIN, array_of, part
+from hemline.learning.packed_basis import PackedBasis
 from hemline.motions.motion import JOINT_COUNT
 
 from .binding import INFLUENCES
@@ -25,10 +26,12 @@ class Tables:
         regions: Share of each region in each vertex.
         influence: $Q_{g,m}$ of each region and angle.
         rotations: Poses of the kernel; the first ones are those of the anchors.
-        mean: The garment, mean over these poses on the mean shape [m].
+        rest: The garment of the mean shape, as skinning carries it [m].
+        rest_effects: What the features of the shape do to it [m].
+        offset: What is added to it in the turned frames of the vertices, mean over these poses [m].
         basis: Directions of the pose model, then those of the shape.
         pose_weights: What each pose adds to each direction, by region.
-        shape_effects: What the features of the shape do at each anchor.
+        shape_effects: What the features of the shape add at each anchor.
         clearances: How far off the skin each vertex is kept, at least [m].
     """
 
@@ -38,16 +41,19 @@ class Tables:
     regions: Float[np.ndarray, "verts regions"]
     influence: Float[np.ndarray, "regions angles"]
     rotations: Float[np.ndarray, "poses joints 4"]
-    mean: Float[np.ndarray, "verts 3"]
-    basis: Float[np.ndarray, "modes verts 3"]
+    rest: Float[np.ndarray, "verts 3"]
+    rest_effects: Float[np.ndarray, "features verts 3"]
+    offset: Float[np.ndarray, "verts 3"]
+    basis: PackedBasis
     pose_weights: Float[np.ndarray, "regions poses pose_modes"]
     shape_effects: Float[np.ndarray, "anchors features shape_modes"]
     clearances: Float[np.ndarray, " verts"]
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What a model file holds; the basis in half precision."""
-        held = {field.name: getattr(self, field.name) for field in fields(self)}
-        return held | {"basis": self.basis.astype(np.float16)}
+        """What a model file holds; effects on the garment at rest in half precision."""
+        held = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "basis"}
+        held["rest_effects"] = self.rest_effects.astype(np.float16)
+        return held | {f"basis.{name}": array for name, array in self.basis.arrays().items()}
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], *, vertices: int, body_vertices: int) -> Self:
@@ -60,7 +66,9 @@ class Tables:
         rotations = array_of(arrays, "rotations", "float32", (None, JOINT_COUNT, 4))
         pose_weights = array_of(arrays, "pose_weights", "float32", (regions.shape[1], len(rotations), None))
         effects = array_of(arrays, "shape_effects", "float32", (None, None, None))
-        modes = pose_weights.shape[2] + effects.shape[2]
+        basis = PackedBasis.of(part(arrays, "basis"), vertex_count=vertices)
+        if basis.mode_count != pose_weights.shape[2] + effects.shape[2]:
+            raise BadModel("the basis has a mode for each output of poses and shapes", basis.mode_count, AGAIN)
         indices = array_of(arrays, "indices", "int32", (vertices, INFLUENCES))
         nearest = array_of(arrays, "nearest", "int32", (vertices,))
         for name, found, limit in (("bone", indices, JOINT_COUNT), ("vertex of the body", nearest, body_vertices)):
@@ -75,8 +83,12 @@ class Tables:
             regions=regions,
             influence=array_of(arrays, "influence", "float32", (regions.shape[1], 3 * JOINT_COUNT)),
             rotations=rotations,
-            mean=array_of(arrays, "mean", "float32", (vertices, 3)),
-            basis=array_of(arrays, "basis", "float16", (modes, vertices, 3)).astype(np.float32),
+            rest=array_of(arrays, "rest", "float32", (vertices, 3)),
+            rest_effects=array_of(arrays, "rest_effects", "float16", (effects.shape[1], vertices, 3)).astype(
+                np.float32
+            ),
+            offset=array_of(arrays, "offset", "float32", (vertices, 3)),
+            basis=basis,
             pose_weights=pose_weights,
             shape_effects=effects,
             clearances=array_of(arrays, "clearances", "float32", (vertices,)),
