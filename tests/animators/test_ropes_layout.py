@@ -112,6 +112,14 @@ def test_a_closed_rim_has_chains_all_around():
     assert (ropes.chains.across[ropes.parents >= 0] != np.flatnonzero(ropes.parents >= 0)[:, None]).all()
 
 
+def test_more_chains_than_the_rim_has_vertices_still_reach_the_hem():
+    """A coarse mesh of 16 columns, 26 chains of 9 bones (what a fit asks for by default)."""
+    ropes = lay_out(skirt(columns=16, rows=10), shaped(), chain_count=26, bone_counts=(9, 9))
+    ends = ropes.rest[ropes.chains.offsets[1:] - 1]
+    assert len(ends) == 26
+    np.testing.assert_allclose(ends[:, 1], -0.27, atol=0.012)
+
+
 def test_without_pins_the_chains_hang_from_the_highest_rim():
     pinned = skirt()
     loose = replace(pinned, pins=NO_PINS)

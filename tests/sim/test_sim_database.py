@@ -103,6 +103,7 @@ def test_bad_questions_are_refused(tmp_path, capsys):
         (["--anchors", "5"], "--anchors and --motion belong together"),
         (["--motion", "walk"], "--anchors and --motion belong together"),
         (["--poses", "5"], "--poses stand beside --anchors"),
+        (["--derivatives"], "--derivatives are those at the anchors"),
         (["--anchors", "5", "--motion", "walk", "--jobs", "0"], "--jobs must be at least 1"),
         (["--anchors", "-1", "--motion", "walk"], "--anchors must not be negative"),
     ):

@@ -33,6 +33,8 @@ class Arguments:
     """Settle it in so many poses, too, on the bodies of --spread 4: what 'fit --animator agentdress' learns from."""
     poses: int = 0
     """Besides the anchors, so many poses on the mean body alone: cheap, and they make the pose model better."""
+    derivatives: bool = False
+    """At each anchor, derivatives by every joint, too: what sensitivity-optimised rigging learns from."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
     """Clips that the poses are taken from: .bvh or AMASS .npz files, or names of shipped ones."""
     jobs: int = 1
@@ -53,6 +55,8 @@ def run(arguments: Arguments) -> int:
         raise BadInput("--anchors and --motion belong together", "one of them", "give both, or neither")
     if arguments.poses and not arguments.anchors:
         raise BadInput("--poses stand beside --anchors", "no --anchors", "give both")
+    if arguments.derivatives and not arguments.anchors:
+        raise BadInput("--derivatives are those at the anchors", "no --anchors", "give both")
     if arguments.jobs < 1:
         raise BadInput("--jobs must be at least 1", arguments.jobs, "leave it out for 1")
     for name in ("spread", "random", "seed", "anchors", "poses"):
@@ -107,6 +111,7 @@ def _anchors(arguments: Arguments) -> int:
             clips,
             arguments.anchors,
             beside=arguments.poses,
+            derivatives=arguments.derivatives,
             seed=arguments.seed,
             jobs=arguments.jobs,
             progress=progress,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hemline.arrays import Float, FramesOfVertices, Normals, Vertices
+from hemline.arrays import BodyVertices, Float, FramesOfVertices, Vertices
 
 REACH = 0.08
 """Vertices whose true place is farther than this from the skin have no term [m]."""
@@ -34,7 +34,7 @@ class Clearances:
 
 
 def clearance(
-    truth: Vertices, body_vertices: Vertices, body_normals: Normals
+    truth: Vertices, body_vertices: BodyVertices, body_normals: BodyVertices
 ) -> tuple[Float[np.ndarray, "verts 3"], Float[np.ndarray, " verts"]]:
     """Normals and heights of one frame, see `Clearances`.
 
@@ -54,7 +54,7 @@ def clearance(
     return np.where(found[:, None], normals, 0), np.where(found, heights, np.inf)
 
 
-def clearances(frames: FramesOfVertices, bodies: Sequence[Vertices], normals: Sequence[Normals]) -> Clearances:
+def clearances(frames: FramesOfVertices, bodies: Sequence[BodyVertices], normals: Sequence[BodyVertices]) -> Clearances:
     """The half-spaces of several frames; see `clearance`."""
     each = [clearance(*frame) for frame in zip(frames, bodies, normals, strict=True)]
     return Clearances(*(np.stack(column).astype(np.float16) for column in zip(*each, strict=True)))

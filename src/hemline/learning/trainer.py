@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import torch
@@ -13,6 +13,7 @@ from hemline.errors import BadModel
 from hemline.files import read_tensors, write_tensors
 
 
+@runtime_checkable
 class Objective(Protocol):
     """What is trained, and on what."""
 

@@ -125,12 +125,18 @@ def _takes(dataset: Dataset) -> tuple[list[Take], dict[str, dict[tuple[float, ..
     for row in dataset.anchors():
         take = dataset.take(row)
         if "turn.0.0" in take.derivatives:
-            upright.append(take)
+            if is_t_pose(take.motion[0]):
+                upright.append(take)
         else:
             by_pose.setdefault(take.motion[0].hash, {})[row.betas] = row.name
     if not upright:
         raise BadDataset("no anchor in the T-pose with derivatives", dataset.folder, f"run '{COMMAND}'")
     return sorted(upright, key=lambda take: float(np.abs(take.betas).max(initial=0))), by_pose
+
+
+def is_t_pose(pose: Pose) -> bool:
+    """Whether no joint is turned."""
+    return bool((np.abs(pose.rotations[:, 0]) > 1 - 1e-6).all())
 
 
 def _sensitivity(upright: list[Take], body: Body, binding: Binding) -> tuple[np.ndarray, np.ndarray]:

@@ -49,9 +49,12 @@ class Chart:
     def reach(self, share: float, band: float) -> float:
         """Distance from the rim to the hem along a line of constant share, seen within a band around it [m].
 
+        The band is wide enough for a coarse mesh: half the way between two vertices of the rim, or more.
+
         Raises:
             BadGarment: No cloth hangs from that part of the rim.
         """
+        band = max(band, 0.51 * self.rim.widest_gap)
         near = (np.abs(self.rim.difference(self.share, share)) < band) & np.isfinite(self.distance)
         far = float(self.distance[near].max(initial=0.0))
         if far <= 0:

@@ -26,6 +26,12 @@ class Rim:
     closed: bool
     """Whether it comes back to its beginning."""
 
+    @property
+    def widest_gap(self) -> float:
+        """Between two neighbours on it, as a share of the whole."""
+        shares = np.append(self.shares, 1.0) if self.closed else self.shares
+        return float(np.diff(shares).max())
+
     def point(self, share: float) -> tuple[Int[np.ndarray, "3"], Float[np.ndarray, "3"]]:
         """The point at a share of the way: corners and weights of a (degenerate) triangle."""
         following = int(np.searchsorted(self.shares, share, side="right"))

@@ -120,6 +120,7 @@ class _Plan:
 
     folder: Path
     shapes: tuple[tuple[float, ...], ...]
+    turns: tuple[int, ...]
     settings: SimSettings
 
 
@@ -129,6 +130,7 @@ def produce_posed(
     candidates: Sequence[Sequence[Pose]],
     shapes: Sequence[Sequence[float]] = ((),),
     *,
+    turns: Sequence[int] = (),
     settings: SimSettings | None = None,
     jobs: int = 1,
     report: Report | None = None,
@@ -143,6 +145,7 @@ def produce_posed(
         garment: The garment, made on the body of `garment.body_name`.
         candidates: For each anchor its pose, then those that may stand in for it.
         shapes: Betas of each body; what is left out is 0.
+        turns: Joints whose derivatives are stored.
         settings: Settings of the simulator.
         jobs: Processes. What is made does not depend on it.
         report: Called with an anchor's number, the shapes done and the shapes in all.
@@ -156,7 +159,7 @@ def produce_posed(
         BadOutput: It cannot be written.
     """
     body = bodies.load(garment.body_name)
-    plan = _Plan(Path(folder), tuple(tuple(each) for each in shapes), settings or SimSettings())
+    plan = _Plan(Path(folder), tuple(tuple(each) for each in shapes), tuple(turns), settings or SimSettings())
     for each in plan.shapes:
         body.shaped(np.asarray(each, np.float32))
     create(folder, garment)
@@ -173,7 +176,7 @@ def _posed(given: tuple[_Plan, int, tuple[Pose, ...]], tell: Report) -> Posed | 
         names: list[str] = []
         for betas in plan.shapes:
             shaped = body.shaped(np.asarray(betas, np.float32))
-            take = _made(dataset, shaped, pose, plan.settings, method="walked")
+            take = _made(dataset, shaped, pose, plan.settings, turns=plan.turns, method="walked")
             if take.failed is not None:
                 break
             names.append(take.name)

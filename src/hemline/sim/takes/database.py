@@ -57,6 +57,7 @@ def make_database(
     count: int,
     *,
     beside: int = 0,
+    derivatives: bool = False,
     seed: int = 0,
     jobs: int = 1,
     settings: SimSettings | None = None,
@@ -74,6 +75,8 @@ def make_database(
         count: Anchors.
         beside: Poses, in the middle of so many clusters of their own, in which it is settled on the mean shape alone:
             what poses do takes more of them to tell than what shapes do, and each costs a seventeenth.
+        derivatives: Settle it on the mean shape in each anchor's pose once more, with derivatives by every joint there:
+            what sensitivity-optimised rigging learns from.
         seed: Another number begins the clustering elsewhere.
         jobs: Processes. What is made does not depend on it.
         settings: Settings of the simulator.
@@ -130,6 +133,16 @@ def make_database(
         jobs=jobs,
         report=_counted(tell, "anchors", count * len(shapes)),
     )
+    if derivatives:
+        produce_posed(
+            folder,
+            garment,
+            [[anchor.pose] for anchor in anchors if anchor is not None],
+            turns=range(JOINT_COUNT),
+            settings=settings,
+            jobs=jobs,
+            report=_counted(tell, "derivatives", count),
+        )
     return Database(clusters, weights, anchors, more, shapes)
 
 
