@@ -1,11 +1,11 @@
 """The anchors of a dataset: in which poses, on which shapes, and how the garment lies there."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hemline import bodies
-from hemline.arrays import Float
+from hemline.arrays import Float, Int
 from hemline.bodies.body import Body, ShapedBody
 from hemline.datasets import Dataset
 from hemline.datasets.joint_sensitivity import derivatives_by_joint
@@ -93,6 +93,16 @@ class AnchorSet:
             single_offsets=single.offsets(binding, rests[0]),
             sensitivity=_sensitivity(upright, body, binding),
             binding=binding,
+        )
+
+    def only(self, anchors: Int[np.ndarray, " some"], singles: Int[np.ndarray, " some_singles"]) -> "AnchorSet":
+        """Some of the anchors, and some of the poses beside them: what fewer would tell."""
+        return replace(
+            self,
+            rotations=self.rotations[anchors],
+            offsets=self.offsets[anchors],
+            single_rotations=self.single_rotations[singles],
+            single_offsets=self.single_offsets[singles],
         )
 
 

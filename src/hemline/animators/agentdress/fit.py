@@ -9,6 +9,7 @@ from hemline.animators.base import Progress
 from hemline.arrays import Float
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
+from hemline.garments.garment import Garment
 from hemline.learning.packed_basis import pack_basis
 from hemline.learning.pca import principal_of_rows
 
@@ -51,13 +52,25 @@ def fit(
         Differs: see `README.md`.
     """
     config, tell = config or AgentDressConfig(), progress or (lambda stage, done, total: None)
-    garment = dataset.garment
-    body = bodies.load(garment.body_name)
-    shaped = body.shaped(garment.body_betas)
     tell("anchors", 0, 1)
     anchors = AnchorSet.of(dataset, config)
-    binding = anchors.binding
     tell("anchors", 1, 1)
+    return fit_anchors(dataset.garment, anchors, config, progress=tell)
+
+
+def fit_anchors(
+    garment: Garment, anchors: AnchorSet, config: AgentDressConfig, *, progress: Progress
+) -> AnimatorAgentDress:
+    """Fit AgentDress to anchors that were read; see `fit`.
+
+    Args:
+        garment: The garment.
+        anchors: How it lies in each anchor.
+        config: Options.
+        progress: Called with stage, steps done and steps in all.
+    """
+    body, binding, tell = bodies.load(garment.body_name), anchors.binding, progress
+    shaped = body.shaped(garment.body_betas)
     regions = region_weights(binding)
     influence = _influence(regions, anchors.sensitivity[1], anchors.rotations)
     models = _shape_models(anchors, config)

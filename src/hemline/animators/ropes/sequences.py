@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hemline.arrays import Float, Int, Transforms
+from hemline.arrays import Float, Int
 from hemline.collide.primitives.proxy import Colliders
 from hemline.learning.mirror import mirror_of, mirrored_transforms, mirrored_vertices
 
@@ -107,7 +107,7 @@ def sequences(source: Source, ropes: Ropes, *, clearance: float, mirror: bool) -
     )
 
 
-def _in_key(transforms: Transforms, key: int) -> Transforms:
+def _in_key(transforms: Float[np.ndarray, "frames joints 3 4"], key: int) -> Float[np.ndarray, "frames joints 3 4"]:
     """Skin transforms of each frame as seen from its key joint."""
     back = np.swapaxes(transforms[:, key, :, :3], 1, 2)
     seen = back[:, None] @ transforms
