@@ -123,7 +123,7 @@ def _colliders(source: Source, ropes: Ropes) -> Colliders:
 
 def _shown(
     source: Source, ropes: Ropes, free: np.ndarray, partner: np.ndarray | None
-) -> Iterator[tuple[np.ndarray, Transforms, int, int, float]]:
+) -> Iterator[tuple[np.ndarray, Float[np.ndarray, "frames joints 3 4"], int, int, float]]:
     """Bones and transforms of each take, with its side, shape and time between frames; then the bodies at rest."""
     dt = 1 / 30
     for take, side, shape in source.takes():
