@@ -13,6 +13,8 @@ HemlineError
 │   └── BadOutput     a path that cannot be written, a format that is not known
 ├── MissingExtra (also an ImportError)   an optional library is not installed: exit status 2
 └── SimulationFailed                     a take that could not be finished: exit status 1
+
+HemlineWarning (a UserWarning)           goes on, but the result will be worse: one line on stderr
 ```
 
 Every message says what, got, cure: `skirt.toml: pins name vertex 4120; the mesh has 3980 vertices; count from 0`.
@@ -34,9 +36,7 @@ class BadInput(HemlineError, ValueError):
 
     def __init__(self, what: str, got: object, cure: str):
         self.what, self.got, self.cure = what, got, cure
-        text = f"{what}; got {got}; {cure}"
-        # one line, whatever bytes the file had that it quotes
-        super().__init__("".join(letter if letter.isprintable() else " " for letter in text))
+        super().__init__(_one_line(what, got, cure))
 
     def __reduce__(self):
         return type(self), (self.what, self.got, self.cure)
@@ -93,3 +93,25 @@ class MissingExtra(HemlineError, ImportError):
 
 class SimulationFailed(HemlineError):
     """A step failed even at the smallest substep; the message names frame and reason."""
+
+
+class HemlineWarning(UserWarning):
+    """What can be used, though the result will be worse for it.
+
+    Args:
+        what: What is doubtful.
+        got: What was found.
+        cure: What the user can do about it.
+    """
+
+    def __init__(self, what: str, got: object, cure: str):
+        self.what, self.got, self.cure = what, got, cure
+        super().__init__(_one_line(what, got, cure))
+
+    def __reduce__(self):
+        return type(self), (self.what, self.got, self.cure)
+
+
+def _one_line(what: str, got: object, cure: str) -> str:
+    """One line, whatever bytes the file had that it quotes."""
+    return "".join(letter if letter.isprintable() else " " for letter in f"{what}; got {got}; {cure}")

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from .base import Animator as Animator
 from .base import AnimatorKind as AnimatorKind
+from .base import Bounded as Bounded
 from .base import Driven as Driven
 from .base import Progress as Progress
 from .base import Settled as Settled
@@ -52,6 +53,7 @@ def fit(
 __all__ = [
     "Animator",
     "AnimatorKind",
+    "Bounded",
     "Driven",
     "Progress",
     "Settled",

@@ -22,7 +22,7 @@ class Animator(Protocol):
 
     Parameters are frozen; all that moves is in the State: plain arrays in a dataclass, never changed in place, so that
     keeping an old State is a rollback. The same input gives the same bits on one machine. What only some animators can
-    do is asked for with `isinstance`: `Driven`, `Settled`, `Detailed`.
+    do is asked for with `isinstance`: `Driven`, `Settled`, `Bounded`, `Detailed`.
     """
 
     @property
@@ -81,6 +81,25 @@ class Settled(Protocol):
 
     def settled(self, posed: "PosedBody") -> Vertices:
         """The garment as it would settle in a pose, without a past (verts, 3) [m]."""
+        ...
+
+
+@runtime_checkable
+class Bounded(Protocol):
+    """An animator that knows how far a body is from those of its fit. It plays what is beyond, and errs more there."""
+
+    @property
+    def beta_range(self) -> tuple[float, float]:
+        """From where to where it can be believed in each of the body's betas."""
+        ...
+
+    @property
+    def novelty_limit(self) -> float:
+        """The novelty above which a pose is unlike all poses of the fit."""
+        ...
+
+    def novelty(self, state: Any) -> float:
+        """How far the pose that led to a State is from the nearest one of the fit; 1: as far as these are apart."""
         ...
 
 

@@ -5,9 +5,10 @@ import importlib
 import io
 import os
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
 
-from hemline.errors import BadInput, HemlineError, SimulationFailed
+from hemline.errors import BadInput, HemlineError, HemlineWarning, SimulationFailed
 
 from .misread import misread
 
@@ -37,7 +38,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        return _run(words)
+        with _warnings_in_a_line():
+            return _run(words)
     except SimulationFailed as error:
         return _say(str(error), FELL_SHORT)
     except HemlineError as error:
@@ -81,6 +83,23 @@ def _parsed(schema: type, verb: str, words: list[str]):
         if stop.code in (0, None):
             raise
         raise misread(schema, verb, words, errors.getvalue()) from None
+
+
+@contextlib.contextmanager
+def _warnings_in_a_line() -> Iterator[None]:
+    """Our own warnings are said on stderr, each once; those of others go where they went."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", HemlineWarning)
+        others = warnings.showwarning
+
+        def show(message, category, *where) -> None:
+            if issubclass(category, HemlineWarning):
+                print(f"hemline: warning: {message}", file=sys.stderr, flush=True)
+            else:
+                others(message, category, *where)
+
+        warnings.showwarning = show
+        yield
 
 
 def _overview() -> str:

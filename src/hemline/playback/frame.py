@@ -24,3 +24,5 @@ class Frame:
     """What the projection did."""
     milliseconds: Mapping[str, float]
     """Time by stage [ms]: `body`, `animator`, `whole`, `cover`, `projection`."""
+    novelty: float | None = None
+    """How far the pose is from all poses of the fit, see `Bounded`; None where the animator cannot tell."""

@@ -7,13 +7,13 @@ Everything that shows a garment goes through a `Player`: `play`, `evaluate`, the
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
 
-from hemline.animators.base import Animator, Driven, Settled
+from hemline.animators.base import Animator, Bounded, Driven, Settled
 from hemline.arrays import Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
@@ -235,6 +235,10 @@ class Player:
         self.step(self.start(pose, pre_roll=1 / 30), pose, 1 / 30)
         return time.perf_counter() - began
 
+    @cached_property
+    def _bounded(self) -> Bounded | None:
+        return self.animator if isinstance(self.animator, Bounded) else None
+
     def _collided(self, posed: PosedBody) -> PosedBody:
         """What the cloth is kept out of, in the same pose."""
         return posed if self.collider is self.body else replace(posed, shaped=self.collider)
@@ -275,7 +279,8 @@ class Player:
         projected, vertices, report = self.projector.project(state.projector, solid, covered, dt=dt, surface=surface)
         clock.append(time.perf_counter())
         spans = [(after - before) * 1e3 for before, after in pairwise(clock)]
-        frame = Frame(vertices, animated, covered, posed, report, dict(zip(STAGES, spans, strict=True)))
+        novelty = self._bounded.novelty(moved) if self._bounded else None
+        frame = Frame(vertices, animated, covered, posed, report, dict(zip(STAGES, spans, strict=True)), novelty)
         return PlayerState(moved, whole, projected), frame
 
 

@@ -21,6 +21,7 @@ from hemline.motions.motion import Pose
 from hemline.motions.pose_clusters import without_heading
 from hemline.options import options_of
 
+from .bounds import DRAPED, FAR, BetaRange, believed, fitted_range, novelty, warn_beyond
 from .config import AgentDressConfig
 from .distance_kernels import pose_distances
 from .distances import anchor_weights
@@ -63,7 +64,23 @@ class AnimatorAgentDress:
     """Of the kernel of the pose model."""
     figures: Mapping[str, float] = field(default_factory=dict)
     licences: tuple[str, ...] = ()
+    fitted_betas: BetaRange = DRAPED
+    """Of the anchors."""
     name = "agentdress"
+    novelty_limit = FAR
+
+    @property
+    def beta_range(self) -> BetaRange:
+        """From where to where the shape model is believed in each beta."""
+        return believed(self.fitted_betas)
+
+    def novelty(self, state: AgentDressState) -> float:
+        """How far the pose of a State is from the nearest one of the fit; 1: as far as anchors are apart."""
+        return novelty(state.distances, self._shares)
+
+    @cached_property
+    def _shares(self) -> Float[np.ndarray, " regions"]:
+        return self.tables.regions.mean(axis=0)
 
     @cached_property
     def _digits(self) -> Int[np.ndarray, "verts 3 columns"]:
@@ -75,6 +92,9 @@ class AnimatorAgentDress:
 
         Raises:
             BadInput: The body is another one than that of the fit.
+
+        Warns:
+            HemlineWarning: A beta of the body is outside `beta_range`.
         """
         shaped = posed.shaped
         if shaped.body.hash != self.body_hash:
@@ -83,6 +103,7 @@ class AnimatorAgentDress:
                 f"{shaped.body.name} ({shaped.body.hash})",
                 "use that body, or fit the garment again",
             )
+        warn_beyond(self.garment.name, self.fitted_betas, shaped.betas)
         tables, known = self.tables, self.tables.shape_effects.shape[1] // 2
         features = shape_features(shaped.betas[:known].astype(np.float64)).astype(np.float32)
         effects = np.einsum("f,sfk->sk", features, tables.shape_effects)
@@ -180,7 +201,7 @@ class AnimatorAgentDress:
             config=asdict(self.config),
             figures=self.figures,
             licences=self.licences,
-            extra={"agentdress": {"version": VERSION, "width": self.width}},
+            extra={"agentdress": {"version": VERSION, "width": self.width, "betas": list(self.fitted_betas)}},
         )
 
     @classmethod
@@ -213,4 +234,5 @@ class AnimatorAgentDress:
             width=width,
             figures=entry(metadata, "figures", dict),
             licences=tuple(str(text) for text in entry(metadata, "licences", list)),
+            fitted_betas=fitted_range(held),
         )
