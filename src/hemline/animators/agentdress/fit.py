@@ -19,11 +19,16 @@ from .distances import region_distances, turns_between
 from .model import AnimatorAgentDress
 from .pose_model import RIDGES, WIDTHS, PoseFit, fit_kernel
 from .regions import region_weights
+from .shape_figures import shape_figures
 from .shape_model import ShapeModel
+from .suitability import suitability, warn_unsuited
 from .tables import Tables
 
 SECOND_COLUMNS = 16
 """Modes of the basis with a second column of 8 bits: those whose rounding would show most."""
+
+LEAST_APART = 1e-9
+"""Anchors that are nearer than this, squared, are in one pose, as far as a region is concerned [m rad]."""
 
 NEVER = -1.0
 """A clearance that no vertex lacks [m]."""
@@ -48,6 +53,10 @@ def fit(
     Raises:
         BadDataset: The dataset holds no such anchors.
 
+    Warns:
+        HemlineWarning: The garment is too loose or too tight for the method, or the anchors are few; with the error to
+            expect.
+
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021.
         Differs: see `README.md`.
     """
@@ -55,7 +64,10 @@ def fit(
     tell("anchors", 0, 1)
     anchors = AnchorSet.of(dataset, config)
     tell("anchors", 1, 1)
-    return fit_anchors(dataset.garment, anchors, config, progress=tell)
+    model = fit_anchors(dataset.garment, anchors, config, progress=tell)
+    figures = dict(model.figures) | suitability(dataset, anchors)
+    warn_unsuited(dataset.garment.name, figures, config)
+    return replace(model, figures=figures)
 
 
 def fit_anchors(
@@ -103,6 +115,7 @@ def fit_anchors(
         shape_effects=coefficients.reshape(count, -1, coefficients.shape[1]).astype(np.float32),
         clearances=_clearances(anchors, shaped, config.clearance),
     )
+    of_shapes = shape_figures(anchors, config)
     figures = {
         "anchors": float(count),
         "poses": float(len(rotations)),
@@ -113,7 +126,9 @@ def fit_anchors(
         "pose_left_out_skinned_mm": _left_out_skinned(offsets),
         "pose_basis_mm": _missed_mm(offsets - mean, pose_basis),
         "shape_basis_mm": _missed_mm(effects, shape_basis),
-    } | _shape_figures(anchors, config)
+        # for a pose and a shape that are both new
+        "error_to_expect_mm": left_out_mm + of_shapes["shape_left_out_mm"],
+    } | of_shapes
     return AnimatorAgentDress(
         garment,
         tables,
@@ -123,6 +138,7 @@ def fit_anchors(
         width=pose.width,
         figures=figures,
         licences=(body.licence,) if body.licence else (),
+        fitted_betas=(float(anchors.betas.min()), float(anchors.betas.max())),
     )
 
 
@@ -133,6 +149,8 @@ def _influence(
 ) -> Float[np.ndarray, "regions angles"]:
     r"""$\sqrt{Q_{g,m}}$, $Q_{g,m} = \sum_y w_{g,y} |\bar\delta_{y,m}|^2$, scaled: the median distance of anchors is 1.
 
+    Where fewer than half of them differ in a region it is their mean, and where none do nothing is scaled.
+
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
         Eq. 7. Differs: of the sensitivity less what the skin under the cloth does, which skinning adds anyway; with all
         of it a joint far away counts by its lever arm. And its root: with Q itself one or two joints decide, and the
@@ -140,8 +158,10 @@ def _influence(
     """
     influence = np.sqrt(np.einsum("vg,vja->gja", regions, sensitivity**2)).reshape(regions.shape[1], -1)
     distances = region_distances(turns_between(rotations, rotations), influence)
-    off = ~np.eye(len(rotations), dtype=bool)
-    return influence / np.median(distances.transpose(1, 0, 2)[:, off], axis=1)[:, None]
+    apart = distances.transpose(1, 0, 2)[:, ~np.eye(len(rotations), dtype=bool)]
+    scale = np.median(apart, axis=1)
+    scale = np.where(scale > LEAST_APART, scale, apart.mean(axis=1))
+    return influence / np.where(scale > LEAST_APART, scale, 1.0)[:, None]
 
 
 def _shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeModel]:
@@ -194,34 +214,6 @@ def _left_out_skinned(offsets: np.ndarray) -> float:
 def _missed_mm(rows: np.ndarray, basis: np.ndarray) -> float:
     left = rows - (rows @ basis.T) @ basis
     return 1e3 * float(np.linalg.norm(left.reshape(len(rows), -1, 3), axis=2).mean())
-
-
-def _shape_figures(anchors: AnchorSet, config: AgentDressConfig) -> dict[str, float]:
-    """What the shape models miss of their own garments, and of each shape by a fit to the others [mm]."""
-    betas, count = anchors.betas, len(anchors.betas)
-    options = {"components": config.shape_components, "ridge": config.shape_ridge}
-    rests = anchors.rest.at(betas)
-    own, without, still, explained = [], [], [], []
-    some = anchors.offsets[:: max(1, len(anchors.offsets) // 12)].reshape(-1, count, rests.shape[1])
-    for each in rests + some.astype(np.float64):
-        whole = ShapeModel.fitted(each, betas, **options)
-        explained.append(whole.explained)
-        own.append(_apart_mm(whole.at(betas), each))
-        still.append(_apart_mm(np.repeat(each[:1], count, axis=0), each))
-        for shape in range(count):
-            kept = np.arange(count) != shape
-            model = ShapeModel.fitted(each[kept], betas[kept], **options)
-            without.append(_apart_mm(model.at(betas[~kept]), each[~kept]))
-    return {
-        "shape_explained_share": float(np.mean(explained)),
-        "shape_fit_mm": float(np.mean(own)),
-        "shape_left_out_mm": float(np.mean(without)),
-        "shape_left_out_mean_mm": float(np.mean(still)),
-    }
-
-
-def _apart_mm(one: np.ndarray, other: np.ndarray) -> float:
-    return 1e3 * float(np.linalg.norm((one - other).reshape(len(one), -1, 3), axis=2).mean())
 
 
 def _clearances(anchors: AnchorSet, shaped: ShapedBody, most: float) -> Float[np.ndarray, " verts"]:
