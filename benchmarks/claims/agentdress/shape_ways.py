@@ -66,7 +66,8 @@ class Ways:
         offsets = self.anchors.offsets[self.drapes.anchor].astype(np.float64).reshape(len(self.anchors.betas), -1)
         model = ShapeModel.fitted(offsets, self.anchors.betas, components=COMPONENTS, ridge=RIDGE)
         added = model.at(self.known(betas)).reshape(len(betas), -1, 3)
-        rests = self.anchors.rest.at(self.known(betas)).reshape(len(betas), -1, 3)
+        rests = self.anchors.rest
+        rests = rests.at(betas[:, : len(rests.effects) // 2]).reshape(len(betas), -1, 3)
         each = zip(betas, rests, added, strict=True)
         return np.array([self.anchors.binding.posed(self.posed(b).transforms, rest, more) for b, rest, more in each])
 
