@@ -24,6 +24,8 @@ class Arguments:
     """The garment to wear, by name or a file, for a model that was fitted on many."""
     betas: tuple[float, ...] = ()
     """Shape of the body."""
+    clamp_betas: bool = False
+    """Move them into the range in which the model is believed, see the warning that it gives without."""
     body: str | None = None
     """Another body of the same topology; left out: the model's."""
     fps: float = 30.0
@@ -43,29 +45,38 @@ class Arguments:
 def run(arguments: Arguments) -> int:
     """Play and write."""
     from hemline import export, motions
-    from hemline.playback import level_of, play, record
+    from hemline.playback import Frame, level_of, play, record
 
-    from .model import open_model
+    from .model import open_model, warn_new_poses
 
     motion = cut(motions.open_motion(arguments.motion), arguments.start, arguments.seconds)
     output = arguments.output or _beside(arguments.motion)
     export.check_format(output)
-    animator, body = open_model(arguments.model, arguments.garment, arguments.body, arguments.betas)
+    animator, body = open_model(
+        arguments.model, arguments.garment, arguments.body, arguments.betas, clamp=arguments.clamp_betas
+    )
     garment = level_of(animator, arguments.detail).garment
     if arguments.explain:
         for line in motion.notes:
             note(f"{arguments.motion}: {line}")
     total = len(motion.resampled(arguments.fps))
+    novelties: list[float | None] = []
     with bars() as display:
         task = display.add_task("animate", total=total)
+
+        def keep(frame: Frame) -> None:
+            novelties.append(frame.novelty)
+            display.advance(task)
+
         clip = record(
             play(animator, body, motion, fps=arguments.fps, untangle=arguments.untangle, detail=arguments.detail),
             garment_name=garment.name,
             garment_faces=garment.faces,
             motion=motion,
             fps=arguments.fps,
-            keep=lambda frame: display.advance(task),
+            keep=keep,
         )
+    warn_new_poses(animator, novelties)
     for path in export.write(output, clip):
         print(path)
     return 0

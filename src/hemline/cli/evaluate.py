@@ -22,6 +22,8 @@ class Arguments:
     """The garment to wear, by name or a file, for a model that was fitted on many."""
     betas: tuple[float, ...] = ()
     """Shape of the body."""
+    clamp_betas: bool = False
+    """Move them into the range in which the model is believed, see the warning that it gives without."""
     truth: Path | None = None
     """A dataset with simulated takes of this clip, to measure errors against."""
     drive: Literal["own", "truth"] = "own"
@@ -57,7 +59,7 @@ def run(arguments: Arguments) -> int:
     from hemline.playback import evaluate
     from hemline.playback.worst import draw_worst
 
-    from .model import open_model
+    from .model import open_model, warn_new_poses
 
     if arguments.picture is not None:
         check_writable(arguments.picture)
@@ -67,7 +69,8 @@ def run(arguments: Arguments) -> int:
     motion = motions.open_motion(arguments.motion)
     part = cut(motion, arguments.start, arguments.seconds)
     truth = None if arguments.truth is None else datasets.open_dataset(arguments.truth)
-    animator, body = open_model(arguments.model, arguments.garment, None, arguments.betas)
+    animator, body = open_model(arguments.model, arguments.garment, None, arguments.betas, clamp=arguments.clamp_betas)
+    novelties: list[float | None] = []
     evaluation = evaluate(
         animator,
         body,
@@ -80,7 +83,9 @@ def run(arguments: Arguments) -> int:
         detail=arguments.detail,
         start=0.0 if truth is None else arguments.start,
         seconds=None if truth is None else arguments.seconds,
+        keep=lambda frame: novelties.append(frame.novelty),
     )
+    warn_new_poses(animator, novelties)
     size = model_mb(model_path(arguments.model))
     figures: dict[str, Any] = {"model": arguments.model, "model_mb": size} | evaluation.figures
     if arguments.picture is not None:

@@ -1,8 +1,13 @@
 """The model that a command plays, with the garment that it wears."""
 
-from hemline.animators import Animator, Wearable, load
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+
+from hemline.animators import Animator, Bounded, Wearable, load
 from hemline.bodies import ShapedBody
-from hemline.errors import BadInput
+from hemline.errors import BadInput, HemlineWarning
 
 
 def body_of(model: Animator | Wearable, body: str | None, betas: tuple[float, ...]) -> ShapedBody:
@@ -23,7 +28,7 @@ def body_of(model: Animator | Wearable, body: str | None, betas: tuple[float, ..
 
 
 def open_model(
-    name: str, garment: str | None, body: str | None, betas: tuple[float, ...]
+    name: str, garment: str | None, body: str | None, betas: tuple[float, ...], *, clamp: bool = False
 ) -> tuple[Animator, ShapedBody]:
     """A model from a file or by name, and the body to play it on.
 
@@ -32,15 +37,20 @@ def open_model(
         garment: The garment that a model of many garments is to wear; None for a model that has its own.
         body: As for `body_of`.
         betas: As for `body_of`.
+        clamp: Move betas into the range in which the model is believed.
 
     Raises:
         BadModel: As `animators.load`.
-        BadInput: A model of many garments without one, or a garment for a model that has its own.
+        BadBody: As `body_of`.
+        BadInput: A model of many garments without one, or a garment for a model that has its own; or a model that has
+            no such range.
     """
     from hemline import garments
 
     model = load(name)
     shaped = body_of(model, body, betas)
+    if clamp:
+        shaped = _clamped(model, shaped)
     if isinstance(model, Wearable):
         if garment is None:
             raise BadInput(f"model '{name}' needs a garment to wear", "none", "name one with --garment")
@@ -49,3 +59,32 @@ def open_model(
         cure = "leave --garment out, or fit an animator to that garment"
         raise BadInput(f"model '{name}' has its own garment, {model.garment.name}", garment, cure)
     return model, shaped
+
+
+def _clamped(model: Animator | Wearable, shaped: ShapedBody) -> ShapedBody:
+    if not isinstance(model, Bounded):
+        raise BadInput("--clamp-betas needs a model that knows its range of betas", model.name, "leave it out")
+    return shaped.body.shaped(np.clip(shaped.betas, *model.beta_range))
+
+
+def warn_new_poses(animator: Animator, novelties: Sequence[float | None]) -> None:
+    """Warn of the frames whose poses are beyond all those that an animator was fitted to.
+
+    Args:
+        animator: What played.
+        novelties: Of each frame.
+    """
+    if not isinstance(animator, Bounded):
+        return
+    each = np.array(novelties, np.float64)
+    beyond = int((each > animator.novelty_limit).sum())
+    if beyond:
+        warnings.warn(
+            HemlineWarning(
+                f"{beyond} of {len(each)} frames are in poses unlike all that '{animator.garment.name}' was fitted to "
+                f"(novelty above {animator.novelty_limit:g})",
+                f"{each.max():.2f} in frame {int(each.argmax())}",
+                "expect errors several times as large there, or fit it to anchors from such clips, too",
+            ),
+            stacklevel=2,
+        )

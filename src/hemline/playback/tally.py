@@ -67,6 +67,8 @@ class Tally:
         self._stretches.append(metrics.stretch_percent(frame.vertices, self._edges, self._lengths))
         ripples = None if truth is None else metrics.ripple_deg(truth, garment.faces, self._pairs)
         self._ripples.append((metrics.ripple_deg(frame.vertices, garment.faces, self._pairs), ripples))
+        if frame.novelty is not None:
+            self._add("novelty", frame.novelty)
         self._add("resolved", metrics.resolved_percent(frame.held, frame.vertices))
         strains = metrics.edge_strains(frame.vertices, garment.faces, garment.rest_edges)
         self._strains.append(strains.astype(np.float32))
@@ -110,6 +112,7 @@ class Tally:
             "vertex_error_mm": metrics.vertex_error_mm(np.stack(self._errors_mm)) if errors else None,
             "normal_error_deg": metrics.normal_error_deg(np.stack(self._normal_errors_deg)) if errors else None,
             "jerk_m_s3": metrics.jerk_figures(self._jerks) if self._jerks else None,
+            "novelty": metrics.mean_and_worst(values["novelty"]) if "novelty" in values else None,
             "worst_frame": self.worst_frame()[0],
         }
 
