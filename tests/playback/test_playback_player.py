@@ -1,6 +1,7 @@
 """The player: what `play` shows, for whoever writes a loop of his own; and many of them at once."""
 
 import copy
+from dataclasses import replace
 
 import igl
 import numpy as np
@@ -183,3 +184,31 @@ def test_wrong_input_is_refused(cape, kick):
         from dataclasses import replace
 
         hemline.Player.prepare(cape, replace(body().body, name="other").shaped())
+
+
+def test_a_body_changes_its_shape_under_a_close_fitting_garment(kick):
+    """The animator shows at once what a player that was prepared on that body shows, and nothing gets inside."""
+    shirt, shapes = hemline.load("tshirt-light"), ([0.0], [1.5, -1.0], [-0.5, 2.0])
+    first = hemline.Player.prepare(shirt, body(shapes[0]))
+    others = [hemline.Player.prepare(shirt, body(betas)) for betas in shapes]
+    anew = [looped(other, kick, 24)[1] for other in others]
+    player, state = first, first.start(kick[0])
+    for index in range(24):
+        shape = index // 4 % len(shapes)
+        player, state = player.reshaped(state, body(shapes[shape]))
+        state, frame = player.step(state, kick[index], DT)
+        np.testing.assert_array_equal(frame.animated, anew[shape][index].animated)
+        within = igl.fast_winding_number(
+            frame.body.vertices.astype(float), frame.body.faces, frame.vertices.astype(float)
+        )
+        assert not (np.delete(within, frame.report.pinched) > 0.5).any()
+
+
+def test_only_garments_of_settled_states_change_their_body(cape, kick):
+    player = hemline.Player.prepare(cape, body())
+    with pytest.raises(BadInput, match="garments of settled states alone; got animator 'ropes'"):
+        player.reshaped(player.start(kick[0], pre_roll=0.0), body([1.0]))
+    shirt, known = hemline.Player.prepare(hemline.load("tshirt-light"), body()), body().body
+    stranger = replace(known, name="stranger", template=np.float32(1.01) * known.template)
+    with pytest.raises(BadInput, match="was fitted on body anny24"):
+        shirt.reshaped(shirt.start(kick[0], pre_roll=0.0), stranger.shaped())

@@ -10,6 +10,7 @@ from hemline import animators, bodies, garments, motions, sim
 from hemline.metrics import frame_ms
 from hemline.playback.play import play
 
+from .close_fitting import bench_crowd_tshirt, bench_tshirt, bench_tshirt_paper_size
 from .detail import bench_crowd_cape, bench_detail_cape
 from .machine import commit, machine
 from .projection import bench_projection_cape, bench_projection_sheet, bench_projection_shirt, bench_projection_skirt
@@ -45,6 +46,9 @@ def bench_sim_12k_self() -> dict[str, Any]:
 BENCHMARKS: dict[str, Callable[[], dict[str, Any]]] = {
     "cape": bench_cape,
     "skirt": bench_skirt,
+    "tshirt": bench_tshirt,
+    "tshirt-paper-size": bench_tshirt_paper_size,
+    "crowd-tshirt": bench_crowd_tshirt,
     "detail-cape": bench_detail_cape,
     "crowd-cape": bench_crowd_cape,
     "whole-cape": bench_whole_cape,

@@ -214,6 +214,30 @@ class Player:
             state.animator, whole, switched_projector(other.projector, self.projector, state.projector, nearest)
         )
 
+    def reshaped(self, state: PlayerState, body: ShapedBody) -> tuple["Player", PlayerState]:
+        """The garment on a body of another shape from the next frame on; nothing is prepared anew.
+
+        For shape sliders, and for crowds: prepare one player, and reshape it for each agent.
+
+        Args:
+            state: Of this player; it is not changed.
+            body: The body from now on.
+
+        Returns:
+            The player of that body, and the state to go on with.
+
+        Raises:
+            BadInput: The animator is not `Settled`, so that its garment must be put on anew; or another kind of body.
+        """
+        if not isinstance(self.animator, Settled) or self.collider is not self.body:
+            raise BadInput(
+                "a body changes its shape under garments of settled states alone",
+                f"animator '{self.animator.name}'",
+                "prepare a player for each body",
+            )
+        moved = replace(state, animator=self.animator.reshaped(state.animator, body))
+        return replace(self, body=body, collider=body), moved
+
     def follow(self, state: PlayerState, pose: Pose, dt: float, truth: Vertices) -> tuple[PlayerState, Frame]:
         """As `step`, driven by simulated vertices instead of by the animator's own dynamics.
 

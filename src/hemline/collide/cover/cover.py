@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 REACH = 0.025
 """A triangle may cover vertices of the body whose distance from its middle is at most this at rest [m]."""
+SLIP = 0.004
+"""And which are beside it by no more than this: so far the cloth may slip along the skin [m]."""
 GAP = 0.0015
 """How far behind the cloth covered vertices are [m]."""
 DEEPEST = 0.02
@@ -49,14 +51,19 @@ class Cover:
         """
         from scipy.spatial import KDTree
 
-        near = KDTree(shaped.vertices).query_ball_point(vertices[faces].mean(axis=1), REACH)
-        normals = face_normals(vertices.astype(np.float64), faces)
-        found = [np.asarray(each, np.int32) for each in near]
-        found = [each[shaped.normals[each] @ normal > FACING] for each, normal in zip(found, normals, strict=True)]
-        counts = np.array([len(each) for each in found])
-        covering = np.flatnonzero(counts)
-        starts = np.concatenate([[0], np.cumsum(counts[covering])]).astype(np.int32)
-        points = np.concatenate([np.empty(0, np.int32), *(found[index] for index in covering)])
+        corners = vertices[faces].astype(np.float64)
+        middles, normals = corners.mean(axis=1), face_normals(vertices.astype(np.float64), faces)
+        near = KDTree(shaped.vertices).query_ball_point(middles, REACH)
+        counts = np.array([len(each) for each in near])
+        face, point = np.repeat(np.arange(len(faces)), counts), np.concatenate([np.empty(0, int), *near]).astype(int)
+        away = shaped.vertices[point] - middles[face]
+        beside = np.linalg.norm(away - np.einsum("pi,pi->p", away, normals[face])[:, None] * normals[face], axis=1)
+        radii = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
+        facing = np.einsum("pi,pi->p", shaped.normals[point], normals[face])
+        kept = (facing > FACING) & (beside < radii[face] + SLIP)
+        covering, counts = np.unique(face[kept], return_counts=True)
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        points = point[kept].astype(np.int32)
         return cls(np.ascontiguousarray(faces[covering], np.int32), starts, points)
 
     def step(self, skin: BodyVertices, vertices: Vertices) -> Vertices:

@@ -1,0 +1,141 @@
+"""Benchmarks of AgentDress: a frame, a new body shape, a hundred agents, and a garment of the paper's size."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hemline import animators, bodies, garments, motions
+from hemline.animators.agentdress.binding import Binding
+from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.agentdress.tables import Tables
+from hemline.bodies import ShapedBody
+from hemline.garments import Garment
+from hemline.learning.packed_basis import PackedBasis
+from hemline.meshes import ClosestTree
+from hemline.metrics import frame_ms
+from hemline.motions.quaternions import from_axis_angle, multiply
+from hemline.playback import Player, crowd
+
+AGENTS = 100
+CROWD_FRAMES = 30
+RESHAPED = 50
+"""Bodies that a shape slider runs through."""
+PAPER_ANCHORS = 150
+
+
+def bench_tshirt() -> dict[str, Any]:
+    """The shipped T-shirt on the six excerpts, one core: a frame by stage, and a new shape of the body."""
+    return _one_agent(_shipped("tshirt-light"))
+
+
+def bench_tshirt_paper_size() -> dict[str, Any]:
+    """As `bench_tshirt` with 12,414 vertices and 150 anchors: the shipped model interpolated, so times alone."""
+    return _one_agent(_spread(_shipped("tshirt-light"), garments.load("tshirt"), PAPER_ANCHORS))
+
+
+def bench_crowd_tshirt() -> dict[str, Any]:
+    """A hundred people of different shapes and poses in one call, all cores; and what one who joins waits for."""
+    from hemline.compiled import use_threads
+
+    use_threads(None)
+    clips = [motions.load(name) for name in motions.names()]
+    player = Player.prepare(_shipped("tshirt-light"), bodies.load("anny24").shaped())
+    begun = [player.start(clip[0]) for clip in clips]
+    joined, waited = [], []
+    for number, betas in enumerate(_shapes(AGENTS)):
+        began = time.perf_counter()
+        joined.append(player.reshaped(begun[number % len(clips)], player.body.body.shaped(betas)))
+        waited.append((time.perf_counter() - began) * 1e3)
+    players, states, spans = [each for each, _ in joined], [state for _, state in joined], []
+    for frame in range(CROWD_FRAMES):
+        poses = [clips[n % len(clips)][(frame + 7 * n) % len(clips[n % len(clips)])] for n in range(AGENTS)]
+        began = time.perf_counter()
+        states, _ = crowd(players, states, poses, 1 / 30)
+        spans.append((time.perf_counter() - began) * 1e3 / AGENTS)
+    return {
+        "agents": AGENTS,
+        "agent_ms": float(np.median(spans)),
+        "agent_ms_p95": float(np.percentile(spans, 95)),
+        "joining_ms": float(np.median(waited)),
+        "joining_ms_worst": float(np.max(waited)),
+    }
+
+
+def _shipped(name: str) -> AnimatorAgentDress:
+    model = animators.load(name)
+    assert isinstance(model, AnimatorAgentDress)
+    return model
+
+
+def _one_agent(model: AnimatorAgentDress) -> dict[str, Any]:
+    from hemline.compiled import use_threads
+
+    use_threads(1)
+    body = bodies.load(model.body_name)
+    player = Player.prepare(model, body.shaped())
+    player.warm_up(motions.load("run")[0])
+    frames = []
+    for name in motions.names():
+        motion = motions.load(name)
+        state = player.start(motion[0])
+        for index in range(len(motion)):
+            state, frame = player.step(state, motion[index], 1 / 30)
+            frames.append(dict(frame.milliseconds))
+    before = frame_ms([{"body": each["body"], "animator": each["animator"]} for each in frames])
+    return {
+        "vertices": len(model.garment.vertices),
+        "anchors": len(model.tables.shape_effects),
+        "poses": len(model.tables.rotations),
+        "frame_ms": frame_ms(frames),
+        "before_the_projection_ms": {name: before[name] for name in ("median", "p95")},
+        "new_shape_ms": _new_shape_ms(player, [body.shaped(betas) for betas in _shapes(RESHAPED)]),
+    }
+
+
+def _new_shape_ms(player: Player, shapes: Sequence[ShapedBody]) -> float:
+    """Of the garment alone, all anchors of it; the body itself is there [ms]."""
+    state, spans = player.start(motions.load("run")[0]), []
+    for shaped in shapes:
+        began = time.perf_counter()
+        player.reshaped(state, shaped)
+        spans.append((time.perf_counter() - began) * 1e3)
+    return float(np.median(spans))
+
+
+def _shapes(count: int) -> list[np.ndarray]:
+    return list(np.random.default_rng(0).uniform(-2, 2, size=(count, 4)).astype(np.float32))
+
+
+def _spread(model: AnimatorAgentDress, garment: Garment, anchors: int) -> AnimatorAgentDress:
+    """The model on a finer mesh of its garment: tables interpolated, anchors repeated in poses nearby."""
+    tables, random, body = model.tables, np.random.default_rng(0), bodies.load(model.body_name).shaped()
+    closest = ClosestTree(model.garment.vertices.astype(np.float64), model.garment.faces).closest(garment.vertices)
+    corners = model.garment.faces[closest.faces]
+
+    def fine(values: np.ndarray) -> np.ndarray:
+        """Of each vertex, from those of the coarser mesh."""
+        return np.einsum("vc,vc...->v...", closest.weights, values[corners].astype(np.float64)).astype(np.float32)
+
+    binding = Binding.of(garment.vertices, garment.faces, body.posed(body.rest_pose))
+    of, basis = np.arange(anchors) % len(tables.shape_effects), tables.basis
+    turns = from_axis_angle(random.normal(scale=0.05, size=(anchors, tables.rotations.shape[1], 3)))
+    digits = np.rint(fine(basis.digits.reshape(-1, 3, basis.digits.shape[1]))).astype(np.int8)
+    spread = Tables(
+        indices=binding.indices,
+        weights=binding.weights,
+        nearest=binding.nearest,
+        regions=fine(tables.regions),
+        influence=tables.influence,
+        rotations=np.concatenate([multiply(tables.rotations[of], turns), tables.rotations]).astype(np.float32),
+        rest=garment.vertices + fine(tables.rest - model.garment.vertices),
+        rest_effects=np.stack([fine(each) for each in tables.rest_effects]),
+        offset=fine(tables.offset),
+        basis=PackedBasis(digits.reshape(-1, basis.digits.shape[1]), basis.scales, basis.modes),
+        pose_weights=np.concatenate([0.0 * tables.pose_weights[:, of], tables.pose_weights], axis=1),
+        shape_effects=tables.shape_effects[of],
+        clearances=fine(tables.clearances),
+    )
+    return replace(model, garment=garment, tables=spread)
