@@ -9,6 +9,8 @@ from hemline.animators.base import Progress
 from hemline.arrays import Float
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
+from hemline.datasets.take import take_metadata
+from hemline.errors import BadDataset
 from hemline.garments.garment import Garment
 from hemline.learning.packed_basis import pack_basis
 from hemline.learning.pca import principal_of_rows
@@ -51,7 +53,8 @@ def fit(
         The animator.
 
     Raises:
-        BadDataset: The dataset holds no such anchors.
+        BadBody: The body that the garment was made on is not there.
+        BadDataset: The dataset holds no such anchors, or its anchors were made on another body.
 
     Warns:
         HemlineWarning: The garment is too loose or too tight for the method, or the anchors are few; with the error to
@@ -62,12 +65,26 @@ def fit(
     """
     config, tell = config or AgentDressConfig(), progress or (lambda stage, done, total: None)
     tell("anchors", 0, 1)
+    _check_body(dataset)
     anchors = AnchorSet.of(dataset, config)
     tell("anchors", 1, 1)
     model = fit_anchors(dataset.garment, anchors, config, progress=tell)
     figures = dict(model.figures) | suitability(dataset, anchors)
     warn_unsuited(dataset.garment.name, figures, config)
     return replace(model, figures=figures)
+
+
+def _check_body(dataset: Dataset) -> None:
+    """Refuse anchors that were made on another body than the one that has the name now."""
+    body = bodies.load(dataset.garment.body_name)
+    for row in dataset.anchors():
+        made_on = take_metadata(dataset.path(row.name))["inputs"].get("body", body.hash)
+        if made_on != body.hash:
+            raise BadDataset(
+                f"anchors of {dataset.folder} were made on another body than {body.name} ({body.hash})",
+                made_on,
+                "put that body back, or drape into a new folder",
+            )
 
 
 def fit_anchors(
