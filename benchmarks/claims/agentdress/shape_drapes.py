@@ -54,7 +54,7 @@ def some_shapes(body: Body, count: int, betas: int, seed: int) -> list[tuple[flo
     return [each[:betas] for each in random_shapes(body, count, seed)]
 
 
-def test_drapes(
+def settled_drapes(
     anchors: AnchorSet,
     folder: Path,
     garment: Garment,

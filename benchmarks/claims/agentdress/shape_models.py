@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from shape_drapes import some_shapes, test_drapes
+from shape_drapes import settled_drapes, some_shapes
 from shape_drawing import draw_bars, draw_components, draw_predictions
 from shape_page import MOVED, page
 from shape_ways import COMPONENTS, Ways, apart_mm
@@ -148,7 +148,7 @@ def main() -> None:
     body = bodies.load(garment.body_name)
     shapes = some_shapes(body, asked.shapes, asked.betas, asked.seed)
     options = {"poses": asked.poses, "shapes": shapes, "seed": asked.seed, "jobs": asked.jobs}
-    drapes = test_drapes(anchors, asked.test, garment, **options)
+    drapes = settled_drapes(anchors, asked.test, garment, **options)
     scenes = [Ways.of(each, anchors, body, garment.faces) for each in drapes]
     row = {
         "garment": garment.name,

@@ -130,15 +130,14 @@ def pushed_out(worn: Float[np.ndarray, "verts 3"], posed: PosedBody) -> Float[np
     """
     from scipy.spatial import KDTree
 
-    tree, worn = KDTree(posed.vertices), worn.copy()
+    tree, worn, asked = KDTree(posed.vertices), worn.copy(), np.arange(len(worn))
     for _ in range(ROUNDS):
-        nearest = tree.query(worn)[1]
+        nearest = tree.query(worn[asked])[1]
         normals = posed.normals[nearest]
-        lack = PUSHED - np.einsum("vi,vi->v", worn - posed.vertices[nearest], normals)
+        lack = PUSHED - np.einsum("vi,vi->v", worn[asked] - posed.vertices[nearest], normals)
         behind = lack > PUSHED
-        if not behind.any():
-            break
-        worn[behind] += lack[behind, None] * normals[behind]
+        asked = asked[behind]
+        worn[asked] += lack[behind, None] * normals[behind]
     return worn
 
 
