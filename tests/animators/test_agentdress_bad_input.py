@@ -65,8 +65,8 @@ def said(capsys):
 
 
 def test_betas_half_as_far_again_as_those_of_the_fit_are_believed_and_others_warned_of(model):
-    bounded = isinstance(model, Bounded)
-    assert bounded and model.beta_range == (-3, 3)
+    known: object = model
+    assert isinstance(known, Bounded) and model.beta_range == (-3, 3)
     for betas in ((3.0, -3.0), (0.0, 0.0, 0.0, 0.0, 0.0, 3.0)):
         model.start(on(betas))  # no warning, which would be an error here
     for betas in ((3.1,), (0.0, -3.1), (0.0, 0.0, 0.0, 0.0, 0.0, 5.0)):
