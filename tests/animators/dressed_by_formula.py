@@ -15,6 +15,8 @@ from hemline.motions.pose_clusters import without_heading
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 
 ELBOW, SHOULDER, SPINE = (JOINT_NAMES.index(name) for name in ("left_elbow", "left_shoulder", "spine2"))
+BEYOND = 7
+"""A beta that is 0 in all shapes of anchors, and moves the garment."""
 SHAPES = [(), (-2.0,), (-1.0,), (1.0,), (2.0,), (0.0, -2.0), (0.0, -1.0), (0.0, 1.0), (0.0, 2.0)]
 
 
@@ -74,11 +76,12 @@ def formula(pose: Pose, betas) -> np.ndarray:
     for joint in (SHOULDER, SPINE):
         matrix = to_matrix(pose.rotations[joint].astype(np.float64))
         result += 0.03 * shares[:, [joint]] * (matrix[:, 0] + matrix[:, 2])
-    betas = np.pad(np.asarray(betas, np.float64), (0, 2))[:2]
+    betas = np.pad(np.asarray(betas, np.float64), (0, BEYOND + 1))[: BEYOND + 1]
     outward = base() - base().mean(axis=0)
     # the larger the body, the more a raised arm draws
     drawn = to_matrix(pose.rotations[SHOULDER].astype(np.float64))[0, 1]
     result += 0.1 * betas[0] * drawn * shares[:, [SHOULDER]] * outward
+    result += 0.03 * betas[BEYOND] * outward[:, [2]] * [0.0, 0.0, 1.0]
     return result + 0.05 * betas[0] * outward + 0.02 * betas[1] ** 2 * outward[:, [1]] * [0.0, 1.0, 0.0]
 
 
@@ -117,11 +120,19 @@ def derivatives() -> dict[str, np.ndarray]:
     return found
 
 
-def dataset(folder: Path, anchors: int, singles: int = 0, shapes=SHAPES) -> Dataset:
-    """Anchors on all shapes, and poses on the mean one alone."""
+def random_body(number: int) -> tuple[float, ...]:
+    """Of two betas that the anchors know, and one that they do not."""
+    drawn = np.random.default_rng(number).normal(size=3)
+    return (float(drawn[0]), float(drawn[1]), *[0.0] * (BEYOND - 2), float(drawn[2]))
+
+
+def dataset(folder: Path, anchors: int, singles: int = 0, shapes=SHAPES, random_bodies: int = 0) -> Dataset:
+    """Anchors on all shapes, poses on the mean one alone, and random bodies in poses of anchors."""
     made = create(folder, shirt())
     made.add(anchor(tpose(), (), derivatives()))
     for number in range(anchors + singles):
         for betas in shapes if number < anchors else [()]:
             made.add(anchor(anchored(random_pose(number)), betas))
+    for number in range(random_bodies):
+        made.add(anchor(anchored(random_pose(number % anchors)), random_body(number)))
     return made

@@ -17,6 +17,7 @@ from hemline.animators.agentdress.fit import fit
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.pose_model import fit_kernel, kernel
 from hemline.animators.agentdress.regions import region_weights
+from hemline.animators.agentdress.rest_model import corrected
 from hemline.animators.agentdress.shape_model import ShapeModel
 from hemline.datasets import create
 from hemline.errors import BadDataset, BadInput, BadModel
@@ -320,6 +321,32 @@ def test_betas_that_no_anchor_has_take_the_garment_along_with_the_skin(model):
     skin = (shaped.posed(pose).vertices - made.body().posed(pose).vertices)[model.tables.nearest]
     assert np.linalg.norm(skin, axis=1).max() > 5e-3
     assert np.linalg.norm(moved - skin, axis=1).mean() < 0.5 * np.linalg.norm(skin, axis=1).mean()
+
+
+def test_random_bodies_tell_what_the_other_betas_do(tmp_path):
+    """Of bodies that nobody settled on, in poses that nobody settled in: the mean error is halved."""
+    few = fit(made.dataset(tmp_path / "few", 8), STILL)
+    more = fit(made.dataset(tmp_path / "more", 8, random_bodies=40), replace(STILL, rest_ridge=1.0))
+    errors = np.array(
+        [
+            [mean_mm(worn(model, pose, betas), made.settled(pose, betas)) for model in (few, more)]
+            for pose, betas in ((made.random_pose(n), made.random_body(n)) for n in range(100, 110))
+        ]
+    )
+    assert errors[:, 1].mean() < 0.5 * errors[:, 0].mean()
+    assert few.figures["shapes"] == more.figures["shapes"] == len(made.SHAPES)
+
+
+def test_the_correction_of_a_shape_model_is_what_it_lacks():
+    """All of it at no ridge, none of it at a large one; ridge regression solved the other way round."""
+    random = np.random.default_rng(3)
+    betas, model = random.normal(size=(9, 6)), ShapeModel(random.normal(size=12), random.normal(size=(12, 12)), 1.0)
+    lacking = random.normal(size=(6, 12))
+    garments = model.at(betas) + betas @ lacking
+    np.testing.assert_allclose(corrected(model, garments, betas, 1e-9).at(betas), garments, atol=1e-6)
+    np.testing.assert_allclose(corrected(model, garments, betas, 1e9).effects, model.effects, atol=1e-6)
+    added = corrected(model, garments, betas, 0.7).effects[:6] - model.effects[:6]
+    np.testing.assert_allclose(added, np.linalg.solve(betas.T @ betas + 0.7 * np.eye(6), betas.T @ betas @ lacking))
 
 
 def test_a_model_file_changes_no_bit_of_what_plays(model, tmp_path):

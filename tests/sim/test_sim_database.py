@@ -38,7 +38,11 @@ def made(few_shapes, tmp_path_factory):
     folder = tmp_path_factory.mktemp("database") / "data"
     told = []
     clips = [motions.load("walk")[:60], motions.load("dance")[:90]]
-    return folder, make_database(folder, shirt(), clips, 3, beside=2, progress=lambda *each: told.append(each)), told
+    return (
+        folder,
+        make_database(folder, shirt(), clips, 3, beside=2, random=2, progress=lambda *each: told.append(each)),
+        told,
+    )
 
 
 @pytest.mark.slow
@@ -54,7 +58,15 @@ def test_anchors_are_poses_of_the_clips_on_all_shapes(made):
         betas = {dataset.take(name).betas[0] for name in anchor.names}
         assert betas == {-2.0, -1.0, 0.0, 1.0, 2.0}
     assert [len(each.names) for each in found.beside if each] == [1, 1]
-    assert told[-1] == ("anchors", 15, 15) and ("poses", 2, 2) in told and ("clusters", 1, 1) in told
+    for each, anchor in zip(found.random, found.anchors, strict=False):
+        take = dataset.take(each.names[0])
+        assert take.motion[0].hash == anchor.pose.hash and np.abs(take.betas[5:]).min() > 0
+    assert (
+        told[-1] == ("random bodies", 2, 2)
+        and ("anchors", 15, 15) in told
+        and ("poses", 2, 2) in told
+        and ("clusters", 1, 1) in told
+    )
 
 
 @pytest.mark.slow
@@ -93,6 +105,8 @@ def test_bad_questions_are_refused(tmp_path, capsys):
         make_database(tmp_path / "none", shirt(), [walk], 0)
     with pytest.raises(BadInput, match="beside the anchors must not be negative; got -1"):
         make_database(tmp_path / "none", shirt(), [walk], 1, beside=-1)
+    with pytest.raises(BadInput, match="number of random bodies must not be negative; got -1"):
+        make_database(tmp_path / "none", shirt(), [walk], 1, random=-1)
     with pytest.raises(BadDataset, match="no anchor in the T-pose with derivatives"):
         mean_sensitivity([])
     other = garments.make_cape(bodies.load("anny24").shaped(), rows=9, columns=12)

@@ -83,6 +83,10 @@ class Settled(Protocol):
         """The garment as it would settle in a pose, without a past (verts, 3) [m]."""
         ...
 
+    def reshaped(self, state: Any, shaped: "ShapedBody") -> Any:
+        """The State on a body of another shape, its past kept; raises BadInput for another body."""
+        ...
+
 
 @runtime_checkable
 class Bounded(Protocol):

@@ -26,7 +26,7 @@ class Arguments:
     spread: int = 0
     """Besides the mean body, bodies where one of the first so many betas is -2, -1, 1 or 2: four for each."""
     random: int = 0
-    """Besides these, so many random bodies."""
+    """Besides these, so many random bodies; with --anchors, each in the pose of one of them."""
     seed: int = 0
     """Another number gives other random bodies."""
     anchors: int = 0
@@ -111,6 +111,7 @@ def _anchors(arguments: Arguments) -> int:
             clips,
             arguments.anchors,
             beside=arguments.poses,
+            random=arguments.random,
             derivatives=arguments.derivatives,
             seed=arguments.seed,
             jobs=arguments.jobs,
@@ -126,7 +127,10 @@ def _anchors(arguments: Arguments) -> int:
         print(json.dumps(rows))
     else:
         poses = sum(row["poses"] for row in rows)
+        random = sum(each is not None for each in made.random)
         print(f"{len(rows) - len(lost)} anchors on {len(made.shapes)} bodies, {beside} more on one, of {poses} poses")
+        if random:
+            print(f"{random} random bodies in poses of anchors")
         if lost:
             print(f"in no pose of these clusters did the garment come to rest: {lost}")
     return 1 if lost else 0

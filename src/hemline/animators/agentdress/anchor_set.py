@@ -1,5 +1,7 @@
 """The anchors of a dataset: in which poses, on which shapes, and how the garment lies there."""
 
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +17,7 @@ from hemline.motions.motion import JOINT_COUNT, Pose
 
 from .binding import Binding
 from .config import AgentDressConfig
+from .rest_model import corrected, with_skin
 from .shape_model import ShapeModel
 
 COMMAND = "hemline drape GARMENT --anchors 150 --motion FILE..."
@@ -27,7 +30,8 @@ class AnchorSet:
     Attributes:
         rotations: Of the anchors' poses.
         betas: The shapes, the mean one first; as many betas as any of them has.
-        rest: The garment in the rest pose, by shape: of each, what skinning carries nearest to all its anchors [m].
+        rest: The garment in the rest pose, by shape: of each, what skinning carries nearest to all its anchors, and of
+            random bodies, to the one pose that each is in [m].
         offsets: How far the garment of each anchor on each shape is from `rest`, carried along, in the turned frames of
             its binding [m].
         single_rotations: Poses of the mean shape alone.
@@ -61,36 +65,42 @@ class AnchorSet:
         upright, by_pose = _takes(dataset)
         first = upright[0]
         binding = Binding.of(first.vertices[0], dataset.garment.faces, body.shaped(first.betas).posed(first.motion[0]))
-        shapes = sorted({betas for found in by_pose.values() for betas in found}, key=lambda each: (any(each), each))
-        whole = [found for found in by_pose.values() if len(found) == len(shapes)]
-        if len(whole) < 2 or any(shapes[0]):
+        poses = Counter(shape for found in by_pose.values() for shape in found)
+        shapes = sorted((shape for shape, often in poses.items() if often > 1), key=lambda each: (any(each), each))
+        whole = [found for found in by_pose.values() if all(shape in found for shape in shapes)]
+        if len(whole) < 2 or shapes[0]:
             raise BadDataset(
                 "fewer than two anchors on all shapes", len(whole), "run 'hemline drape --anchors' to its end"
             )
-        alone = [found[shapes[0]] for found in by_pose.values() if len(found) < len(shapes) and shapes[0] in found]
-        betas = np.array(shapes, np.float64)
-        betas = betas[:, : int(np.flatnonzero(betas.any(axis=0)).max(initial=0)) + 1]
-        shaped = [body.shaped(each) for each in betas.astype(np.float32)]
+        fewer = [found for found in by_pose.values() if not all(shape in found for shape in shapes)]
+        alone = [found[shapes[0]] for found in fewer if shapes[0] in found]
+        betas = _rows(shapes)
         settled = [
-            _Settled.of(each, [dataset.take(found[shape]) for found in whole])
-            for each, shape in zip(shaped, shapes, strict=True)
+            _Settled.of(body.shaped(np.float32(shape)), [dataset.take(found[shape]) for found in whole])
+            for shape in shapes
         ]
-        single = _Settled.of(shaped[0], [dataset.take(name) for name in alone])
-        rest = ShapeModel.fitted(
-            np.array([binding.carried(each.transforms, each.worn).ravel() for each in settled]),
-            betas,
-            components=options.shape_components,
-            ridge=options.shape_ridge,
-        )
-        rests = rest.at(betas).reshape(len(betas), -1, 3)
-        offsets = [each.offsets(binding, at) for each, at in zip(settled, rests, strict=True)]
+        single = _Settled.of(body.shaped(), [dataset.take(name) for name in alone])
+        nothing = np.zeros_like(first.vertices[0])
+        carried = np.array([each.carried(binding, nothing) for each in settled])
+        how = {"components": options.shape_components, "ridge": options.shape_ridge}
+        rest = with_skin(ShapeModel.fitted(carried, betas, **how), body, binding.nearest, dataset.garment.faces)
+        # Random bodies are settled in one pose each.
+        others = [(anchor, shape) for anchor, found in enumerate(whole) for shape in found if shape not in shapes]
+        if others:
+            offsets, laid = _offsets(binding, settled, rest.at(betas)), []
+            for anchor, shape in others:
+                own = ShapeModel.fitted(offsets[anchor].reshape(len(betas), -1).astype(np.float64), betas, **how)
+                there = _Settled.of(body.shaped(np.float32(shape)), [dataset.take(whole[anchor][shape])])
+                laid.append(there.carried(binding, own.at(_rows([shape])).reshape(-1, 3)))
+            bodies_of_all = _rows([*shapes, *(shape for _, shape in others)])
+            rest = corrected(rest, np.concatenate([carried, laid]), bodies_of_all, options.rest_ridge)
         return cls(
             rotations=settled[0].rotations,
             betas=betas,
             rest=rest,
-            offsets=np.stack(offsets, axis=1),
+            offsets=_offsets(binding, settled, rest.at(betas)),
             single_rotations=single.rotations,
-            single_offsets=single.offsets(binding, rests[0]),
+            single_offsets=single.offsets(binding, rest.at(betas[:1])[0].reshape(-1, 3)),
             sensitivity=_sensitivity(upright, body, binding),
             binding=binding,
         )
@@ -123,9 +133,36 @@ class _Settled:
             np.array([take.vertices[0] for take in takes], np.float64),
         )
 
+    def carried(self, binding: Binding, added: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, " rows"]:
+        """The garment in the rest pose of the body, once what is added to skinning in these poses is taken off [m]."""
+        left = [
+            worn - np.einsum("vij,vj->vi", binding.rotations(transforms), added)
+            for transforms, worn in zip(self.transforms, self.worn, strict=True)
+        ]
+        return binding.carried(self.transforms, np.array(left)).ravel()
+
     def offsets(self, binding: Binding, rest: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "poses verts 3"]:
+        """How far each garment is from `rest`, carried along, in the turned frames of its binding [m]."""
         found = [binding.offsets(t, rest, worn) for t, worn in zip(self.transforms, self.worn, strict=True)]
         return np.array(found, np.float32).reshape(-1, *rest.shape)
+
+
+def _offsets(
+    binding: Binding, settled: list[_Settled], rests: Float[np.ndarray, "shapes rows"]
+) -> Float[np.ndarray, "anchors shapes verts 3"]:
+    found = [each.offsets(binding, rest.reshape(-1, 3)) for each, rest in zip(settled, rests, strict=True)]
+    return np.stack(found, axis=1)
+
+
+def _trimmed(betas: Iterable[float]) -> tuple[float, ...]:
+    """Without zeros at the end."""
+    return tuple(float(beta) for beta in np.trim_zeros(np.asarray(list(betas), np.float32), "b"))
+
+
+def _rows(shapes: list[tuple[float, ...]]) -> Float[np.ndarray, "shapes betas"]:
+    """As many betas of each as the longest has."""
+    count = max([1, *(len(shape) for shape in shapes)])
+    return np.array([[*shape, *[0.0] * (count - len(shape))] for shape in shapes])
 
 
 def _takes(dataset: Dataset) -> tuple[list[Take], dict[str, dict[tuple[float, ...], str]]]:
@@ -138,7 +175,7 @@ def _takes(dataset: Dataset) -> tuple[list[Take], dict[str, dict[tuple[float, ..
             if is_t_pose(take.motion[0]):
                 upright.append(take)
         else:
-            by_pose.setdefault(take.motion[0].hash, {})[row.betas] = row.name
+            by_pose.setdefault(take.motion[0].hash, {})[_trimmed(row.betas)] = row.name
     if not upright:
         raise BadDataset("no anchor in the T-pose with derivatives", dataset.folder, f"run '{COMMAND}'")
     return sorted(upright, key=lambda take: float(np.abs(take.betas).max(initial=0))), by_pose

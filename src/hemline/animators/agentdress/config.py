@@ -13,6 +13,8 @@ class AgentDressConfig:
     """Principal components of the garment over body shapes, for each anchor."""
     shape_ridge: float = positive(0.2)
     """Ridge of the regression from the shape of the body to them."""
+    rest_ridge: float = positive(30.0)
+    """Ridge of what random bodies add to the garment at rest."""
     pose_modes: int = positive(64)
     """Modes of the basis in which the pose model speaks."""
     shape_modes: int = positive(64)

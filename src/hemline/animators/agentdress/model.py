@@ -15,7 +15,6 @@ from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.lifted_arms import lifted_arms
 from hemline.errors import BadInput, BadModel
 from hemline.files.contents import AGAIN, entry, part
-from hemline.garments.clearance import smoothed_field
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Pose
 from hemline.motions.pose_clusters import without_heading
@@ -26,7 +25,7 @@ from .config import AgentDressConfig
 from .distance_kernels import pose_distances
 from .distances import anchor_weights
 from .pose_model import kernel
-from .shape_model import shape_features
+from .shape_model import shape_features, widened
 from .state import AgentDressState
 from .tables import Tables
 from .worn_kernels import wear
@@ -104,11 +103,13 @@ class AnimatorAgentDress:
                 "use that body, or fit the garment again",
             )
         warn_beyond(self.garment.name, self.fitted_betas, shaped.betas)
-        tables, known = self.tables, self.tables.shape_effects.shape[1] // 2
-        features = shape_features(shaped.betas[:known].astype(np.float64)).astype(np.float32)
+        tables, betas = self.tables, shaped.betas[None]
+        posed_known, known = tables.shape_effects.shape[1] // 2, len(tables.rest_effects) // 2
+        features = shape_features(widened(betas, posed_known))[0].astype(np.float32)
         effects = np.einsum("f,sfk->sk", features, tables.shape_effects)
+        features = shape_features(widened(betas, known))[0].astype(np.float32)
         rest = tables.rest + np.einsum("f,fvi->vi", features, tables.rest_effects)
-        return AgentDressState(rest + self._beyond(shaped, known), shaped.normals[tables.nearest], effects, None)
+        return AgentDressState(rest, shaped.normals[tables.nearest], effects, None)
 
     def step(self, state: AgentDressState, posed: PosedBody, dt: float) -> tuple[AgentDressState, Vertices]:
         """Advance to a pose.
@@ -136,6 +137,18 @@ class AnimatorAgentDress:
             BadInput: As `start`.
         """
         return self._worn(self.start(posed), self._distances(posed.pose), posed)
+
+    def reshaped(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
+        """The State on a body of another shape: what a slider asks for, and an agent that joins a crowd.
+
+        Args:
+            state: The State on the body before; it is not changed.
+            shaped: The body from now on.
+
+        Raises:
+            BadInput: As `start`.
+        """
+        return replace(self.start(shaped.posed(shaped.rest_pose)), distances=state.distances)
 
     def _worn(
         self, state: AgentDressState, distances: Float[np.ndarray, "regions poses"], posed: PosedBody
@@ -176,15 +189,6 @@ class AnimatorAgentDress:
         shape = anchor_weights(distances[:, : len(effects)], **options) @ effects
         modes, basis = np.concatenate([pose, shape], axis=1), self.tables.basis
         return np.ascontiguousarray(modes[:, basis.modes] * basis.scales, np.float32)
-
-    def _beyond(self, shaped: ShapedBody, known: int) -> Vertices:
-        """Betas that the anchors do not know take the garment along with the skin under it [m]."""
-        nothing = np.zeros_like(self.tables.rest)
-        if not shaped.betas[known:].any():
-            return nothing
-        inner = shaped.body.shaped(shaped.betas[:known])
-        moved = (shaped.vertices - inner.vertices)[self.tables.nearest].astype(np.float64)
-        return smoothed_field(moved, self.garment.faces, np.ones(len(moved)), 1.0).astype(np.float32)
 
     def save(self, path: str | Path) -> None:
         """Write a model file, whole or not at all.

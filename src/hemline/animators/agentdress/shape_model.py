@@ -14,6 +14,13 @@ def shape_features(betas: Float[np.ndarray, "... betas"]) -> Float[np.ndarray, "
     return np.concatenate([betas, betas**2], axis=-1)
 
 
+def widened(betas: Float[np.ndarray, "shapes betas"], count: int) -> Float[np.ndarray, "shapes count"]:
+    """So many betas of each shape, zeros where there are fewer, float64."""
+    found = np.zeros((len(betas), count))
+    found[:, : min(count, betas.shape[1])] = betas[:, :count]
+    return found
+
+
 @dataclass(frozen=True)
 class ShapeModel:
     r"""$c(\beta) = \bar c + U W (\beta, \beta^2, 1)$.
@@ -65,5 +72,5 @@ class ShapeModel:
         return cls(mean - centre @ effects, effects, explained)
 
     def at(self, betas: Float[np.ndarray, "shapes betas"]) -> Float[np.ndarray, "shapes rows"]:
-        """The garment on bodies of these shapes [m]."""
-        return self.mean + shape_features(np.asarray(betas, np.float64)) @ self.effects
+        """The garment on bodies of these shapes [m]; betas that it does not know are left out."""
+        return self.mean + shape_features(widened(betas, len(self.effects) // 2)) @ self.effects

@@ -27,7 +27,7 @@ class Tables:
         influence: $Q_{g,m}$ of each region and angle.
         rotations: Poses of the kernel; the first ones are those of the anchors.
         rest: The garment of the mean shape, as skinning carries it [m].
-        rest_effects: What the features of the shape do to it [m].
+        rest_effects: What the features of the shape do to it: of all betas, where random bodies were settled, too [m].
         offset: What is added to it in the turned frames of the vertices, mean over these poses [m].
         basis: Directions of the pose model, then those of the shape.
         pose_weights: What each pose adds to each direction, by region.
@@ -42,7 +42,7 @@ class Tables:
     influence: Float[np.ndarray, "regions angles"]
     rotations: Float[np.ndarray, "poses joints 4"]
     rest: Float[np.ndarray, "verts 3"]
-    rest_effects: Float[np.ndarray, "features verts 3"]
+    rest_effects: Float[np.ndarray, "rest_features verts 3"]
     offset: Float[np.ndarray, "verts 3"]
     basis: PackedBasis
     pose_weights: Float[np.ndarray, "regions poses pose_modes"]
@@ -84,9 +84,7 @@ class Tables:
             influence=array_of(arrays, "influence", "float32", (regions.shape[1], 3 * JOINT_COUNT)),
             rotations=rotations,
             rest=array_of(arrays, "rest", "float32", (vertices, 3)),
-            rest_effects=array_of(arrays, "rest_effects", "float16", (effects.shape[1], vertices, 3)).astype(
-                np.float32
-            ),
+            rest_effects=array_of(arrays, "rest_effects", "float16", (None, vertices, 3)).astype(np.float32),
             offset=array_of(arrays, "offset", "float32", (vertices, 3)),
             basis=basis,
             pose_weights=pose_weights,

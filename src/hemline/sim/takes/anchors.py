@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 
+STAND_INS = 5
+"""Poses that are tried before an anchor is given up."""
+
+
 @dataclass(frozen=True)
 class Anchor:
     """Where a garment is to be settled."""
@@ -164,6 +168,38 @@ def produce_posed(
         body.shaped(np.asarray(each, np.float32))
     create(folder, garment)
     work = [(plan, number, tuple(each)) for number, each in enumerate(candidates)]
+    return in_processes(_posed, work, jobs, report or (lambda name, done, total: None))
+
+
+def produce_scattered(
+    folder: str | Path,
+    garment: Garment,
+    poses: Sequence[Pose],
+    shapes: Sequence[Sequence[float]],
+    *,
+    settings: SimSettings | None = None,
+    jobs: int = 1,
+    report: Report | None = None,
+) -> list[Posed | None]:
+    """Walk a garment into one pose on each of many shapes, the poses in turn; see `produce_posed`.
+
+    Args:
+        folder: The dataset; made when missing.
+        garment: The garment, made on the body of `garment.body_name`.
+        poses: The first shape has the first pose, and so on; where it comes not to rest, the next ones stand in.
+        shapes: Betas of each body; what is left out is 0.
+        settings: Settings of the simulator.
+        jobs: Processes. What is made does not depend on it.
+        report: Called with a shape's number, and 1 of 1, when it is done.
+
+    Returns:
+        What each shape became; None where no pose came to rest.
+    """
+    create(folder, garment)
+    work = []
+    for number, betas in enumerate(shapes):
+        plan = _Plan(Path(folder), (tuple(betas),), (), settings or SimSettings())
+        work.append((plan, number, tuple(poses[(number + later) % len(poses)] for later in range(STAND_INS))))
     return in_processes(_posed, work, jobs, report or (lambda name, done, total: None))
 
 

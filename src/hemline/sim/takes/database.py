@@ -17,9 +17,9 @@ from hemline.motions.motion import JOINT_COUNT, Motion, Pose
 from hemline.motions.pose_clusters import PoseClusters, cluster_poses, without_heading
 from hemline.sim.settings import SimSettings
 
-from .anchors import Anchor, Posed, produce_anchors, produce_posed
+from .anchors import STAND_INS, Anchor, Posed, produce_anchors, produce_posed, produce_scattered
 from .processes import Report
-from .rest_states import spread_shapes
+from .rest_states import random_shapes, spread_shapes
 
 SAMPLED_FPS, EVERY = 30.0, 4
 """Poses are every fourth frame of clips at this rate."""
@@ -27,8 +27,8 @@ SAMPLED_FPS, EVERY = 30.0, 4
 SHAPES = 4
 """Of so many betas each is -2, -1, 1 and 2 in turn: seventeen shapes with the mean one."""
 
-STAND_INS = 5
-"""Poses of a cluster that are tried before the anchor is given up."""
+SEED_OF_BODIES = 1_000_000
+"""Added to the seed for random bodies: others than those that a test is likely to draw."""
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,15 @@ class Database:
         weights: Of each joint, when poses are compared.
         anchors: What each cluster became; None where the garment came to rest in no pose of it.
         beside: The same of the poses on the mean shape alone.
-        shapes: Betas of the bodies.
+        random: The same of the random bodies, each in one of the anchors' poses.
+        shapes: Betas of the bodies of the anchors.
     """
 
     clusters: PoseClusters
     weights: Float[np.ndarray, " joints"]
     anchors: list[Posed | None]
     beside: list[Posed | None]
+    random: list[Posed | None]
     shapes: list[tuple[float, ...]]
 
 
@@ -57,6 +59,7 @@ def make_database(
     count: int,
     *,
     beside: int = 0,
+    random: int = 0,
     derivatives: bool = False,
     seed: int = 0,
     jobs: int = 1,
@@ -75,6 +78,8 @@ def make_database(
         count: Anchors.
         beside: Poses, in the middle of so many clusters of their own, in which it is settled on the mean shape alone:
             what poses do takes more of them to tell than what shapes do, and each costs a seventeenth.
+        random: Bodies of random shapes, all betas drawn, on each of which it is settled in the pose of one anchor: the
+            seventeen bodies know the first four betas alone, one at a time.
         derivatives: Settle it on the mean shape in each anchor's pose once more, with derivatives by every joint there:
             what sensitivity-optimised rigging learns from.
         seed: Another number begins the clustering elsewhere.
@@ -91,8 +96,9 @@ def make_database(
         section 3.6. Differs: see `walk.WALK` and `lifted_arms` for how a garment comes into a pose.
     """
     tell = progress or (lambda stage, done, total: None)
-    if beside < 0:
-        raise BadInput("the number of poses beside the anchors must not be negative", beside, "leave it out for none")
+    for name, number in (("poses beside the anchors", beside), ("random bodies", random)):
+        if number < 0:
+            raise BadInput(f"the number of {name} must not be negative", number, "leave it out for none")
     if count < 1:
         raise BadInput("the number of anchors must be positive", count, "the paper has 150")
     poses = poses_of(clips)
@@ -143,7 +149,17 @@ def make_database(
             jobs=jobs,
             report=_counted(tell, "derivatives", count),
         )
-    return Database(clusters, weights, anchors, more, shapes)
+    settled = [anchor.pose for anchor in anchors if anchor is not None]
+    scattered = produce_scattered(
+        folder,
+        garment,
+        settled,
+        random_shapes(body, random, seed + SEED_OF_BODIES) if settled else [],
+        settings=settings,
+        jobs=jobs,
+        report=_counted(tell, "random bodies", random),
+    )
+    return Database(clusters, weights, anchors, more, scattered, shapes)
 
 
 def poses_of(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]:

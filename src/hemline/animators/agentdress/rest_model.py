@@ -1,0 +1,51 @@
+"""The garment in the rest pose of a body of any shape: all betas of the body, not only those of the anchors."""
+
+import numpy as np
+
+from hemline.arrays import Faces, Float, Int
+from hemline.bodies.body import Body
+from hemline.garments.clearance import smoothed_field
+
+from .shape_model import ShapeModel, widened
+
+
+def with_skin(model: ShapeModel, body: Body, nearest: Int[np.ndarray, " verts"], faces: Faces) -> ShapeModel:
+    """A shape model that knows all betas of the body: of those that it was not fitted to, the garment follows the skin.
+
+    Args:
+        model: Fitted to the first betas.
+        body: The body.
+        nearest: Vertex of the body under each of the garment's.
+        faces: Triangles of the garment; what it follows is smoothed over them.
+    """
+    known, rows = len(model.effects) // 2, len(model.mean)
+    linear = np.zeros((len(body.shapedirs), rows))
+    linear[:known] = model.effects[:known]
+    for beta in range(known, len(body.shapedirs)):
+        moved = body.shapedirs[beta, nearest].astype(np.float64)
+        linear[beta] = smoothed_field(moved, faces, np.ones(len(nearest)), 1.0).ravel()
+    squares = np.zeros_like(linear)
+    squares[:known] = model.effects[known:]
+    return ShapeModel(model.mean, np.concatenate([linear, squares]), model.explained)
+
+
+def corrected(
+    model: ShapeModel,
+    garments: Float[np.ndarray, "shapes rows"],
+    betas: Float[np.ndarray, "shapes betas"],
+    ridge: float,
+) -> ShapeModel:
+    """A shape model, and what it lacks of garments on some bodies added, linear in all betas: a ridge regression.
+
+    Args:
+        model: A model that knows all betas.
+        garments: The garment at rest on each body [m].
+        betas: Of the bodies.
+        ridge: What the squares of the weights cost.
+    """
+    known = len(model.effects) // 2
+    inputs = widened(betas, known)
+    lacking = garments - model.at(betas)
+    effects = model.effects.copy()
+    effects[:known] += inputs.T @ np.linalg.solve(inputs @ inputs.T + ridge * np.eye(len(inputs)), lacking)
+    return ShapeModel(model.mean, effects, model.explained)
