@@ -1,5 +1,6 @@
 """Laws of the commands that judge the clothing shape model, on a shirt that follows a formula."""
 
+import json
 import sys
 from pathlib import Path
 
@@ -9,11 +10,14 @@ import pytest
 
 from hemline.animators.agentdress.anchor_set import AnchorSet
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks" / "claims" / "agentdress"))
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "benchmarks" / "claims" / "agentdress"))
 
-import limits
-from shape_drapes import Drapes, worn_at
-from shape_ways import Ways, apart_mm, pushed_out
+import limits  # noqa: E402
+import limits_page  # noqa: E402
+import shape_page  # noqa: E402
+from shape_drapes import Drapes, worn_at  # noqa: E402
+from shape_ways import Ways, apart_mm, pushed_out  # noqa: E402
 
 UNSEEN = np.array([[0.0, 0.0], [1.5, 0.0], [-0.6, 0.9]])
 
@@ -98,3 +102,10 @@ def test_the_heaviest_body_is_heavier_than_all_as_far_away_along_one_beta():
     assert max(along) <= heaviest * 1.02
     mesh = trimesh.Trimesh(body.shaped(shapes["heaviest"].astype(np.float32)).vertices, body.faces, process=False)
     assert heaviest == pytest.approx(mesh.volume, rel=1e-5)
+
+
+@pytest.mark.parametrize("name, page", [("shape_models", shape_page.page), ("limits", limits_page.page)])
+def test_pages_say_what_was_recorded_last(name, page):
+    lines = (ROOT / "benchmarks" / "results" / f"agentdress_{name}.jsonl").read_text().splitlines()
+    rows = [row for row in map(json.loads, lines) if row.get("random_betas", 4) == 4]
+    assert (ROOT / "docs" / "agentdress" / f"{name}.md").read_text() == page(rows[-1])

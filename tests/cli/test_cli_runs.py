@@ -120,7 +120,13 @@ def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.slow
-def test_demo_writes_its_three_files(tmp_path):
+def test_demo_shows_a_cape_and_a_shirt_on_three_bodies(tmp_path):
     assert main(["demo", "--out", str(tmp_path)]) == 0
-    assert {path.name for path in tmp_path.iterdir()} == {"cape.glb", "cape.webp", "report.json"}
-    assert json.loads((tmp_path / "report.json").read_text())["inside_percent"]["after"] == 0
+    shapes = {f"tshirt-{name}.glb" for name in ("mean", "heavy", "slim")}
+    written = {path.name for path in tmp_path.iterdir()}
+    assert written == {"cape.glb", "cape.webp", "tshirt.webp", "report.json"} | shapes
+    figures = json.loads((tmp_path / "report.json").read_text())
+    assert set(figures) == {"cape", "tshirt mean", "tshirt heavy", "tshirt slim"}
+    assert all(each["inside_percent"]["after"] == 0 for each in figures.values())
+    moving = Image.open(tmp_path / "tshirt.webp")
+    assert moving.n_frames == 90 and moving.size[0] > 3 * 300

@@ -16,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from limits_page import draw_curves, draw_worst, page
+from limits_page import PAGES, draw_curves, draw_worst, page
 
 import hemline
 from hemline import bodies, garments, motions
@@ -208,7 +208,7 @@ def main() -> None:
         pose, mean, truth = worst
         posed = body.shaped(np.array(FIGURE, np.float32)).posed(pose)
         draw_worst(model.garment.faces, body.shaped().posed(pose), mean, posed, truth, model.settled(posed))
-    page(row)
+    (PAGES / "limits.md").write_text(page(row))
 
 
 if __name__ == "__main__":

@@ -50,8 +50,8 @@ a body half way to that of Fig. 13. Beside it the rest drape of that body, skinn
 """
 
 
-def page(row: dict) -> None:
-    """Write the page.
+def page(row: dict) -> str:
+    """The text of the page.
 
     Args:
         row: What `limits.py` measured.
@@ -68,8 +68,7 @@ def page(row: dict) -> None:
         else f"| {name} | 0 | | never came to rest | |"
         for name, each in row["by_garment"].items()
     ]
-    text = PAGE.format(**(row | {"bodies": "\n".join(on_bodies), "garments": "\n".join(of_garments)}))
-    (PAGES / "limits.md").write_text(text)
+    return PAGE.format(**(row | {"bodies": "\n".join(on_bodies), "garments": "\n".join(of_garments)}))
 
 
 def draw_curves(row: dict) -> str:

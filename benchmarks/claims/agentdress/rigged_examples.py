@@ -2,16 +2,14 @@
 
 import numpy as np
 from pose_models import blend_of
-from residual import Residual
+from residual import Left, Residual
 from rigged import Rigged
 
-from hemline import bodies
-from hemline.animators.agentdress.anchor_set import AnchorSet, is_t_pose
+from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.model import AnimatorAgentDress
-from hemline.animators.agentdress.rigging import Rigging, relative, skin
+from hemline.animators.agentdress.rigging import relative, skin
 from hemline.arrays import Float, Int, Vertices
 from hemline.datasets import Dataset
-from hemline.datasets.joint_sensitivity import derivatives_by_joint
 from hemline.motions.motion import Pose
 
 STIFFNESS = 1e-2
@@ -28,21 +26,10 @@ def rigged_at(dataset: Dataset, model: AnimatorAgentDress, anchors: AnchorSet) -
         model: Fitted to them.
         anchors: Read from it.
     """
-    shaped = bodies.load(model.body_name).shaped()
-    takes = [dataset.take(row) for row in dataset.anchors() if not any(row.betas)]
-    takes = [take for take in takes if "turn.0.0" in take.derivatives and not is_t_pose(take.motion[0])]
-    if len(takes) < 2:
+    rigged = Rigged.at(dataset, model, anchors, STIFFNESS)
+    if rigged is None:
         raise SystemExit("fewer than two anchors have derivatives: run 'hemline drape' with --derivatives")
-    poses = [take.motion[0] for take in takes]
-    rigging = Rigging.fitted(
-        [shaped.posed(pose) for pose in poses],
-        np.array([take.vertices[0] for take in takes], np.float64),
-        [derivatives_by_joint(take) for take in takes],
-        anchors.binding.shares(),
-        STIFFNESS,
-    )
-    rotations = np.array([pose.rotations for pose in poses], np.float64)
-    return Rigged(model, anchors, shaped, rotations, rigging, STIFFNESS, float("nan"))
+    return rigged
 
 
 class Examples:
@@ -69,11 +56,14 @@ class Examples:
         blend = blend_of(self.model, self.rotations[chosen], self.poses[number]).astype(np.float32)
         return np.einsum("va,avi->vi", blend, self.skinned[number][chosen])
 
-    def left(self, number: int, worn: Vertices) -> float:
-        """The force that is left on a garment in one of the poses, once it is out of the body [N]."""
+    def left(self, number: int, worn: Vertices) -> Left:
+        """What is left on a garment in one of the poses, once it is out of the body."""
         out, pinched = self.residual.pushed_out(self.posed[number], worn)
-        return self.residual.norm(self.posed[number], out, pinched)
+        return self.residual.left(self.posed[number], out, pinched)
 
-    def all_left(self, chosen: Chosen) -> Float[np.ndarray, " poses"]:
-        """The same of all poses, from the chosen examples [N]."""
-        return np.array([self.left(number, self.guessed(number, chosen)) for number in range(len(self.poses))])
+    def norms(self, chosen: Chosen) -> Float[np.ndarray, " poses"]:
+        """Norms of the residual in all poses that are no examples, guessed from the chosen ones; 0 in those [N]."""
+        others = np.setdiff1d(np.arange(len(self.poses)), chosen)
+        result = np.zeros(len(self.poses))
+        result[others] = [self.left(number, self.guessed(number, chosen)).norm for number in others]
+        return result

@@ -61,6 +61,7 @@ def main() -> None:
     parser.add_argument("model")
     parser.add_argument("anchors", type=Path)
     parser.add_argument("--draws", type=int, default=3, help="random choices, and starts of k-means")
+    parser.add_argument("--every", type=int, default=1, help="of the other poses, so many-th is judged on")
     asked = parser.parse_args()
     use_threads(1)
     model, dataset = hemline.load(asked.model), open_dataset(asked.anchors)
@@ -69,7 +70,7 @@ def main() -> None:
     upright = [take for take in takes if "turn.0.0" in take.derivatives and is_t_pose(take.motion[0])]
     weights = joint_weights(mean_sensitivity(upright))
     known = {take.motion[0].hash for take in takes if "turn.0.0" in take.derivatives}
-    others = [take for take in takes if take.motion[0].hash not in known]
+    others = [take for take in takes if take.motion[0].hash not in known][:: asked.every]
     print(f"{len(rigged.rotations)} examples, judged on {len(others)} poses", file=sys.stderr, flush=True)
     rest = rigged.shaped.rest_pose.translation
     inner = Examples(model, rigged, [Pose(each.astype(np.float32), rest) for each in rigged.rotations])
@@ -78,7 +79,7 @@ def main() -> None:
     sizes = [size for size in SIZES if size < len(rigged.rotations)]
     random = np.random.default_rng(0)
     first = int(clustered(rigged.rotations, weights, 1, 0)[0])
-    ordered = greedy(inner.all_left, first, max(sizes))
+    ordered = greedy(inner.norms, first, max(sizes))
     print("greedy order", ordered.tolist(), file=sys.stderr, flush=True)
     found: dict[str, dict[int, dict[str, float]]] = {}
     for size in sizes:
@@ -95,8 +96,8 @@ def main() -> None:
                     left.append(outer.left(number, worn))
                     apart.append(1e3 * float(np.linalg.norm(worn - take.vertices[0], axis=1).mean()))
             found.setdefault(name, {})[size] = {
-                "residual_n": float(np.mean(left)),
-                "residual_median_n": float(np.median(left)),
+                "residual_n": float(np.mean(left, axis=0)[0]),
+                "residual_weights": float(np.mean(left, axis=0)[1]),
                 "error_mm": float(np.mean(apart)),
             }
             print(f"{size:>3} {name:<8} " + "  ".join(f"{k} {v:.2f}" for k, v in found[name][size].items()), flush=True)
@@ -107,7 +108,8 @@ def main() -> None:
         "stiffness": STIFFNESS,
         "draws": asked.draws,
         "found": found,
-        "simulated_residual_n": {"mean": float(np.mean(simulated)), "median": float(np.median(simulated))},
+        "simulated_residual_n": float(np.mean(simulated, axis=0)[0]),
+        "simulated_residual_weights": float(np.mean(simulated, axis=0)[1]),
         "machine": machine(),
         "threads": 1,
         "commit": commit(),

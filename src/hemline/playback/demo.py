@@ -9,7 +9,9 @@ from typing import Any
 
 from hemline import animators, bodies, datasets, export, garments, motions, sim
 from hemline.errors import MissingExtra
+from hemline.export.images import painted
 from hemline.files import written_whole
+from hemline.pictures import AUTO, side_by_side, write_webp
 
 from .evaluate import Evaluation, evaluate
 from .frame import Frame
@@ -25,19 +27,34 @@ RUN_IN = 1.0
 """What is shown begins this long after the start [s]: the run is a loop, and the cape settled in a runner's pose."""
 
 
+SHAPES = {"mean": (), "heavy": (1.5, -1.0), "slim": (-1.0, 1.0)}
+"""Betas of the bodies that the T-shirt is shown on."""
+
+SHIRT_SECONDS = 3.0
+"""Of the dance, for the T-shirt."""
+
+BESIDE = (320, 480)
+"""Width and height of the picture of each [pixels]."""
+
+
 def demo(folder: Path, *, say: Say) -> dict[str, Any]:
-    """Play the shipped cape on the shipped run: `cape.glb`, `cape.webp`, `report.json`.
+    """Play the shipped cape on the shipped run, and the shipped T-shirt on a dance, on bodies of three shapes.
+
+    Writes `cape.glb`, `cape.webp`, `tshirt-mean.glb` and those of the other shapes, `tshirt.webp`, `report.json`.
 
     Args:
         folder: Where to write; made when missing.
         say: Told what happens.
 
     Returns:
-        The figures, as in `report.json`.
+        The figures of each, as in `report.json`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     say("playing the shipped cape on the shipped run")
-    return _played(folder, "cape", animators.load("cape"), motions.load("run"), say)
+    cape = animators.load("cape")
+    figures = {"cape": _played(folder, cape, motions.load("run"), say)}
+    say(f"playing the shipped T-shirt on a dance, on {len(SHAPES)} bodies")
+    return _report(folder, figures | _on_three_bodies(folder, say), say)
 
 
 def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any]:
@@ -49,7 +66,7 @@ def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any
         jobs: Processes of the simulation.
 
     Returns:
-        The figures of the model on an excerpt that it was not fitted on, with the simulation as truth.
+        The figures of the model on an excerpt that it was not fitted on, with the simulation as truth, as `cape`.
     """
     if find_spec("torch") is None:
         raise MissingExtra("torch", "learn", "fitting a model")
@@ -72,28 +89,61 @@ def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any
     animator.save(folder / "cape-light.safetensors")
     held_out = motions.load(dataset.split("test")[0].clip)
     say(f"3/4 animate, 4/4 evaluate on {held_out.name}, which the fit did not see")
-    return _played(folder, "cape", animator, held_out, say, truth=dataset)
+    return _report(folder, {"cape": _played(folder, animator, held_out, say, truth=dataset)}, say)
 
 
 def _played(
-    folder: Path, name: str, animator: Any, motion: motions.Motion, say: Say, *, truth: datasets.Dataset | None = None
+    folder: Path, animator: Any, motion: motions.Motion, say: Say, *, truth: datasets.Dataset | None = None
 ) -> dict[str, Any]:
-    body = bodies.load(animator.body_name).shaped()
+    """`cape.glb` and `cape.webp`, on the mean body."""
+    figures, clip = _recorded(animator, bodies.load(animator.body_name).shaped(), motion, truth=truth, run_in=RUN_IN)
+    for ending in ("glb", "webp"):
+        _written(folder / f"cape.{ending}", clip, say)
+    return figures
+
+
+def _on_three_bodies(folder: Path, say: Say) -> dict[str, Any]:
+    """A file for each shape, and one picture of all: figures by name."""
+    shirt, dance = animators.load("tshirt-light"), motions.load("dance")
+    body, found, pictures = bodies.load(shirt.body_name), {}, []
+    motion = dance[: round(SHIRT_SECONDS * dance.fps)]
+    for name, betas in SHAPES.items():
+        found[f"tshirt {name}"], clip = _recorded(shirt, body.shaped(betas), motion)
+        _written(folder / f"tshirt-{name}.glb", clip, say)
+        pictures.append(list(painted(clip, view=AUTO, size=BESIDE, frames=range(clip.frame_count))))
+    fps = found["tshirt mean"]["fps"]
+    write_webp(folder / "tshirt.webp", [side_by_side(each) for each in zip(*pictures, strict=True)], fps)
+    say(str(folder / "tshirt.webp"))
+    return found
+
+
+def _recorded(
+    animator: Any,
+    body: bodies.ShapedBody,
+    motion: motions.Motion,
+    *,
+    truth: datasets.Dataset | None = None,
+    run_in: float = 0.0,
+) -> tuple[dict[str, Any], export.Clip]:
+    """Figures of all frames; what is shown begins when the cloth has left the first pose behind."""
     frames: list[Frame] = []
     evaluation: Evaluation = evaluate(animator, body, motion, truth=truth, keep=frames.append)
-    fps = evaluation.figures["fps"]
-    # the figures are of all frames; what is shown begins when the cloth has left the first pose behind
-    shown = frames[round(RUN_IN * fps) :] or frames
-    clip = record(
-        shown, garment_name=animator.garment.name, garment_faces=animator.garment.faces, motion=motion, fps=fps
-    )
-    for ending in ("glb", "webp"):
-        for path in export.write(folder / f"{name}.{ending}", clip):
-            say(str(path))
+    fps, garment = evaluation.figures["fps"], animator.garment
+    shown = frames[round(run_in * fps) :] or frames
+    clip = record(shown, garment_name=garment.name, garment_faces=garment.faces, motion=motion, fps=fps)
+    return evaluation.figures, clip
+
+
+def _written(path: Path, clip: export.Clip, say: Say) -> None:
+    for written in export.write(path, clip):
+        say(str(written))
+
+
+def _report(folder: Path, figures: dict[str, Any], say: Say) -> dict[str, Any]:
     with written_whole(folder / "report.json") as temporary:
-        temporary.write_text(json.dumps(evaluation.figures, indent=1))
+        temporary.write_text(json.dumps(figures, indent=1))
     say(str(folder / "report.json"))
-    return evaluation.figures
+    return figures
 
 
 __all__ = ["demo", "demo_from_nothing"]
