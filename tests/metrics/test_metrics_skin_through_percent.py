@@ -46,3 +46,12 @@ def test_nothing_covered_is_nothing_through():
     points, normals = skin([0.001])
     assert skin_through_percent(vertices, faces, points, normals, np.arange(0)) == 0
     assert skin_through_percent(vertices, faces, points, -normals, np.arange(1)) == 0
+
+
+def test_skin_inside_another_part_of_the_body_does_not_count():
+    vertices, faces = sheet()
+    points, normals = skin([0.001, 0.002])
+    every = vertices, faces, points, normals, np.arange(2)
+    assert skin_through_percent(*every) == 100
+    assert skin_through_percent(*every, np.array([True, False])) == 50
+    assert skin_through_percent(*every, np.array([True, True])) == 0

@@ -8,6 +8,7 @@ from .base import AnimatorKind as AnimatorKind
 from .base import Bounded as Bounded
 from .base import Driven as Driven
 from .base import Progress as Progress
+from .base import Redressing as Redressing
 from .base import Settled as Settled
 from .base import Wearable as Wearable
 from .model_file import load as load
@@ -56,6 +57,7 @@ __all__ = [
     "Bounded",
     "Driven",
     "Progress",
+    "Redressing",
     "Settled",
     "Wearable",
     "animator_kind",

@@ -89,6 +89,21 @@ class Settled(Protocol):
 
 
 @runtime_checkable
+class Redressing(Protocol):
+    """An animator that knows what the shape of a body does to its garment, whatever moves it on the mean shape."""
+
+    def redress(
+        self, state: Any, posed: "PosedBody", dt: float, worn: Vertices, nominal: "PosedBody"
+    ) -> tuple[Any, Vertices]:
+        """As `step`; in the place of its own pose model stands the garment worn by the body of the fit.
+
+        `nominal` is that body in the same pose, `worn` the garment there (verts, 3) [m]: simulated, played by another
+        animator, made by hand. Raises BadInput where `nominal` is not the body of the fit.
+        """
+        ...
+
+
+@runtime_checkable
 class Bounded(Protocol):
     """An animator that knows how far a body is from those of its fit. It plays what is beyond, and errs more there."""
 

@@ -2,11 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from hemline.errors import BadInput
+
+if TYPE_CHECKING:
+    from hemline.datasets import Take
+    from hemline.export import Clip
+    from hemline.garments import Garment
 
 
 @dataclass(frozen=True)
@@ -21,6 +26,10 @@ class Arguments:
     """The file; its ending chooses the format: .glb .usdc .obj .npz .pc2 .mdd, or a picture: .png .webp."""
     lead_in: bool = False
     """Also the frames before the clip, in which the cloth is led into its first pose."""
+    model: str | None = None
+    """Show it on a body of another shape: a model of this garment that knows what shapes do (--animator agentdress)."""
+    betas: tuple[float, ...] = ()
+    """That shape."""
 
 
 def run(arguments: Arguments) -> int:
@@ -36,7 +45,34 @@ def run(arguments: Arguments) -> int:
         there = f"the takes 0 to {len(rows) - 1}" if rows else "no takes of clips"
         raise BadInput(f"{arguments.dataset} has {there}", f"--take {arguments.take}", "name one of them")
     take = dataset.take(rows[arguments.take])
-    body = bodies.load(dataset.garment.body_name).shaped(take.betas)
-    for path in export.write(arguments.output, recorded_take(take, dataset.garment, body, lead_in=arguments.lead_in)):
+    if arguments.model is not None:
+        clip = _redressed(arguments, dataset.garment, take)
+    elif arguments.betas:
+        cure = "name one with --model, such as tshirt-light"
+        raise BadInput("a take is shown on another shape by a model that knows what shapes do", "--betas alone", cure)
+    else:
+        body = bodies.load(dataset.garment.body_name).shaped(take.betas)
+        clip = recorded_take(take, dataset.garment, body, lead_in=arguments.lead_in)
+    for path in export.write(arguments.output, clip):
         print(path)
     return 0
+
+
+def _redressed(arguments: Arguments, garment: "Garment", take: "Take") -> "Clip":
+    from hemline.playback import record, redressed
+
+    from .model import open_model
+
+    if arguments.lead_in:
+        raise BadInput("another shape is shown without the lead-in", "--lead-in and --model", "leave --lead-in out")
+    animator, body = open_model(str(arguments.model), None, None, arguments.betas)
+    if animator.garment.hash != garment.hash:
+        got = f"'{garment.name}' for '{animator.garment.name}'"
+        raise BadInput("model and take must be of the same garment", got, "fit the model to anchors of that garment")
+    return record(
+        redressed(animator, take, body),
+        garment_name=garment.name,
+        garment_faces=garment.faces,
+        motion=take.motion,
+        fps=take.motion.fps,
+    )

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.arrays import BodyVertices, Bool, Faces, Float, Int, Vertices
+from hemline.arrays import BodyVertices, Bool, Faces, Float, Int, Mask, Vertices
 from hemline.meshes import ClosestTree, boundary_loops
 
 NEAR = 0.02
@@ -35,8 +35,9 @@ def skin_through_percent(
     body_vertices: BodyVertices,
     body_normals: Float[np.ndarray, "body_verts 3"],
     covered: Int[np.ndarray, " covered"],
+    buried: Mask | None = None,
 ) -> float:
-    """Share of the covered skin that is in front of the cloth in one frame.
+    """Share of the covered skin that is in front of the cloth in one frame, and can be seen.
 
     A vertex of the body counts if the nearest place of the garment is behind it, by more than half a millimetre and
     less than two centimetres, faces the way the skin does, and is not on a rim of the garment.
@@ -47,6 +48,8 @@ def skin_through_percent(
         body_vertices: The body [m].
         body_normals: Its normals.
         covered: From `covered_skin`.
+        buried: Whether each of these is inside another part of the body, as an arm's skin is in an armpit: nobody sees
+            it, and cloth has no place between the two. It does not count. None: none is.
 
     Returns:
         The share [percent of the covered vertices]; 0 where nothing is covered.
@@ -55,7 +58,8 @@ def skin_through_percent(
         return 0.0
     side, rim, normals = _in_front(vertices, faces, body_vertices[covered])
     facing = np.einsum("px,px->p", normals, body_normals[covered]) > FACING
-    return float(100 * np.mean((side > THROUGH) & (side < NEAR) & facing & ~rim))
+    through = (side > THROUGH) & (side < NEAR) & facing & ~rim
+    return float(100 * np.mean(through if buried is None else through & ~buried))
 
 
 def _in_front(

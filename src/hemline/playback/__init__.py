@@ -11,6 +11,7 @@ from .play import play as play
 from .player import Player as Player
 from .player import PlayerState as PlayerState
 from .record import record as record
+from .redress import redressed as redressed
 
 __all__ = [
     "Evaluation",
@@ -24,4 +25,5 @@ __all__ = [
     "pixels_of",
     "play",
     "record",
+    "redressed",
 ]

@@ -13,7 +13,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from hemline.animators.base import Animator, Bounded, Driven, Settled
+from hemline.animators.base import Animator, Bounded, Driven, Redressing, Settled
 from hemline.arrays import Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
@@ -252,6 +252,29 @@ class Player:
         """
         animator = driven(self.animator)
         return self._stepped(state, pose, dt, partial(animator.follow, truth=truth))
+
+    def redress(
+        self, state: PlayerState, pose: Pose, dt: float, worn: Vertices, nominal: PosedBody
+    ) -> tuple[PlayerState, Frame]:
+        """As `step`, for a garment that something else moved on the body of the fit: a simulated take, other animators.
+
+        Args:
+            state: As for `step`.
+            pose: As for `step`.
+            dt: As for `step` [s].
+            worn: The garment there (verts, 3) [m].
+            nominal: The body of the fit in this pose.
+
+        Raises:
+            BadInput: The animator does not know what shapes do to a garment; or as `Redressing.redress`.
+        """
+        if not isinstance(self.animator, Redressing):
+            raise BadInput(
+                "what a body's shape does to a garment is known to models of settled garments",
+                f"animator '{self.animator.name}'",
+                "fit one with 'hemline fit --animator agentdress'",
+            )
+        return self._stepped(state, pose, dt, partial(self.animator.redress, worn=worn, nominal=nominal))
 
     def warm_up(self, pose: Pose) -> float:
         """Compile what is not compiled yet by one frame that nobody sees; the time that it took [s]."""

@@ -17,6 +17,8 @@ from .frame import Frame
 
 CROSSINGS_EVERY = 10
 """Frames from one count of cloth through cloth, and of skin through cloth, to the next."""
+ABOVE = 0.001
+"""How far above the skin it is asked whether that is inside another part of the body [m]."""
 
 
 class Tally:
@@ -61,8 +63,7 @@ class Tally:
         self._add_inside(frame)
         self._add("area", metrics.area_change_percent(frame.vertices, garment.faces, garment.rest_edges))
         if (len(self._milliseconds) - 1) % CROSSINGS_EVERY == 0:
-            body, cloth = frame.body, (frame.vertices, garment.faces)
-            self._add("through", metrics.skin_through_percent(*cloth, body.vertices, body.normals, self._covered))
+            self._add_through(frame)
             self._add("crossing", metrics.self_crossings(frame.vertices, garment.faces)["edge_percent"])
         self._stretches.append(metrics.stretch_percent(frame.vertices, self._edges, self._lengths))
         ripples = None if truth is None else metrics.ripple_deg(truth, garment.faces, self._pairs)
@@ -102,7 +103,8 @@ class Tally:
             "inside_percent": metrics.inside_figures(values["before"], values["after"], values["pinched"]),
             "behind_nearest_percent": metrics.mean_and_worst(values["behind"]),
             "deepest_mm": {"before": max(values["deepest_before"]), "after": max(values["deepest_after"])},
-            "skin_through_percent": metrics.mean_and_worst(values["through"]),
+            "skin_through_percent": metrics.mean_and_worst(values["through"])
+            | {"buried": float(np.mean(values["through_buried"]))},
             "self_crossing_percent": metrics.mean_and_worst(values["crossing"]),
             "edge_strain": metrics.edge_strain(np.stack(self._strains)),
             "stretch_percent": metrics.stretch_figures(self._stretches),
@@ -118,6 +120,15 @@ class Tally:
 
     def _add(self, name: str, value: float) -> None:
         self._values.setdefault(name, []).append(value)
+
+    def _add_through(self, frame: Frame) -> None:
+        """Skin that looks out of the cloth, what is inside another part of the body apart."""
+        body, cloth = frame.body, (frame.vertices, self.animator.garment.faces)
+        over = body.vertices[self._covered] + ABOVE * body.normals[self._covered]
+        buried = inside(body.vertices, body.faces, over)
+        skin = body.vertices, body.normals, self._covered
+        self._add("through", metrics.skin_through_percent(*cloth, *skin, buried))
+        self._add("through_buried", metrics.skin_through_percent(*cloth, *skin, ~buried))
 
     def _add_inside(self, frame: Frame) -> None:
         """Vertices inside before and after the projection, their depth, and the papers' own test."""

@@ -76,7 +76,7 @@ class AnchorSet:
         alone = [found[shapes[0]] for found in fewer if shapes[0] in found]
         betas = _rows(shapes)
         settled = [
-            _Settled.of(body.shaped(np.float32(shape)), [dataset.take(found[shape]) for found in whole])
+            _Settled.of(body.shaped(shape), [dataset.take(found[shape]) for found in whole])
             for shape in shapes
         ]
         single = _Settled.of(body.shaped(), [dataset.take(name) for name in alone])
@@ -90,7 +90,7 @@ class AnchorSet:
             offsets, laid = _offsets(binding, settled, rest.at(betas)), []
             for anchor, shape in others:
                 own = ShapeModel.fitted(offsets[anchor].reshape(len(betas), -1).astype(np.float64), betas, **how)
-                there = _Settled.of(body.shaped(np.float32(shape)), [dataset.take(whole[anchor][shape])])
+                there = _Settled.of(body.shaped(shape), [dataset.take(whole[anchor][shape])])
                 laid.append(there.carried(binding, own.at(_rows([shape])).reshape(-1, 3)))
             bodies_of_all = _rows([*shapes, *(shape for _, shape in others)])
             rest = corrected(rest, np.concatenate([carried, laid]), bodies_of_all, options.rest_ridge)

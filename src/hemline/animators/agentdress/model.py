@@ -20,6 +20,7 @@ from hemline.motions.motion import Pose
 from hemline.motions.pose_clusters import without_heading
 from hemline.options import options_of
 
+from .binding import Binding
 from .bounds import DRAPED, FAR, BetaRange, believed, fitted_range, novelty, warn_beyond
 from .config import AgentDressConfig
 from .distance_kernels import pose_distances
@@ -122,11 +123,49 @@ class AnimatorAgentDress:
         Returns:
             The State after, and the vertices in the world (verts, 3) [m].
         """
-        distances = self._distances(lifted_arms(posed.pose))
+        distances = self._followed(state, posed.pose, dt)
+        return replace(state, distances=distances), self._worn(state, distances, posed)
+
+    def redress(
+        self, state: AgentDressState, posed: PosedBody, dt: float, worn: Vertices, nominal: PosedBody
+    ) -> tuple[AgentDressState, Vertices]:
+        r"""As `step`, with any clothing pose model $f(\beta_0, \theta)$: what the shape adds is the anchors'.
+
+        Args:
+            state: The State before; it is not changed.
+            posed: The body now.
+            dt: Time since the State [s]; any.
+            worn: The garment on the body of the fit in this pose (verts, 3) [m].
+            nominal: That body there.
+
+        Raises:
+            BadInput: `nominal` has another shape than the body of the fit, or `worn` another number of vertices.
+
+        Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations",
+            2021, Eq. 4 and section 4.4, a simulated sequence as clothing pose model.
+        """
+        fitted = np.pad(self.garment.body_betas, (0, len(nominal.shaped.betas) - len(self.garment.body_betas)))
+        if not np.array_equal(nominal.shaped.betas, fitted):
+            got = " ".join(f"{beta:g}" for beta in nominal.shaped.betas)
+            raise BadInput(
+                f"'{self.garment.name}' is put on other shapes from the one that it was made on",
+                f"betas {got}",
+                "simulate it there: without --betas for a garment of the mean body",
+            )
+        if worn.shape != state.rest.shape:
+            raise BadInput(f"'{self.garment.name}' has vertices {state.rest.shape}", worn.shape, "give its own mesh")
+        distances, tables = self._followed(state, posed.pose, dt), self.tables
+        binding = Binding(tables.indices, tables.weights, tables.nearest)
+        offset = binding.offsets(nominal.transforms, tables.rest, worn.astype(np.float64)).astype(np.float32)
+        return replace(state, distances=distances), self._worn(state, distances, posed, offset)
+
+    def _followed(self, state: AgentDressState, pose: Pose, dt: float) -> Float[np.ndarray, "regions poses"]:
+        r"""Distances that follow the pose, $\exp(-\Delta t / \tau)$ of what they were (Eq. 9)."""
+        distances = self._distances(lifted_arms(pose))
         if state.distances is not None and self.config.decay_seconds > 0:
             kept = np.float32(np.exp(-dt / self.config.decay_seconds))
             distances = kept * state.distances + (1 - kept) * distances
-        return replace(state, distances=distances), self._worn(state, distances, posed)
+        return distances
 
     def settled(self, posed: PosedBody) -> Vertices:
         """The garment in a pose of the kind that anchors have, arms lifted already, with no past (verts, 3) [m].
@@ -151,8 +190,13 @@ class AnimatorAgentDress:
         return replace(self.start(shaped.posed(shaped.rest_pose)), distances=state.distances)
 
     def _worn(
-        self, state: AgentDressState, distances: Float[np.ndarray, "regions poses"], posed: PosedBody
+        self,
+        state: AgentDressState,
+        distances: Float[np.ndarray, "regions poses"],
+        posed: PosedBody,
+        offset: Vertices | None = None,
     ) -> Vertices:
+        """The garment in a pose; an offset stands in the place of the pose model [m]."""
         tables, vertices = self.tables, np.empty_like(state.rest)
         wear(
             tables.indices,
@@ -161,9 +205,9 @@ class AnimatorAgentDress:
             tables.regions,
             self._digits,
             tables.clearances,
-            self._mixed(distances, state.effects),
+            self._mixed(distances, state.effects, posing=offset is None),
             state.rest,
-            tables.offset,
+            tables.offset if offset is None else offset,
             state.normals,
             posed.transforms,
             posed.vertices,
@@ -181,10 +225,14 @@ class AnimatorAgentDress:
         return distances
 
     def _mixed(
-        self, distances: Float[np.ndarray, "regions poses"], effects: Float[np.ndarray, "anchors shape_modes"]
+        self,
+        distances: Float[np.ndarray, "regions poses"],
+        effects: Float[np.ndarray, "anchors shape_modes"],
+        *,
+        posing: bool = True,
     ) -> Float[np.ndarray, "regions columns"]:
-        """What each region makes of pose and shape: by the columns of the basis, each with its scale [m]."""
-        pose = np.einsum("gp,gpk->gk", kernel(distances, self.width), self.tables.pose_weights)
+        """What each region makes of pose, if it is asked, and shape: by columns of the basis, with their scales [m]."""
+        pose = np.einsum("gp,gpk->gk", kernel(distances, self.width), self.tables.pose_weights) * np.float32(posing)
         options = {name: getattr(self.config, name) for name in ("neighbours", "power", "floor")}
         shape = anchor_weights(distances[:, : len(effects)], **options) @ effects
         modes, basis = np.concatenate([pose, shape], axis=1), self.tables.basis

@@ -177,6 +177,7 @@ def produce_scattered(
     poses: Sequence[Pose],
     shapes: Sequence[Sequence[float]],
     *,
+    turns: Sequence[int] = (),
     settings: SimSettings | None = None,
     jobs: int = 1,
     report: Report | None = None,
@@ -188,6 +189,7 @@ def produce_scattered(
         garment: The garment, made on the body of `garment.body_name`.
         poses: The first shape has the first pose, and so on; where it comes not to rest, the next ones stand in.
         shapes: Betas of each body; what is left out is 0.
+        turns: Joints whose derivatives are stored.
         settings: Settings of the simulator.
         jobs: Processes. What is made does not depend on it.
         report: Called with a shape's number, and 1 of 1, when it is done.
@@ -198,8 +200,9 @@ def produce_scattered(
     create(folder, garment)
     work = []
     for number, betas in enumerate(shapes):
-        plan = _Plan(Path(folder), (tuple(betas),), (), settings or SimSettings())
-        work.append((plan, number, tuple(poses[(number + later) % len(poses)] for later in range(STAND_INS))))
+        plan = _Plan(Path(folder), (tuple(betas),), tuple(turns), settings or SimSettings())
+        tried = min(STAND_INS, len(poses))
+        work.append((plan, number, tuple(poses[(number + later) % len(poses)] for later in range(tried))))
     return in_processes(_posed, work, jobs, report or (lambda name, done, total: None))
 
 

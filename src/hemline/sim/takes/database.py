@@ -17,7 +17,7 @@ from hemline.motions.motion import JOINT_COUNT, Motion, Pose
 from hemline.motions.pose_clusters import PoseClusters, cluster_poses, without_heading
 from hemline.sim.settings import SimSettings
 
-from .anchors import STAND_INS, Anchor, Posed, produce_anchors, produce_posed, produce_scattered
+from .anchors import STAND_INS, Posed, produce_posed, produce_scattered
 from .processes import Report
 from .rest_states import random_shapes, spread_shapes
 
@@ -105,17 +105,18 @@ def make_database(
     body, shapes = bodies.load(garment.body_name), spread_shapes(SHAPES)
     rest = body.shaped().rest_pose.translation
     upright = Pose(np.tile([1.0, 0.0, 0.0, 0.0], (JOINT_COUNT, 1)), rest)
-    rows = produce_anchors(
+    stood = produce_scattered(
         folder,
         garment,
-        [Anchor(upright, betas) for betas in shapes],
+        [upright],
+        shapes,
         turns=range(JOINT_COUNT),
         settings=settings,
         jobs=jobs,
         report=_counted(tell, "T-pose", len(shapes)),
     )
     dataset = open_dataset(folder)
-    sensitivity = mean_sensitivity([dataset.take(row) for row in rows if row.failed is None])
+    sensitivity = mean_sensitivity([dataset.take(each.names[0]) for each in stood if each is not None])
     weights = joint_weights(sensitivity)
     tell("clusters", 0, 1)
     clusters = cluster_poses(poses, weights, count, seed=seed)

@@ -1,0 +1,43 @@
+"""A take that was simulated on one body, shown on another: simulate once, dress every shape."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hemline.animators.base import Animator
+from hemline.bodies.body import ShapedBody
+from hemline.datasets import Take
+
+from .frame import Frame
+from .player import Player
+
+
+def redressed(animator: Animator, take: Take, body: ShapedBody) -> Iterator[Frame]:
+    """A simulated clip on a body of another shape, frame by frame, without its lead-in.
+
+    What the cloth did on the body that it was simulated on is kept, swing and wrinkles; the animator adds what the
+    shape changes. So one simulation serves all shapes.
+
+    Args:
+        animator: Fitted with `--animator agentdress` to the garment of the take.
+        take: Simulated on the body of the fit.
+        body: The body to show it on.
+
+    Yields:
+        One `Frame` a frame.
+
+    Raises:
+        BadInput: The take is of another shape or mesh than the fit, or the animator does not know shapes.
+        BadModel: The animator was fitted on another kind of body.
+
+    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
+        section 4.4 and Fig. 8b.
+    """
+    player = Player.prepare(animator, body, placed=True)
+    simulated_on, dt = body.body.shaped(take.betas), 1.0 / take.motion.fps
+    moving = body.placed(take.motion)
+    state = player.start(moving[0], dt=dt)
+    for index in np.flatnonzero(~take.lead_in):
+        nominal = simulated_on.posed(take.motion[int(index)])
+        state, frame = player.redress(state, moving[int(index)], dt, take.vertices[index], nominal)
+        yield frame
