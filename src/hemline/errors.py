@@ -10,6 +10,7 @@ HemlineError
 │   │   └── OffBody   a garment that does not sit on the body
 │   ├── BadDataset    folders of takes
 │   ├── BadModel      model files
+│   ├── BadAnswer     what the page of a study sent
 │   └── BadOutput     a path that cannot be written, a format that is not known
 ├── MissingExtra (also an ImportError)   an optional library is not installed: exit status 2
 └── SimulationFailed                     a take that could not be finished: exit status 1
@@ -68,6 +69,10 @@ class BadDataset(BadInput):
 
 class BadModel(BadInput):
     """A model file that is damaged, of a future version, or not one."""
+
+
+class BadAnswer(BadInput):
+    """What the page of a study sent and cannot be kept. The page shows the message, so it names no clip."""
 
 
 class BadOutput(BadInput):

@@ -78,17 +78,19 @@ def test_the_page_lists_what_pyproject_asks_for():
 def test_every_pin_is_reached_from_what_pyproject_asks_for():
     lines = (ROOT / "constraints.txt").read_text().splitlines()
     pins = {normal(line.split("==")[0]) for line in lines if line and not line.startswith("#")}
-    queue, reached = list(asked()), set()
+    queue, reached, seen = [(name, "") for name in asked()], set(), set()
     while queue:
-        name = queue.pop()
-        if name in reached:
+        name, extra = queue.pop()
+        if (name, extra) in seen:
             continue
+        seen.add((name, extra))
         reached.add(name)
         try:
             needs = [Requirement(line) for line in requires(name) or []]
         except PackageNotFoundError:
             pytest.skip(f"{name} is not installed here")
-        queue += [normal(need.name) for need in needs if need.marker is None or need.marker.evaluate({"extra": ""})]
+        wanted = [need for need in needs if need.marker is None or need.marker.evaluate({"extra": extra})]
+        queue += [(normal(need.name), more) for need in wanted for more in ("", *need.extras)]
     assert pins <= reached, f"pinned, but nothing asks for them: {sorted(pins - reached)}"
     assert set(asked()) <= pins, f"asked for, but not pinned: {sorted(set(asked()) - pins)}"
 

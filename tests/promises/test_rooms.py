@@ -18,7 +18,7 @@ ORDER = [
     {"tryon"},
     {"metrics", "pictures", "export"},
     {"playback"},
-    {"bench", "models"},
+    {"bench", "models", "study"},
     {"cli", "__main__"},
 ]
 """Rooms, from left to right; rooms in one set do not import each other."""
@@ -37,6 +37,8 @@ INNER = {
 }
 """Rooms inside a room, from left to right; its `__init__` is the door to all of them."""
 ARRAYS_ONLY = {"metrics", "pictures", "export"}
+CLIPS_ONLY = {"study"}
+"""Rooms that see files of clips only."""
 FROM_SIM = {"animators/live"}
 """The one animator that may import the simulator."""
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
@@ -70,6 +72,8 @@ def test_rooms_import_only_what_stands_to_their_left(file):
             assert LEVEL[other] == 0 or other in ARRAYS_ONLY | {"meshes"}, (
                 f"'{room}' sees arrays only; {name_of(file)} imports '{other}'"
             )
+        if room in CLIPS_ONLY:
+            assert other in ("errors", "files"), f"'{room}' sees files of clips only; {name_of(file)} imports '{other}'"
         if (room, other) == ("animators", "sim"):
             assert "/".join(parts(file)[:2]) in FROM_SIM, f"{name_of(file)} imports 'sim': only {FROM_SIM} may"
 

@@ -1,0 +1,13 @@
+"""Blinded comparisons of clips by people: pairs, their order for each person, answers, a local page, statistics."""
+
+from .answers import Answer as Answer
+from .answers import read_answers as read_answers
+from .pairs import Pair as Pair
+from .pairs import pairs_of as pairs_of
+from .server import Viewer as Viewer
+from .study import QUESTIONS as QUESTIONS
+from .study import Study as Study
+from .summary import Row as Row
+from .summary import summarised as summarised
+
+__all__ = ["QUESTIONS", "Answer", "Pair", "Row", "Study", "Viewer", "pairs_of", "read_answers", "summarised"]

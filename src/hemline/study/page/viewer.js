@@ -1,0 +1,216 @@
+"use strict";
+// Shows two clips in step and sends each answer at once. All that is remembered is on the server.
+
+const SCALE = ["left much better", "left better", "left slightly better", "no preference",
+  "right slightly better", "right better", "right much better"];
+const at = (id) => document.getElementById(id);
+const state = { code: null, item: null, began: 0, showing: null, sides: [], busy: false, pairs: [], place: 0 };
+
+function show(id) {
+  for (const each of ["welcome", "pair", "thanks"]) at(each).hidden = each !== id;
+}
+
+function fault(text) {
+  at("fault").textContent = text ?? "";
+  at("fault").hidden = !text;
+}
+
+async function asked(path, body) {
+  const sent = body && { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
+  let reply;
+  try {
+    reply = await fetch(path, sent);
+  } catch {
+    throw new Error("The page is not reached; tell the person who runs the study, then try again.");
+  }
+  const content = await reply.json();
+  if (!reply.ok) throw new Error(content.error);
+  return content;
+}
+
+// One thing at a time: a second press while the first is under way does nothing.
+async function once(work) {
+  if (state.busy) return;
+  state.busy = true;
+  try {
+    fault();
+    await work();
+  } catch (error) {
+    fault(error.message);
+  } finally {
+    state.busy = false;
+  }
+}
+
+// Clips. A picture begins anew with each address, so each replay makes one; a video is set back.
+
+async function loaded(address, video) {
+  const reply = await fetch(address);
+  if (!reply.ok) throw new Error((await reply.json()).error);
+  return { bytes: await reply.blob(), video, element: null };
+}
+
+async function prepared(side) {
+  if (side.video && side.element) return side.element;
+  const element = document.createElement(side.video ? "video" : "img");
+  const unplayable = new Error("This browser cannot play this clip; tell the person who runs the study.");
+  if (side.video) {
+    Object.assign(element, { muted: true, playsInline: true, preload: "auto" });
+    element.addEventListener("ended", again);
+    await new Promise((done, failed) => {
+      element.oncanplaythrough = done;
+      element.onerror = () => failed(unplayable);
+      element.src = URL.createObjectURL(side.bytes);
+    });
+  } else {
+    element.alt = "";
+    element.src = URL.createObjectURL(side.bytes);
+    await element.decode().catch(() => { throw unplayable; });
+  }
+  return element;
+}
+
+function again() {
+  if (state.sides.every((side) => side.element.ended)) play().catch((error) => fault(error.message));
+}
+
+function alike([a, b]) {
+  const far = Math.abs(a.duration - b.duration) > 0.1; // not for a duration that is not known, which is infinite
+  if (a.videoWidth !== b.videoWidth || a.videoHeight !== b.videoHeight || far)
+    throw new Error("These two videos differ in size or length; tell the person who runs the study.");
+}
+
+async function play() {
+  const sides = state.sides;
+  if (!sides.length) return;
+  const elements = await Promise.all(sides.map(prepared));
+  if (sides[0].video) alike(elements);
+  const { naturalWidth, naturalHeight, videoWidth, videoHeight } = elements[0];
+  at("clips").style.setProperty("--aspect", (naturalWidth ?? videoWidth) / (naturalHeight ?? videoHeight));
+  elements.forEach((element, place) => {
+    const side = sides[place];
+    if (!side.video && side.element) URL.revokeObjectURL(side.element.src);
+    side.element = element;
+    at(place ? "right" : "left").replaceChildren(element);
+  });
+  if (sides[0].video) {
+    for (const element of elements) element.currentTime = 0;
+    await Promise.all(elements.map((element) => element.play()));
+  }
+}
+
+async function showClips(pair) {
+  const showing = `${pair.left} ${pair.right}`;
+  if (state.showing === showing) return;
+  for (const side of state.sides) if (side.element) URL.revokeObjectURL(side.element.src);
+  for (const id of ["left", "right"]) at(id).replaceChildren();
+  Object.assign(state, { showing: null, sides: [] });
+  state.sides = await Promise.all([loaded(pair.left, pair.video), loaded(pair.right, pair.video)]);
+  await play();
+  state.showing = showing;
+}
+
+// Questions
+
+function chosen() {
+  return Number(document.querySelector("#scale input:checked")?.value ?? 0);
+}
+
+function choose(point) {
+  const button = document.querySelector(`#scale input[value="${point}"]`);
+  if (!button) return;
+  button.checked = true;
+  button.focus();
+  at("confirm").disabled = false;
+}
+
+async function turnTo({ item, total }) {
+  state.item = item;
+  if (!item) {
+    at("finished").textContent = `All ${total} answers of ${state.code} are kept.`;
+    show("thanks");
+    document.querySelector("#thanks button").focus();
+    return;
+  }
+  at("asked").reset();
+  at("confirm").disabled = true;
+  document.activeElement?.blur();
+  at("asked").hidden = false;
+  at("question").textContent = item.question;
+  const part = item.questions > 1 ? `, question ${item.ordinal} of ${item.questions}` : "";
+  at("place").textContent = `Pair ${item.pair} of ${item.pairs}${part}`;
+  show("pair");
+  await showClips(item);
+  state.began = performance.now();
+}
+
+const begin = () => once(async () => {
+  const code = at("code").value.trim();
+  const reply = await asked("/next", { participant: code });
+  state.code = code;
+  await turnTo(reply);
+});
+
+const confirm = () => once(async () => {
+  const point = chosen();
+  if (!point || !state.item || !state.showing) return;
+  const seconds = (performance.now() - state.began) / 1000;
+  await turnTo(await asked("/answer", { participant: state.code, token: state.item.token, point, seconds }));
+});
+
+function welcome() {
+  Object.assign(state, { code: null, item: null });
+  at("welcome").reset();
+  show("welcome");
+  at("code").focus();
+}
+
+// Without questions: all pairs, with the names of their files.
+
+const look = (step) => once(async () => {
+  state.place = (state.place + step + state.pairs.length) % state.pairs.length;
+  const pair = state.pairs[state.place];
+  at("place").textContent = `${pair.name}, pair ${state.place + 1} of ${state.pairs.length}`;
+  document.querySelectorAll("figcaption").forEach((caption, side) => { caption.textContent = pair.labels[side]; });
+  await showClips(pair);
+});
+
+function pressed(event) {
+  if (event.ctrlKey || event.metaKey || event.altKey || at("pair").hidden) return;
+  const { key } = event;
+  if (key === "Enter" && event.target.closest?.("button:not(#confirm)")) return;
+  const step = { ArrowLeft: -1, ArrowRight: 1 }[key];
+  if (key === "r" || key === "R") once(play);
+  else if (at("asked").hidden && step) look(step);
+  else if (at("asked").hidden) return;
+  else if (/^[1-7]$/.test(key)) choose(Number(key));
+  else if (step) choose(Math.min(7, Math.max(1, (chosen() || 4) + step)));
+  else if (key === "Enter") confirm();
+  else return;
+  event.preventDefault();
+}
+
+async function main() {
+  SCALE.forEach((words, place) => {
+    const label = document.createElement("label");
+    const button = Object.assign(document.createElement("input"), { type: "radio", name: "point", value: place + 1 });
+    const key = Object.assign(document.createElement("kbd"), { textContent: place + 1 });
+    label.append(button, key, words);
+    at("scale").append(label);
+  });
+  at("scale").addEventListener("change", () => { at("confirm").disabled = false; });
+  for (const [id, work] of [["welcome", begin], ["asked", confirm], ["thanks", welcome]])
+    at(id).addEventListener("submit", (event) => { event.preventDefault(); work(); });
+  for (const button of document.querySelectorAll(".replay")) button.addEventListener("click", () => once(play));
+  at("back").addEventListener("click", () => look(-1));
+  at("forth").addEventListener("click", () => look(1));
+  document.addEventListener("keydown", pressed);
+  const study = await asked("/study");
+  if (study.blind) return welcome();
+  state.pairs = study.pairs;
+  at("looked").hidden = false;
+  show("pair");
+  await look(0);
+}
+
+main().catch((error) => fault(error.message));

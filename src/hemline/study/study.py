@@ -1,0 +1,176 @@
+"""A study: which pair and question each participant sees next, and their answers."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from hemline.errors import BadAnswer, BadInput
+from hemline.files import check_writable
+
+from .answers import POINTS, Answer, add_answer, checked_code, read_answers
+from .appending import locked
+from .order import Shown, shown_to
+from .pairs import Pair
+
+QUESTIONS = (
+    "Which clothing animation looks more realistic?",
+    "Which wrinkles look more natural?",
+    "Which agent looks more like a real person?",
+)
+"""What the participants of Wu et al. 2021 (Section 4.8) were asked about each scenario."""
+_LONGEST = 1e7
+"""What no answer takes [s]."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """One question about one pair.
+
+    Args:
+        number: Its place among all that a participant is asked, from 0.
+        shown: The pair as this participant sees it.
+        question: What is asked.
+        token: What an answer to it is sent with. It stands for this participant, these clips on these sides and this
+            question, so that no answer is filed under another item, whatever has changed since the page was loaded.
+    """
+
+    number: int
+    shown: Shown
+    question: str
+    token: str
+
+
+@dataclass(frozen=True)
+class Study:
+    """A blinded paired comparison within subjects. All that is remembered is in the CSV, so it may be left at any time.
+
+    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
+    Section 4.8.
+    Differs: both clips at once on a page, where the paper shows one scene after the other in a headset, for a fixed
+    time. Clip A is the paper's own method.
+
+    Args:
+        pairs: What is compared.
+        answers: The CSV.
+        questions: What is asked about each pair, in this order.
+        seed: Of the order and of the sides.
+
+    Raises:
+        BadInput: No question, one that is asked twice or is no line of text, or the CSV holds answers of another study.
+        BadOutput: The CSV cannot be written.
+    """
+
+    pairs: tuple[Pair, ...]
+    answers: Path
+    questions: tuple[str, ...] = QUESTIONS
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        good = [each.strip() and each.isprintable() and self.questions.count(each) == 1 for each in self.questions]
+        if not good or not all(good):
+            got = repr(next((each for each, fine in zip(self.questions, good, strict=True) if not fine), "none"))
+            raise BadInput("questions must be lines of text that differ", got, "ask each one once")
+        check_writable(self.answers)
+        if self.answers.exists():
+            with locked(self.answers):
+                pass  # it can be written
+        self._check(self.given())
+
+    def given(self) -> list[Answer]:
+        """All answers so far.
+
+        Raises:
+            BadInput: The CSV was damaged meanwhile.
+        """
+        return read_answers(self.answers) if self.answers.exists() else []
+
+    def items(self, participant: str) -> list[Item]:
+        """All that a participant is asked, in their order."""
+        shown = shown_to(participant, self.pairs, self.seed)
+        both = [(each, question) for each in shown for question in self.questions]
+        return [Item(number, *one, self._token(participant, *one)) for number, one in enumerate(both)]
+
+    def following(self, participant: Any) -> Item | None:
+        """What a participant is asked next; None: they have answered everything.
+
+        Raises:
+            BadAnswer: The code is none.
+            BadInput: The CSV was damaged meanwhile.
+        """
+        return self._following(checked_code(participant), self.given())
+
+    def answer(self, participant: Any, token: Any, point: Any, seconds: Any) -> None:
+        """Write down an answer, at once.
+
+        Args:
+            participant: Their code.
+            token: Of the `Item` that is answered.
+            point: From 1, the left clip is much better, to 7, the right one is.
+            seconds: How long it took [s].
+
+        Raises:
+            BadAnswer: A value that is none, or an item that is not the one that is asked now.
+            BadInput: The CSV was damaged meanwhile.
+            BadOutput: The CSV cannot be written; nothing was.
+        """
+        code = checked_code(participant)
+        if isinstance(point, bool) or not isinstance(point, int) or not 1 <= point <= POINTS:
+            raise BadAnswer("an answer must be on the scale", repr(point)[:60], f"choose from 1 to {POINTS}")
+        timed = isinstance(seconds, int | float) and not isinstance(seconds, bool)
+        if not timed or not 0 <= seconds < _LONGEST:
+            raise BadAnswer("seconds must be a number of at least 0", repr(seconds)[:60], "load the page again")
+        item = next((item for item in self.items(code) if item.token == token), None)
+        if item is None:
+            raise BadAnswer("there is no such question in this study", repr(token)[:60], "load the page again")
+        pair, a_left = item.shown.pair, item.shown.a_left
+
+        def allowed(answers: Sequence[Answer]) -> None:
+            self._check(answers)
+            if self._following(code, answers) != item:
+                got = f"number {item.number + 1}"
+                raise BadAnswer(
+                    "this question is not asked now; it may be answered already", got, "load the page again"
+                )
+
+        row = Answer(
+            participant=code,
+            pair=pair.name,
+            question=item.question,
+            a=str(pair.a),
+            b=str(pair.b),
+            left="A" if a_left else "B",
+            preference=point if a_left else POINTS + 1 - point,
+            seconds=round(float(seconds), 3),
+            time=datetime.now(UTC).isoformat(timespec="seconds"),
+            seed=self.seed,
+            clips=pair.contents,
+        )
+        add_answer(self.answers, row, allowed)
+
+    def _following(self, code: str, answers: Sequence[Answer]) -> Item | None:
+        done = {answer.asked for answer in answers}
+        items = self.items(code)
+        return next((item for item in items if (code, item.shown.pair.name, item.question) not in done), None)
+
+    def _token(self, code: str, shown: Shown, question: str) -> str:
+        what = [self.seed, code, shown.pair.name, shown.pair.contents, shown.a_left, question]
+        return hashlib.sha256(json.dumps(what).encode()).hexdigest()[:16]
+
+    def _check(self, answers: Sequence[Answer]) -> None:
+        """Refuse answers that were given to other clips, to other questions or in another order."""
+        clips = {pair.name: pair.contents for pair in self.pairs}
+        for answer in answers:
+            reason = None
+            if clips.get(answer.pair) != answer.clips:
+                reason = f"other clips for '{answer.pair}'"
+            elif answer.question not in self.questions:
+                reason = f"the question '{answer.question}'"
+            elif answer.seed != self.seed:
+                reason = f"seed {answer.seed}"
+            if reason is not None:
+                cure = "name another file, or the same clips, questions and seed"
+                raise BadInput(f"{self.answers} holds answers of another study", reason, cure)
