@@ -6,7 +6,7 @@ import pytest
 from hemline import bodies
 from hemline.bodies.lifted_arms import HANGING_DEG, LIFT_DEG, RAISED_DEG, lift_deg, lifted_arms
 from hemline.motions import JOINT_NAMES, Pose
-from hemline.motions.quaternions import from_axis_angle
+from hemline.motions.quaternions import from_axis_angle, multiply, rotate
 
 LEFT, RIGHT = JOINT_NAMES.index("left_shoulder"), JOINT_NAMES.index("right_shoulder")
 
@@ -51,3 +51,17 @@ def test_all_other_joints_stay():
     others = np.setdiff1d(np.arange(24), [LEFT, RIGHT])
     np.testing.assert_array_equal(lifted.rotations[others], pose.rotations[others])
     np.testing.assert_array_equal(lifted.translation, pose.translation)
+
+
+def test_the_kernel_equals_plain_numpy():
+    """Poses of all directions, arms straight down and straight up among them."""
+    random, sideways = np.random.default_rng(0), np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+    extremes = [arms_at(degrees).rotations.astype(np.float64) for degrees in (0.0, 180.0)]
+    for rotations in [*random.normal(size=(50, 24, 4)), *extremes]:
+        rotations = rotations / np.linalg.norm(rotations, axis=1, keepdims=True)
+        arms = Pose(rotations, np.zeros(3)).rotations[[LEFT, RIGHT]].astype(np.float64)
+        angles = np.rad2deg(np.arccos(np.clip(-rotate(arms, sideways)[:, 1], -1.0, 1.0)))
+        turns = np.deg2rad(lift_deg(angles))[:, None] * np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+        wanted = multiply(from_axis_angle(turns), arms)
+        found = lifted_arms(Pose(rotations, np.zeros(3))).rotations[[LEFT, RIGHT]]
+        np.testing.assert_allclose(found, wanted, atol=3e-7)

@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Float
 
 from hemline.motions.motion import JOINT_NAMES, Pose
-from hemline.motions.quaternions import from_axis_angle, multiply, rotate
+
+from .lifted_arms_kernels import lift_arms
 
 LIFT_DEG = 20.0
 """How far an arm that hangs is lifted."""
@@ -16,8 +17,8 @@ HANGING_DEG, RAISED_DEG = 30.0, 75.0
 second on not at all."""
 
 _ARMS = [JOINT_NAMES.index(name) for name in ("left_shoulder", "right_shoulder")]
-_SIDEWAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
-_UPWARD = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+_SIDES = np.array([1.0, -1.0])
+_ANGLES = tuple(np.deg2rad([LIFT_DEG, HANGING_DEG, RAISED_DEG]).tolist())
 
 
 def lifted_arms(pose: Pose) -> Pose:
@@ -30,9 +31,9 @@ def lifted_arms(pose: Pose) -> Pose:
         pose: The pose.
     """
     rotations = pose.rotations.astype(np.float64)
-    arms = rotations[_ARMS]
-    hanging = np.rad2deg(np.arccos(np.clip(-rotate(arms, _SIDEWAYS)[:, 1], -1.0, 1.0)))
-    rotations[_ARMS] = multiply(from_axis_angle(np.deg2rad(lift_deg(hanging))[:, None] * _UPWARD), arms)
+    lifted = np.empty((len(_ARMS), 4))
+    lift_arms(rotations[_ARMS], _SIDES, *_ANGLES, lifted)
+    rotations[_ARMS] = lifted
     return replace(pose, rotations=rotations, clip=None)
 
 

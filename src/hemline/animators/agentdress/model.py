@@ -17,7 +17,6 @@ from hemline.errors import BadInput, BadModel
 from hemline.files.contents import AGAIN, entry, part
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Pose
-from hemline.motions.pose_clusters import without_heading
 from hemline.options import options_of
 
 from .binding import Binding
@@ -33,6 +32,9 @@ from .worn_kernels import wear
 
 VERSION = 2
 """Version of what model files hold of AgentDress, `agentdress.version`."""
+
+LEAST_INFLUENCE = 1e-3
+"""Joints with less than this share of the largest influence in every region are left out of distances."""
 
 DEEPEST, ASIDE = 0.03, 0.03
 """A vertex that is deeper in the skin is left to the projection, and one that has gone farther from its vertex of the
@@ -81,6 +83,13 @@ class AnimatorAgentDress:
     @cached_property
     def _shares(self) -> Float[np.ndarray, " regions"]:
         return self.tables.regions.mean(axis=0)
+
+    @cached_property
+    def _joints(self) -> Int[np.ndarray, " counting"]:
+        """Joints whose turns count in some region."""
+        influence = self.tables.influence
+        shares = influence / np.maximum(influence.max(axis=1, keepdims=True), 1e-20)
+        return np.flatnonzero(shares.reshape(len(influence), -1, 3).max(axis=(0, 2)) > LEAST_INFLUENCE)
 
     @cached_property
     def _digits(self) -> Int[np.ndarray, "verts 3 columns"]:
@@ -219,9 +228,8 @@ class AnimatorAgentDress:
     def _distances(self, lifted: Pose) -> Float[np.ndarray, "regions poses"]:
         """Of a pose with arms lifted as in the anchors, heading left out, to all poses of the model."""
         tables = self.tables
-        query = without_heading(lifted.rotations[None])[0]
         distances = np.empty((len(tables.influence), len(tables.rotations)), np.float32)
-        pose_distances(tables.rotations, tables.influence, query, distances)
+        pose_distances(tables.rotations, tables.influence, self._joints, lifted.rotations.astype(np.float64), distances)
         return distances
 
     def _mixed(
