@@ -50,4 +50,4 @@ def _picture(path: Path, content: bytes) -> dict[str, object]:
 
 def _shown_for(frame) -> float:
     frame.load()
-    return frame.info.get("duration", 0)
+    return float(frame.info.get("duration", 0))
