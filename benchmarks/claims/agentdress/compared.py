@@ -36,26 +36,38 @@ def following_skin(model: AnimatorAgentDress, shaped: ShapedBody) -> AnimatorAge
     return replace(plain, tables=replace(plain.tables, rest=np.float32(tables.rest + moved)))
 
 
+def ways_of(
+    model: AnimatorAgentDress, pair: Pair, models: Mapping[str, PoseModel]
+) -> dict[str, tuple[AnimatorAgentDress, ShapedBody]]:
+    """By name, what guesses the garment of a pair: AgentDress, other pose models in it, and what is left without parts.
+
+    Args:
+        model: The model.
+        pair: A pose and a random body.
+        models: Other pose models.
+    """
+    body, binding = bodies.load(model.body_name), binding_of(model)
+    shaped, plain = body.shaped(pair.betas), body.shaped().posed(pair.pose)
+    nominal = binding.offsets(plain.transforms, model.tables.rest, pair.mean)
+    still = told_by(model, model.tables.offset)
+    ways = {
+        "simulation as pose model": told_by(model, nominal),
+        "AgentDress": model,
+        **{f"{name} as pose model": told_by(model, each(pair.pose)) for name, each in models.items()},
+        "pose model, no shape": without_shapes(model),
+        "simulation of the mean shape, no shape": without_shapes(told_by(model, nominal)),
+        "the skin's own way": following_skin(model, shaped),
+        "skinning": without_shapes(still),
+    }
+    return {name: (way, shaped) for name, way in ways.items()}
+
+
 def on_random_bodies(model: AnimatorAgentDress, pairs: Iterable[Pair], models: Mapping[str, PoseModel]) -> Errors:
     """AgentDress, the simulation and other pose models in it, and what is left without its parts."""
     found: dict[str, list[float]] = {}
-    body, binding = bodies.load(model.body_name), binding_of(model)
     for pair in pairs:
-        shaped = body.shaped(pair.betas)
-        posed, plain = shaped.posed(pair.pose), body.shaped().posed(pair.pose)
-        nominal = binding.offsets(plain.transforms, model.tables.rest, pair.mean)
-        still = told_by(model, model.tables.offset)
-        ways = {
-            "simulation as pose model": told_by(model, nominal),
-            "AgentDress": model,
-            **{f"{name} as pose model": told_by(model, each(pair.pose)) for name, each in models.items()},
-            "pose model, no shape": without_shapes(model),
-            "simulation of the mean shape, no shape": without_shapes(told_by(model, nominal)),
-            "the skin's own way": following_skin(model, shaped),
-            "skinning": without_shapes(still),
-        }
-        for name, way in ways.items():
-            found.setdefault(name, []).append(_apart_mm(way.settled(posed), pair.worn))
+        for name, (way, shaped) in ways_of(model, pair, models).items():
+            found.setdefault(name, []).append(_apart_mm(way.settled(shaped.posed(pair.pose)), pair.worn))
     return found
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from compared import Errors, binding_of, on_random_bodies, on_the_mean_body
 from convergence import curve
+from drawn_pairs import draw_pairs
 from errors_page import write_page
 from pairs import Pair, settled_nearby, settled_pairs
 from pose_models import blended, nearest, ridge
@@ -82,7 +83,11 @@ def main() -> None:
         "machine": machine(),
         "commit": commit(),
     }
-    print(write_page(row, ROOT / "docs" / "agentdress"))
+    pages = ROOT / "docs" / "agentdress"
+    missed = np.argsort(random["AgentDress"])
+    some = [pairs[missed[len(missed) // 2]], pairs[missed[9 * len(missed) // 10]], pairs[missed[-1]]]
+    row["drawn"] = draw_pairs(pages / f"errors-{garment.name}-pairs.png", model, some, rigging)
+    print(write_page(row, pages))
     with (ROOT / "benchmarks" / "results" / "agentdress_errors.jsonl").open("a") as stream:
         stream.write(json.dumps(row) + "\n")
 

@@ -28,6 +28,12 @@ On the {loose_pairs} pairs whose first beta is {loosest:g} or less, where the ga
 |---|---|---|---|
 {loose}
 
+![Three pairs](errors-{garment}-pairs.png)
+
+The pair that is missed as the median is, one that nine in ten are better than, and the worst. From left to right:
+{drawn}.
+Vertices farther than 10 mm from the simulation are green (the paper's Figs. 8 and 10).
+
 ## The mean body: pose models alone
 | | mean | nine in ten | worst |
 |---|---|---|---|
@@ -59,7 +65,7 @@ def write_page(row: dict[str, Any], folder: Path) -> str:
     lines = {each: [by_size[size].get(each) for size in by_size] for each in by_size[max(by_size)]}
     _draw(list(by_size), lines, folder / f"{name}.png")
     text = PAGE.format(
-        **row,
+        **row | {"drawn": "; ".join(row["drawn"])},
         random=_rows(row["random_bodies_mm"]),
         loose=_rows(row["loose_bodies_mm"]),
         mean=_rows(row["mean_body_mm"]),

@@ -42,7 +42,7 @@ Worst = tuple[float, str, int, int, Frame]
 def shapes(body: hemline.bodies.Body, count: int, seed: int) -> list[np.ndarray]:
     """The mean shape and random ones."""
     drawn = random_shapes(body, count - 1, seed)
-    return [np.zeros(BETAS, np.float32), *(np.float32(each[:BETAS]) for each in drawn)]
+    return [np.zeros(BETAS, np.float32), *(np.array(each[:BETAS], np.float32) for each in drawn)]
 
 
 def watched(
