@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.arrays import BodyVertices, Bool, Faces, Float, Int, Mask, Vertices
+from hemline.arrays import BodyVertices, Bool, Faces, Float, Int, Vertices
 from hemline.meshes import ClosestTree, boundary_loops
 
 NEAR = 0.02
@@ -35,7 +35,7 @@ def skin_through_percent(
     body_vertices: BodyVertices,
     body_normals: Float[np.ndarray, "body_verts 3"],
     covered: Int[np.ndarray, " covered"],
-    buried: Mask | None = None,
+    buried: Bool[np.ndarray, " covered"] | None = None,
 ) -> float:
     """Share of the covered skin that is in front of the cloth in one frame, and can be seen.
 
