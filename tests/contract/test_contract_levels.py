@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from made_models import ANIMATORS, body, walk
 
-from hemline.animators.base import Detailed, Level
+from hemline.animators.base import Bounded, Detailed, Driven, Level, Redressing, Settled
 
 DT = 1 / 30
 
@@ -40,9 +40,27 @@ def test_states_can_be_exchanged(model, poses):
 
 def test_driven_by_the_truth_it_shows_the_same_vertices(model, poses):
     level, truth = model.at_detail(0.8), model.step(model.start(poses[0]), poses[3], DT)[1]
+    assert isinstance(level, Driven) == isinstance(model, Driven)
     state = model.start(poses[0])
-    full, some = (each.follow(state, poses[3], DT, truth)[1] for each in (model, level))
+    if isinstance(model, Driven):
+        full, some = (each.follow(state, poses[3], DT, truth)[1] for each in (model, level))
+        np.testing.assert_array_equal(some, full[level.kept])
+
+
+def test_what_knows_shapes_knows_them_at_every_level(model, poses):
+    level, truth = model.at_detail(0.8), model.step(model.start(poses[0]), poses[3], DT)[1]
+    for capability in (Settled, Bounded, Redressing):
+        assert isinstance(level, capability) == isinstance(model, capability)
+    if not (isinstance(model, Redressing) and isinstance(model, Settled)):
+        return
+    posed, nominal = body().body.shaped([1.5, -1.0]).posed(poses[3].pose), poses[3]
+    state = model.reshaped(model.start(poses[0]), posed.shaped)
+    full, some = (each.redress(state, posed, DT, truth, nominal)[1] for each in (model, level))
     np.testing.assert_array_equal(some, full[level.kept])
+    np.testing.assert_array_equal(level.settled(posed), model.settled(posed)[level.kept])
+    assert level.beta_range == model.beta_range and level.novelty(state) == pytest.approx(
+        model.novelty(state), nan_ok=True
+    )
 
 
 def test_on_another_shape_it_shows_the_same_vertices(model):

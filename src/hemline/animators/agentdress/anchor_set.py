@@ -75,10 +75,7 @@ class AnchorSet:
         fewer = [found for found in by_pose.values() if not all(shape in found for shape in shapes)]
         alone = [found[shapes[0]] for found in fewer if shapes[0] in found]
         betas = _rows(shapes)
-        settled = [
-            _Settled.of(body.shaped(shape), [dataset.take(found[shape]) for found in whole])
-            for shape in shapes
-        ]
+        settled = [_Settled.of(body.shaped(shape), [dataset.take(found[shape]) for found in whole]) for shape in shapes]
         single = _Settled.of(body.shaped(), [dataset.take(name) for name in alone])
         nothing = np.zeros_like(first.vertices[0])
         carried = np.array([each.carried(binding, nothing) for each in settled])

@@ -22,6 +22,7 @@ from hemline.options import options_of
 from .binding import Binding
 from .bounds import DRAPED, FAR, BetaRange, believed, fitted_range, novelty, warn_beyond
 from .config import AgentDressConfig
+from .detail import AnimatorAgentDressLevel
 from .distance_kernels import pose_distances
 from .distances import anchor_weights
 from .pose_model import kernel
@@ -70,6 +71,8 @@ class AnimatorAgentDress:
     """Of the anchors."""
     name = "agentdress"
     novelty_limit = FAR
+
+    _levels: dict[float, AnimatorAgentDressLevel] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def beta_range(self) -> BetaRange:
@@ -134,6 +137,18 @@ class AnimatorAgentDress:
         """
         distances = self._followed(state, posed.pose, dt)
         return replace(state, distances=distances), self._worn(state, distances, posed)
+
+    def at_detail(self, detail: float) -> "AnimatorAgentDress | AnimatorAgentDressLevel":
+        """This animator with a share of its vertices; itself for 1.
+
+        Raises:
+            BadInput: A share that is not above 0 and at most 1, or that leaves fewer than 50 vertices.
+        """
+        if detail == 1:
+            return self
+        if detail not in self._levels:
+            self._levels[detail] = AnimatorAgentDressLevel.of(self, detail)
+        return self._levels[detail]
 
     def redress(
         self, state: AgentDressState, posed: PosedBody, dt: float, worn: Vertices, nominal: PosedBody

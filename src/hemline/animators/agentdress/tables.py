@@ -1,7 +1,7 @@
 """All arrays of a model, as they are played."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Self
 
 import numpy as np
@@ -54,6 +54,13 @@ class Tables:
         held = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "basis"}
         held["rest_effects"] = self.rest_effects.astype(np.float16)
         return held | {f"basis.{name}": array for name, array in self.basis.arrays().items()}
+
+    def at_vertices(self, kept: Int[np.ndarray, " kept"]) -> Self:
+        """The same of some of the vertices."""
+        of_vertices = ("indices", "weights", "nearest", "regions", "rest", "offset", "clearances")
+        held = {name: np.ascontiguousarray(getattr(self, name)[kept]) for name in of_vertices}
+        effects = np.ascontiguousarray(self.rest_effects[:, kept])
+        return replace(self, **held, rest_effects=effects, basis=self.basis.at_vertices(kept))
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], *, vertices: int, body_vertices: int) -> Self:
