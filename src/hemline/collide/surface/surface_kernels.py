@@ -209,21 +209,34 @@ def seek(skin, limb, x, y, z, bound):
 
     bound (patches,) is room.
     """
-    body, leaf_start, leaf_vertices = skin.body, skin.leaf_start, skin.leaf_vertices
+    body, leaf_start, leaf_vertices, leaf_box = skin.body, skin.leaf_start, skin.leaf_vertices, skin.leaf_box
     patch_start, patch_box, patch_limb = skin.patch_start, skin.patch_box, skin.patch_limb
-    closest, first = np.float32(np.inf), np.int64(0)
+    zero, far = np.float32(0), np.float32(np.inf)
+    for k in range(len(bound)):  # without the search for the least, so that it vectorises
+        dx = max(max(patch_box[0, k] - x, x - patch_box[3, k]), zero)
+        dy = max(max(patch_box[1, k] - y, y - patch_box[4, k]), zero)
+        dz = max(max(patch_box[2, k] - z, z - patch_box[5, k]), zero)
+        bound[k] = dx * dx + dy * dy + dz * dz
+    if limb >= 0:
+        for k in range(len(bound)):
+            bound[k] = bound[k] if patch_limb[k] == limb else far
+    closest, first = far, np.int64(0)
     for k in range(len(bound)):
-        dx = max(patch_box[0, k] - x, x - patch_box[3, k], np.float32(0))
-        dy = max(patch_box[1, k] - y, y - patch_box[4, k], np.float32(0))
-        dz = max(patch_box[2, k] - z, z - patch_box[5, k], np.float32(0))
-        bound[k] = dx * dx + dy * dy + dz * dz if limb < 0 or patch_limb[k] == limb else np.float32(np.inf)
         if bound[k] < closest:
             closest, first = bound[k], k
     best, nearest = np.int64(0), np.float32(np.inf)
     for turn in range(-1, len(bound)):
         k = first if turn < 0 else turn
-        if bound[k] < nearest:
-            for corner in range(leaf_start[patch_start[k]], leaf_start[patch_start[k + 1]]):
+        if bound[k] >= nearest:
+            continue
+        for leaf in range(patch_start[k], patch_start[k + 1]):
+            b = _index(leaf)
+            dx = max(leaf_box[0, b] - x, x - leaf_box[3, b], np.float32(0))
+            dy = max(leaf_box[1, b] - y, y - leaf_box[4, b], np.float32(0))
+            dz = max(leaf_box[2, b] - z, z - leaf_box[5, b], np.float32(0))
+            if dx * dx + dy * dy + dz * dz >= nearest:
+                continue
+            for corner in range(leaf_start[b], leaf_start[b + _index(1)]):
                 v = _index(leaf_vertices[_index(corner)])
                 dx, dy, dz = body[v, 0] - x, body[v, 1] - y, body[v, 2] - z
                 distance = dx * dx + dy * dy + dz * dz
