@@ -3,6 +3,8 @@
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -15,7 +17,7 @@ from hemline.bodies import ShapedBody
 from hemline.garments import Garment
 from hemline.learning.packed_basis import PackedBasis
 from hemline.meshes import ClosestTree
-from hemline.metrics import frame_ms
+from hemline.metrics import frame_ms, model_mb
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.playback import Player, crowd
 
@@ -32,17 +34,26 @@ def bench_tshirt() -> dict[str, Any]:
 
 
 def bench_tshirt_paper_size() -> dict[str, Any]:
-    """As `bench_tshirt` with 12,414 vertices and 150 anchors: the shipped model interpolated, so times alone."""
+    """As `bench_tshirt` with 12,414 vertices and 150 anchors: the shipped model interpolated, times and size alone."""
     return _one_agent(_spread(_shipped("tshirt-light"), garments.load("tshirt"), PAPER_ANCHORS))
 
 
 def bench_crowd_tshirt() -> dict[str, Any]:
-    """A hundred people of different shapes and poses in one call, all cores; and what one who joins waits for."""
+    """A hundred people of different shapes and poses in one call, all cores; and what one who joins waits for.
+
+    All in full, then all at a detail of a half.
+    """
     from hemline.compiled import use_threads
 
     use_threads(None)
+    full = _crowded(1.0)
+    return {"agents": AGENTS} | full | {f"{name}_half": value for name, value in _crowded(0.5).items()}
+
+
+def _crowded(detail: float) -> dict[str, float]:
+    """Times of a crowd whose garments are all of one level of detail [ms]."""
     clips = [motions.load(name) for name in motions.names()]
-    player = Player.prepare(_shipped("tshirt-light"), bodies.load("anny24").shaped())
+    player = Player.prepare(_shipped("tshirt-light"), bodies.load("anny24").shaped(), detail=detail)
     begun = [player.start(clip[0]) for clip in clips]
     joined, waited = [], []
     for number, betas in enumerate(_shapes(AGENTS)):
@@ -56,7 +67,6 @@ def bench_crowd_tshirt() -> dict[str, Any]:
         states, _ = crowd(players, states, poses, 1 / 30)
         spans.append((time.perf_counter() - began) * 1e3 / AGENTS)
     return {
-        "agents": AGENTS,
         "agent_ms": float(np.median(spans)),
         "agent_ms_p95": float(np.percentile(spans, 95)),
         "joining_ms": float(np.median(waited)),
@@ -89,10 +99,19 @@ def _one_agent(model: AnimatorAgentDress) -> dict[str, Any]:
         "vertices": len(model.garment.vertices),
         "anchors": len(model.tables.shape_effects),
         "poses": len(model.tables.rotations),
+        "model_mb": _model_mb(model),
         "frame_ms": frame_ms(frames),
         "before_the_projection_ms": {name: before[name] for name in ("median", "p95")},
         "new_shape_ms": _new_shape_ms(player, [body.shaped(betas) for betas in _shapes(RESHAPED)]),
     }
+
+
+def _model_mb(model: AnimatorAgentDress) -> float:
+    """Of its file."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "model.safetensors"
+        model.save(path)
+        return model_mb(path)
 
 
 def _new_shape_ms(player: Player, shapes: Sequence[ShapedBody]) -> float:
