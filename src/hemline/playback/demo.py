@@ -7,11 +7,14 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hemline import animators, bodies, datasets, export, garments, motions, sim
 from hemline.errors import MissingExtra
+from hemline.export.clip import Part
 from hemline.export.images import painted
 from hemline.files import written_whole
-from hemline.pictures import AUTO, side_by_side, write_webp
+from hemline.pictures import write_webp
 
 from .evaluate import Evaluation, evaluate
 from .frame import Frame
@@ -27,14 +30,17 @@ RUN_IN = 1.0
 """What is shown begins this long after the start [s]: the run is a loop, and the cape settled in a runner's pose."""
 
 
-SHAPES = {"mean": (), "heavy": (1.5, -1.0), "slim": (-1.0, 1.0)}
+SHAPES = {"mean": (), "tall": (1.5, -1.0), "small": (-1.0, 1.0)}
 """Betas of the bodies that the T-shirt is shown on."""
 
 SHIRT_SECONDS = 3.0
 """Of the dance, for the T-shirt."""
 
-BESIDE = (320, 480)
-"""Width and height of the picture of each [pixels]."""
+APART = 1.2
+"""Distance between them in the picture [m]."""
+
+SCENE = (960, 480)
+"""Width and height of it [pixels]."""
 
 
 def demo(folder: Path, *, say: Say) -> dict[str, Any]:
@@ -105,16 +111,33 @@ def _played(
 def _on_three_bodies(folder: Path, say: Say) -> dict[str, Any]:
     """A file for each shape, and one picture of all: figures by name."""
     shirt, dance = animators.load("tshirt-light"), motions.load("dance")
-    body, found, pictures = bodies.load(shirt.body_name), {}, []
+    body, found, clips = bodies.load(shirt.body_name), {}, []
     motion = dance[: round(SHIRT_SECONDS * dance.fps)]
     for name, betas in SHAPES.items():
         found[f"tshirt {name}"], clip = _recorded(shirt, body.shaped(betas), motion)
         _written(folder / f"tshirt-{name}.glb", clip, say)
-        pictures.append(list(painted(clip, view=AUTO, size=BESIDE, frames=range(clip.frame_count))))
-    fps = found["tshirt mean"]["fps"]
-    write_webp(folder / "tshirt.webp", [side_by_side(each) for each in zip(*pictures, strict=True)], fps)
+        clips.append(clip)
+    scene = _side_by_side(clips)
+    pictures = list(painted(scene, view="front", size=SCENE, frames=range(scene.frame_count)))
+    write_webp(folder / "tshirt.webp", pictures, scene.fps)
     say(str(folder / "tshirt.webp"))
     return found
+
+
+def _side_by_side(clips: list[export.Clip]) -> export.Clip:
+    """One scene of all, so that it shows how large they are beside each other."""
+    away = [np.array([APART * number, 0.0, 0.0], np.float32) for number in range(len(clips))]
+
+    def joined(parts: list[Part]) -> tuple[np.ndarray, np.ndarray]:
+        starts = np.cumsum([0, *(part.vertices.shape[1] for part in parts[:-1])])
+        vertices = [part.vertices + shift for part, shift in zip(parts, away, strict=True)]
+        faces = [part.faces + start for part, start in zip(parts, starts, strict=True)]
+        return np.concatenate(vertices, axis=1), np.concatenate(faces).astype(np.int32)
+
+    (vertices, faces), (body_vertices, body_faces) = (
+        joined(list(parts)) for parts in zip(*(clip.parts for clip in clips), strict=True)
+    )
+    return export.Clip(vertices, faces, clips[0].fps, body_vertices, body_faces)
 
 
 def _recorded(
