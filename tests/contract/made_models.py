@@ -11,6 +11,7 @@ from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.regions import region_weights
 from hemline.animators.agentdress.tables import Tables
+from hemline.animators.live import AnimatorLive, Live
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
 from hemline.animators.ropes.body_inputs import COUNT
 from hemline.animators.ropes.layout import lay_out
@@ -137,8 +138,15 @@ def agentdress_model() -> AnimatorAgentDress:
     )
 
 
+@cache
+def live_model() -> AnimatorLive:
+    """The small cape, simulated as it is."""
+    return Live().worn_by(small_cape(), body())
+
+
 ANIMATORS = {
     "agentdress": agentdress_model,
+    "live": live_model,
     "ropes": ropes_model,
     "ropes, learned bones": learned_model,
 }

@@ -10,7 +10,11 @@ from hemline.errors import BadInput
 from .base import AnimatorKind
 
 GROUP = "hemline.animators"
-OURS = {"agentdress": "hemline.animators.agentdress.kind:KIND", "ropes": "hemline.animators.ropes:KIND"}
+OURS = {
+    "agentdress": "hemline.animators.agentdress.kind:KIND",
+    "live": "hemline.animators.live:KIND",
+    "ropes": "hemline.animators.ropes:KIND",
+}
 """Where the kinds of this package are; no entry point replaces one."""
 
 

@@ -12,6 +12,7 @@ from hemline.playback.play import play
 
 from .close_fitting import bench_crowd_tshirt, bench_tshirt, bench_tshirt_paper_size
 from .detail import bench_crowd_cape, bench_detail_cape
+from .live import bench_live
 from .machine import commit, machine
 from .projection import bench_projection_cape, bench_projection_sheet, bench_projection_shirt, bench_projection_skirt
 from .simulator import bench_sensitivity, bench_settle
@@ -51,6 +52,7 @@ BENCHMARKS: dict[str, Callable[[], dict[str, Any]]] = {
     "crowd-tshirt": bench_crowd_tshirt,
     "detail-cape": bench_detail_cape,
     "crowd-cape": bench_crowd_cape,
+    "live": bench_live,
     "whole-cape": bench_whole_cape,
     "whole-skirt": bench_whole_skirt,
     "projection-cape": bench_projection_cape,

@@ -1,13 +1,21 @@
 """The model that a command plays, with the garment that it wears."""
 
+import tempfile
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hemline.animators import Animator, Bounded, Wearable, load
 from hemline.bodies import ShapedBody
 from hemline.errors import BadInput, HemlineWarning
+
+from .garment import open_garment
+
+if TYPE_CHECKING:
+    from hemline.garments import Garment
 
 
 def body_of(model: Animator | Wearable, body: str | None, betas: tuple[float, ...]) -> ShapedBody:
@@ -34,7 +42,8 @@ def open_model(
 
     Args:
         name: A model file, or the name of a shipped model.
-        garment: The garment that a model of many garments is to wear; None for a model that has its own.
+        garment: The garment that a model of many garments is to wear, tried on where it does not sit on the body; None
+            for a model that has its own.
         body: As for `body_of`.
         betas: As for `body_of`.
         clamp: Move betas into the range in which the model is believed.
@@ -45,8 +54,6 @@ def open_model(
         BadInput: A model of many garments without one, or a garment for a model that has its own; or a model that has
             no such range.
     """
-    from hemline import garments
-
     model = load(name)
     shaped = body_of(model, body, betas)
     if clamp:
@@ -54,11 +61,17 @@ def open_model(
     if isinstance(model, Wearable):
         if garment is None:
             raise BadInput(f"model '{name}' needs a garment to wear", "none", "name one with --garment")
-        return model.worn_by(garments.open_garment(garment, shaped), shaped), shaped
+        return model.worn_by(_worn(garment, shaped), shaped), shaped
     if garment is not None:
         cure = "leave --garment out, or fit an animator to that garment"
         raise BadInput(f"model '{name}' has its own garment, {model.garment.name}", garment, cure)
     return model, shaped
+
+
+def _worn(garment: str, shaped: ShapedBody) -> "Garment":
+    """A garment on a body; a mesh that does not sit on it is tried on, for this time."""
+    with tempfile.TemporaryDirectory() as folder:
+        return open_garment(garment, shaped, Path(folder), tryon=True, dressed=True)
 
 
 def _clamped(model: Animator | Wearable, shaped: ShapedBody) -> ShapedBody:

@@ -1,0 +1,60 @@
+"""Where a body is put elsewhere, as in a game, and rigid motions."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from hemline.arrays import Float
+from hemline.motions.motion import Pose
+from hemline.motions.quaternions import angle, inverse, multiply
+
+FARTHEST = 1.0
+"""A pelvis that goes farther in a frame is put there [m]."""
+FASTEST = 15.0
+"""So is one that is faster than this, in a longer time [m/s]."""
+TURNED = np.radians(100)
+"""So is one that turns farther in a frame [rad]."""
+
+
+def leaps(first: Pose, second: Pose, seconds: float) -> bool:
+    """Whether a body was put elsewhere instead of going there.
+
+    Args:
+        first: Before.
+        second: After.
+        seconds: Time between them.
+    """
+    way = float(np.linalg.norm(second.translation.astype(np.float64) - first.translation))
+    one, two = (each.rotations[0].astype(np.float64) for each in (first, second))
+    turned = float(angle(multiply(inverse(one), two)))
+    return way > max(FARTHEST, FASTEST * seconds) or (turned > TURNED and seconds < 0.1)
+
+
+@dataclass(frozen=True)
+class Rigid:
+    """A rotation and a shift."""
+
+    turn: Float[np.ndarray, "3 3"]
+    shift: Float[np.ndarray, "3"]
+
+    @classmethod
+    def of(cls, transform: Float[np.ndarray, "3 4"]) -> Self:
+        """The one of a skin transform [R | t]."""
+        transform = transform.astype(np.float64)
+        return cls(transform[:, :3], transform[:, 3])
+
+    @classmethod
+    def between(cls, first: Float[np.ndarray, "3 4"], second: Float[np.ndarray, "3 4"]) -> Self:
+        """The one that takes what a joint carries from one of its transforms to another."""
+        one, two = cls.of(first), cls.of(second)
+        turn = two.turn @ one.turn.T
+        return cls(turn, two.shift - turn @ one.shift)
+
+    def points(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
+        """Points, moved."""
+        return points @ self.turn.T + self.shift
+
+    def vectors(self, vectors: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
+        """Vectors, turned."""
+        return vectors @ self.turn.T

@@ -1,0 +1,167 @@
+"""One garment that is simulated in real time, on bodies of any shape."""
+
+import threading
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from hemline.animators.model_file import garment_of, save_model
+from hemline.arrays import Float, Int, Vertices
+from hemline.bodies import PosedBody, ShapedBody
+from hemline.errors import BadInput, BadModel
+from hemline.files.contents import AGAIN, array_of, entry, refused
+from hemline.garments import Garment
+from hemline.options import options_of
+
+from .config import LiveConfig
+from .embedding import Embedding
+from .proxy import proxy_of
+from .state import LiveState
+from .worn_proxy import WornProxy
+
+VERSION = 1
+"""Of what a model file holds under `live`."""
+
+
+@dataclass(frozen=True, eq=False)
+class AnimatorLive:
+    """A garment whose coarse copy is simulated while it is shown, and which rides on that copy.
+
+    Attributes:
+        garment: The garment.
+        rest: The coarse garment settled on the body that the garment is made on [m].
+        body_name: Name of that body.
+        body_hash: Its hash.
+        config: Options.
+    """
+
+    garment: Garment
+    rest: Float[np.ndarray, "coarse 3"]
+    body_name: str
+    body_hash: str
+    config: LiveConfig
+
+    _worn: dict[bytes, tuple[WornProxy, Embedding]] = field(default_factory=dict, init=False, repr=False)
+    """On each shape of the body, made when it is first asked for."""
+    _making: Any = field(default_factory=threading.Lock, init=False, repr=False)
+
+    @classmethod
+    def on(cls, garment: Garment, body: ShapedBody, config: LiveConfig) -> Self:
+        """Make a garment ready on a body: a few seconds, in which it settles.
+
+        Raises:
+            BadGarment: It was made on another body.
+            SimulationFailed: It could not be settled.
+        """
+        worn = garment.dressed(body)
+        coarse, _ = proxy_of(worn, config)
+        settled = WornProxy(coarse, body, config.settings(len(coarse.vertices))).rest
+        return cls(worn, settled.astype(np.float32), body.body.name, body.body.hash, config)
+
+    @property
+    def name(self) -> str:
+        """Name of its kind."""
+        return "live"
+
+    @property
+    def figures(self) -> Mapping[str, float]:
+        """Vertices of the coarse garment, and what its frames are simulated with."""
+        level = self.config.level(len(self.rest))
+        return {"simulated_vertices": float(len(self.rest)), "substeps": float(level.substeps)}
+
+    @cached_property
+    def coarse(self) -> tuple[Garment, Int[np.ndarray, " coarse"]]:
+        """The coarse garment, and which vertex of the garment each of its vertices is."""
+        return proxy_of(self.garment, self.config)
+
+    def start(self, posed: PosedBody) -> LiveState:
+        """At rest on a body of any shape in its first pose; on a new shape the garment settles first.
+
+        Raises:
+            BadInput: The body is another one than that of the garment.
+            SimulationFailed: The garment could not be settled on that shape.
+        """
+        shaped = posed.shaped
+        if shaped.body.hash != self.body_hash:
+            raise BadInput(
+                f"the model of '{self.garment.name}' was fitted on body {self.body_name} ({self.body_hash})",
+                f"{shaped.body.name} ({shaped.body.hash})",
+                "use that body, or fit the garment again",
+            )
+        return self._on(shaped)[0].start(posed)
+
+    def step(self, state: LiveState, posed: PosedBody, dt: float) -> tuple[LiveState, Vertices]:
+        """Advance to a pose.
+
+        Args:
+            state: The State before; it is not changed.
+            posed: The body now.
+            dt: Time since the State [s]; any.
+
+        Returns:
+            The State after, and the vertices in the world (verts, 3) [m].
+        """
+        after = self.simulated(state, posed, dt)
+        return after, self.carried(after, posed.shaped)
+
+    def simulated(self, state: LiveState, posed: PosedBody, dt: float) -> LiveState:
+        """The coarse half of `step`: the State after."""
+        return self._on(posed.shaped)[0].step(state, posed.pose, dt)
+
+    def carried(self, state: LiveState, shaped: ShapedBody) -> Vertices:
+        """The fine half: the vertices of a State on that shape of the body (verts, 3) [m]."""
+        return self._on(shaped)[1].carried(state.cloth.positions)
+
+    def _on(self, shaped: ShapedBody) -> tuple[WornProxy, Embedding]:
+        key = np.asarray(shaped.betas, np.float32).tobytes()
+        with self._making:
+            if key not in self._worn:
+                self._worn[key] = self._made(shaped)
+        return self._worn[key]
+
+    def _made(self, shaped: ShapedBody) -> tuple[WornProxy, Embedding]:
+        (coarse, kept), own = self.coarse, self.garment.is_on(shaped)
+        fine, coarse = self.garment.dressed(shaped), coarse.dressed(shaped)
+        settings = self.config.settings(len(kept))
+        worn = WornProxy(coarse, shaped, settings, self.rest.astype(np.float64) if own else None)
+        return worn, Embedding.of(fine, coarse, kept)
+
+    def save(self, path: str | Path) -> None:
+        """Write a model file, whole or not at all: the garment, the coarse one settled, the options.
+
+        Raises:
+            BadOutput: The path cannot be written.
+        """
+        save_model(
+            path,
+            self.name,
+            {"rest": self.rest},
+            garment=self.garment,
+            body={"name": self.body_name, "hash": self.body_hash},
+            config=asdict(self.config),
+            figures=self.figures,
+            licences=[],
+            extra={"live": {"version": VERSION}},
+        )
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+        """Make one from what a model file holds.
+
+        Raises:
+            BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype
+                or shape than the garment asks.
+        """
+        version = entry(metadata, "live", dict).get("version")
+        if version != VERSION:
+            raise BadModel(f"this hemline reads version {VERSION} of live garments", f"version {version}", AGAIN)
+        garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
+        config = options_of(LiveConfig, entry(metadata, "config", dict), error=BadModel)
+        with refused("the model's garment"):
+            count = len(proxy_of(garment, config)[1])
+        rest = array_of(arrays, "rest", "float32", (count, 3))
+        return cls(garment, rest, entry(body, "name", str), entry(body, "hash", str), config)

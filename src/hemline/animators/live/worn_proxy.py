@@ -1,0 +1,138 @@
+"""The coarse garment on one shape of the body: settled, stepped, carried where no step can be taken."""
+
+import math
+import threading
+from dataclasses import replace
+
+import numpy as np
+
+from hemline.bodies import PosedBody, ShapedBody
+from hemline.bodies.lead_in import Stance, between
+from hemline.errors import SimulationFailed
+from hemline.garments import Garment
+from hemline.motions import JOINT_NAMES
+from hemline.motions.motion import Pose
+from hemline.sim.cloth.sheet import Positions
+from hemline.sim.rest.settle import rest_state
+from hemline.sim.settings import SimSettings
+from hemline.sim.step.dressed_body import DressedBody
+from hemline.sim.step.frame_end import FrameEnd
+from hemline.sim.step.state import ClothState
+
+from .leaps import Rigid, leaps
+from .state import LiveState
+
+FRAME = 1 / 30
+"""A longer time is cut into frames of this length at most [s]."""
+LONGEST = 0.5
+"""Of a longer time so much is simulated [s]."""
+WALKED = 15
+"""Frames in which a body comes from its rest pose into another one that it starts in."""
+SLOWED = 0.5
+"""Share of its velocity that cloth keeps when it is carried."""
+RETURNED = 0.05
+"""Share of the way to the settled drape that it goes then; twice that in each further frame."""
+
+
+class WornProxy:
+    """One garment on one body shape.
+
+    Args:
+        garment: The coarse garment, on this shape.
+        shaped: The body.
+        settings: Of the simulator.
+        rest: The garment settled in the rest pose [m]; None: settled here.
+
+    Raises:
+        SimulationFailed: The garment could not be settled.
+    """
+
+    def __init__(self, garment: Garment, shaped: ShapedBody, settings: SimSettings, rest: Positions | None = None):
+        self.garment, self.shaped, self.settings = garment, shaped, settings
+        self.rest = (
+            rest_state(garment, shaped, SimSettings(self_contact=settings.self_contact)).positions
+            if rest is None
+            else rest
+        )
+        self._key = JOINT_NAMES.index(garment.key_joint)
+        self._dressed, self._end = DressedBody(garment, shaped, settings), FrameEnd(garment, shaped)
+        self._fresh = self._end.state
+        # the solver works in arrays of its own: one step after the other
+        self._turn = threading.Lock()
+
+    def start(self, posed: PosedBody) -> LiveState:
+        """At rest on the body in its first pose.
+
+        The garment hangs settled on the rest pose, headed as the first one; from there the body moves into it.
+        """
+        stance = Stance.of(self.shaped, posed.pose, np.zeros(3))
+        first = stance.pose(self.shaped.rest_pose)
+        state = LiveState(self._dressed.stepper.start(stance.points(self.rest)), self._fresh, first)
+        if np.abs(self.shaped.posed(first).joints - posed.joints).max() < 1e-4:
+            return state
+        for frame in range(WALKED):
+            share = (frame + 1) / WALKED
+            state = self._frame(state, between(first, posed.pose, share * share * (3 - 2 * share)), FRAME)
+        still = np.zeros_like(self.rest)
+        return replace(state, cloth=replace(state.cloth, velocities=still, change=still))
+
+    def step(self, state: LiveState, pose: Pose, seconds: float) -> LiveState:
+        """The State after a time, the body on its way from the State's pose to another one.
+
+        Args:
+            state: It is not changed.
+            pose: The body's then.
+            seconds: Any time; of more than `LONGEST` the rest is left out.
+        """
+        if leaps(state.pose, pose, seconds):
+            state = self._moved_along(state, pose)
+        seconds = min(seconds, LONGEST)
+        frames = max(1, math.ceil(seconds / FRAME - 1e-3))
+        first = state.pose
+        for frame in range(frames):
+            state = self._frame(state, between(first, pose, (frame + 1) / frames), seconds / frames)
+        return state
+
+    def _frame(self, state: LiveState, pose: Pose, seconds: float) -> LiveState:
+        with self._turn:
+            try:
+                return self._stepped(state, pose, seconds)
+            except SimulationFailed:
+                return self._carried(state, pose, seconds)
+
+    def _stepped(self, state: LiveState, pose: Pose, seconds: float) -> LiveState:
+        """A frame of the simulator, see `sim/takes/simulate.py`."""
+        substeps = max(1, math.ceil(self.settings.substeps * seconds / FRAME - 1e-3))
+        cloth, _, posed = self._dressed.frame(state.cloth, state.pose, pose, substeps=substeps, seconds=seconds)
+        self._end.state = state.projector
+        cleaned = self._end.clean(posed, cloth.positions, seconds, cloth.contact_history)
+        return LiveState(self._dressed.fed_back(cloth, cleaned.positions, cleaned.pinched), self._end.state, pose)
+
+    def _carried(self, state: LiveState, pose: Pose, seconds: float) -> LiveState:
+        """The frame in which no step could be taken: the cloth rides on the key joint, and towards its drape."""
+        then, now = self.shaped.posed(state.pose), self.shaped.posed(pose)
+        way = Rigid.between(then.transforms[self._key], now.transforms[self._key])
+        ridden, drape = way.points(state.cloth.positions), Rigid.of(now.transforms[self._key]).points(self.rest)
+        positions = ridden + min(1.0, RETURNED * 2.0 ** min(state.lost, 9)) * (drape - ridden)
+        model, pins = self._dressed.model, self._dressed.scene(now).pinned
+        positions[model.pinned] = pins[model.hard]
+        self._end.state = state.projector
+        cleaned = self._end.clean(now, positions, seconds)
+        cloth = self._dressed.stepper.start(np.where(model.fixed[:, None], positions, cleaned.positions))
+        cloth = replace(cloth, velocities=SLOWED * way.vectors(state.cloth.velocities), time=state.cloth.time + seconds)
+        return LiveState(cloth, self._end.state, pose, state.lost + 1)
+
+    def _moved_along(self, state: LiveState, pose: Pose) -> LiveState:
+        """The State where the body was put: all of it turned and moved with the pelvis."""
+        at = state.pose.rotations.copy()
+        at[0] = pose.rotations[0]
+        there = Pose(at, pose.translation)
+        then, now = self.shaped.posed(state.pose), self.shaped.posed(there)
+        way, cloth = Rigid.between(then.transforms[0], now.transforms[0]), state.cloth
+        moved: ClothState = replace(
+            cloth,
+            positions=way.points(cloth.positions),
+            velocities=way.vectors(cloth.velocities),
+            change=way.vectors(cloth.change),
+        )
+        return replace(state, cloth=moved, pose=there)

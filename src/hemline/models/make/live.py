@@ -1,0 +1,7 @@
+"""Make the model that nothing is fitted for: `python -m hemline.models.make.live`. It holds the options of `live`."""
+
+from hemline.animators.live import Live
+from hemline.animators.model_file import SHIPPED
+
+if __name__ == "__main__":
+    Live().save(SHIPPED / "live.safetensors")
