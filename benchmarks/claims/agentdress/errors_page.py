@@ -32,7 +32,8 @@ On the {loose_pairs} pairs whose first beta is {loosest:g} or less, where the ga
 
 The pair that is missed as the median is, one that nine in ten are better than, and the worst. From left to right:
 {drawn}.
-Vertices farther than 10 mm from the simulation are green (the paper's Figs. 8 and 10).
+Vertices farther than 10 mm from the simulation are green (the paper's Figs. 8 and 10). It is what the animator makes:
+the player's cover and projection, which take skin out of the cloth, come after it.
 
 ## The mean body: pose models alone
 | | mean | nine in ten | worst |
