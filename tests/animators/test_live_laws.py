@@ -61,8 +61,9 @@ def test_a_body_that_is_put_elsewhere_takes_its_cloth_along(run, poses):
     after, moved = made.live_cape().step(state, there, DT)
     stays, still = made.live_cape().step(state, made.body().posed(poses[-1]), DT)
     way = Rigid.between(made.body().posed(poses[-1]).transforms[0], there.transforms[0])
-    np.testing.assert_allclose(moved, way.points(still), atol=2e-3)
-    np.testing.assert_allclose(after.cloth.velocities, way.vectors(stays.cloth.velocities), atol=0.2)
+    # poses are float32 at 40 m from the origin
+    assert np.linalg.norm(moved - way.points(still), axis=1).mean() < 1e-3
+    assert np.linalg.norm(after.cloth.velocities - way.vectors(stays.cloth.velocities), axis=1).mean() < 0.05
     assert np.linalg.norm(still - vertices, axis=1).max() < 0.3
 
 
@@ -88,6 +89,11 @@ def test_rigid_motions_of_a_joint():
     way, points = Rigid.between(first, second), np.random.default_rng(0).normal(size=(5, 3))
     np.testing.assert_allclose(way.points(points @ first[:, :3].T + first[:, 3]), points @ turn.T + second[:, 3])
     np.testing.assert_allclose(way.vectors(points), points @ turn.T)
+    np.testing.assert_allclose(way.back(way.points(points)), points)
+    pose = Pose(np.tile(from_axis_angle(np.array([0.5, 0.1, 0.0])), (24, 1)), points[0])
+    back, level = way.pose_back(pose), from_axis_angle(np.array([0.2, 1.0, -0.4]))
+    np.testing.assert_allclose(multiply(level, back.rotations[0].astype(np.float64)), pose.rotations[0], atol=1e-6)
+    np.testing.assert_allclose(way.points(back.translation), pose.translation, atol=1e-6)
 
 
 @pytest.mark.parametrize("dt", [1e-6, 1 / 500, 0.09, 30.0])
@@ -116,7 +122,7 @@ def test_where_no_step_can_be_taken_the_cloth_is_carried_and_comes_back_to_its_d
     drape = live.rest @ neck[:, :3].T + neck[:, 3]
     apart = np.linalg.norm(lost.cloth.positions - drape, axis=1)
     assert np.median(apart) < 1e-3  # but for what the projection moves
-    again, _ = live.step(lost, made.body().posed(lost.pose), DT)
+    again, _ = live.step(lost, made.body().posed(put(poses[0], (0.5, 0, 0))), DT)
     assert again.lost == 0
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline.arrays import Float
 from hemline.motions.motion import Pose
-from hemline.motions.quaternions import angle, inverse, multiply
+from hemline.motions.quaternions import angle, from_matrix, inverse, multiply
 
 FARTHEST = 1.0
 """A pelvis that goes farther in a frame is put there [m]."""
@@ -54,6 +54,16 @@ class Rigid:
     def points(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
         """Points, moved."""
         return points @ self.turn.T + self.shift
+
+    def back(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
+        """Points from where they were moved to."""
+        return (points - self.shift) @ self.turn
+
+    def pose_back(self, pose: Pose) -> Pose:
+        """A pose from where it was moved to."""
+        rotations = pose.rotations.astype(np.float64)
+        rotations[0] = multiply(inverse(from_matrix(self.turn)), rotations[0])
+        return Pose(rotations, self.back(pose.translation.astype(np.float64)))
 
     def vectors(self, vectors: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
         """Vectors, turned."""

@@ -114,7 +114,8 @@ class AnimatorLive:
 
     def carried(self, state: LiveState, shaped: ShapedBody) -> Vertices:
         """The fine half: the vertices of a State on that shape of the body (verts, 3) [m]."""
-        return self._on(shaped)[1].carried(state.cloth.positions)
+        here = self._on(shaped)[1].carried(state.cloth.positions)
+        return state.home.points(here.astype(np.float64)).astype(np.float32)
 
     def _on(self, shaped: ShapedBody) -> tuple[WornProxy, Embedding]:
         key = np.asarray(shaped.betas, np.float32).tobytes()

@@ -6,11 +6,15 @@ from hemline.collide import ProjectorState
 from hemline.motions.motion import Pose
 from hemline.sim.step.state import ClothState
 
+from .leaps import Rigid
+
 
 @dataclass(frozen=True, eq=False)
 class LiveState:
     """At the end of a frame; never changed in place."""
 
+    home: Rigid
+    """From where the body stood and headed at the start, in which all else is seen, to the world."""
     cloth: ClothState
     """The coarse cloth."""
     projector: ProjectorState

@@ -12,7 +12,9 @@ from hemline.errors import SimulationFailed
 from hemline.garments import Garment
 from hemline.motions import JOINT_NAMES
 from hemline.motions.motion import Pose
+from hemline.motions.quaternions import to_matrix
 from hemline.sim.cloth.sheet import Positions
+from hemline.sim.cloth.wind import wind_of
 from hemline.sim.rest.settle import rest_state
 from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
@@ -55,7 +57,10 @@ class WornProxy:
             else rest
         )
         self._key = JOINT_NAMES.index(garment.key_joint)
-        self._dressed, self._end = DressedBody(garment, shaped, settings), FrameEnd(garment, shaped)
+        blows = any(settings.wind) or settings.gusts > 0
+        self._wind, self._home = wind_of(settings), Rigid(np.eye(3), np.zeros(3))
+        self._dressed = DressedBody(garment, shaped, settings, self._blown if blows else None)
+        self._end = FrameEnd(garment, shaped)
         self._fresh = self._end.state
         # the solver works in arrays of its own: one step after the other
         self._turn = threading.Lock()
@@ -65,14 +70,18 @@ class WornProxy:
 
         The garment hangs settled on the rest pose, headed as the first one; from there the body moves into it.
         """
-        stance = Stance.of(self.shaped, posed.pose, np.zeros(3))
-        first = stance.pose(self.shaped.rest_pose)
-        state = LiveState(self._dressed.stepper.start(stance.points(self.rest)), self._fresh, first)
-        if np.abs(self.shaped.posed(first).joints - posed.joints).max() < 1e-4:
+        first, stance = self.shaped.rest_pose, Stance.of(self.shaped, posed.pose, np.zeros(3))
+        turn = to_matrix(stance.turn)
+        home = Rigid(turn, stance.target - turn @ stance.pelvis)
+        state, last = (
+            LiveState(home, self._dressed.stepper.start(self.rest), self._fresh, first),
+            home.pose_back(posed.pose),
+        )
+        if np.abs(self.shaped.posed(first).joints - self.shaped.posed(last).joints).max() < 1e-4:
             return state
         for frame in range(WALKED):
             share = (frame + 1) / WALKED
-            state = self._frame(state, between(first, posed.pose, share * share * (3 - 2 * share)), FRAME)
+            state = self._frame(state, between(first, last, share * share * (3 - 2 * share)), FRAME)
         still = np.zeros_like(self.rest)
         return replace(state, cloth=replace(state.cloth, velocities=still, change=still))
 
@@ -84,6 +93,7 @@ class WornProxy:
             pose: The body's then.
             seconds: Any time; of more than `LONGEST` the rest is left out.
         """
+        pose = state.home.pose_back(pose)
         if leaps(state.pose, pose, seconds):
             state = self._moved_along(state, pose)
         seconds = min(seconds, LONGEST)
@@ -95,6 +105,7 @@ class WornProxy:
 
     def _frame(self, state: LiveState, pose: Pose, seconds: float) -> LiveState:
         with self._turn:
+            self._home = state.home
             try:
                 return self._stepped(state, pose, seconds)
             except SimulationFailed:
@@ -106,7 +117,8 @@ class WornProxy:
         cloth, _, posed = self._dressed.frame(state.cloth, state.pose, pose, substeps=substeps, seconds=seconds)
         self._end.state = state.projector
         cleaned = self._end.clean(posed, cloth.positions, seconds, cloth.contact_history)
-        return LiveState(self._dressed.fed_back(cloth, cleaned.positions, cleaned.pinched), self._end.state, pose)
+        cloth = self._dressed.fed_back(cloth, cleaned.positions, cleaned.pinched)
+        return LiveState(state.home, cloth, self._end.state, pose)
 
     def _carried(self, state: LiveState, pose: Pose, seconds: float) -> LiveState:
         """The frame in which no step could be taken: the cloth rides on the key joint, and towards its drape."""
@@ -120,7 +132,11 @@ class WornProxy:
         cleaned = self._end.clean(now, positions, seconds)
         cloth = self._dressed.stepper.start(np.where(model.fixed[:, None], positions, cleaned.positions))
         cloth = replace(cloth, velocities=SLOWED * way.vectors(state.cloth.velocities), time=state.cloth.time + seconds)
-        return LiveState(cloth, self._end.state, pose, state.lost + 1)
+        return LiveState(state.home, cloth, self._end.state, pose, state.lost + 1)
+
+    def _blown(self, seconds: float, positions: Positions) -> Positions:
+        """The wind of the world, as it is seen from home."""
+        return self._wind(seconds, self._home.points(positions)) @ self._home.turn
 
     def _moved_along(self, state: LiveState, pose: Pose) -> LiveState:
         """The State where the body was put: all of it turned and moved with the pelvis."""
