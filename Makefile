@@ -30,7 +30,7 @@ $(VENV)/.dev: $(VENV)/.learn
 	$(INSTALL) --editable '.[learn,usd,dev]'
 	touch $@
 
-# the shipped cape on a shipped run: cape.glb, cape.webp, report.json in out/demo
+# the shipped cape on a shipped run, the shipped T-shirt on three bodies: .glb, .webp, report.json in out/demo
 demo: $(VENV)/.base
 	$(BIN)/hemline demo --out out/demo
 
