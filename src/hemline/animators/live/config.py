@@ -33,7 +33,7 @@ LEVELS = {
     "good": Level(2, 6, 0.6, 6.0, 11.0),
     "fast": Level(2, 4, 0.9, 5.0, 9.0),
 }
-"""From the best on; costs as `hemline bench live` measures them, without self-contact."""
+"""From the best on. Costs are estimates from the light skirt at 1,000 vertices (README), without self-contact."""
 
 
 @dataclass(frozen=True)
