@@ -3,19 +3,20 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import Protocol
 
 import numpy as np
 
-from hemline.animators.base import Animator
+from hemline.animators.base import Animator, Bounded, Detailed, Redressing, Settled
 from hemline.arrays import Int, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
-from hemline.garments import Garment, coarser_garment
+from hemline.garments import Garment
 
 from .state import AgentDressState
 
-if TYPE_CHECKING:
-    from .model import AnimatorAgentDress
+
+class SettledAnimator(Animator, Bounded, Detailed, Redressing, Settled, Protocol):
+    """What a level asks of the animator that it is of."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,24 +30,10 @@ class AnimatorAgentDressLevel:
         part: The animator's tables of these vertices; its States are never handed out.
     """
 
-    full: "AnimatorAgentDress"
+    full: SettledAnimator
     garment: Garment
     kept: Int[np.ndarray, " kept"]
-    part: "AnimatorAgentDress"
-
-    @classmethod
-    def of(cls, full: "AnimatorAgentDress", detail: float) -> Self:
-        """A level of an animator.
-
-        Args:
-            full: The animator.
-            detail: Share of its vertices.
-
-        Raises:
-            BadInput: As `coarser_garment`.
-        """
-        garment, kept = coarser_garment(full.garment, detail)
-        return cls(full, garment, kept, replace(full, garment=garment, tables=full.tables.at_vertices(kept)))
+    part: SettledAnimator
 
     @property
     def name(self) -> str:

@@ -15,7 +15,7 @@ from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.lifted_arms import lifted_arms
 from hemline.errors import BadInput, BadModel
 from hemline.files.contents import AGAIN, entry, part
-from hemline.garments.garment import Garment
+from hemline.garments import Garment, coarser_garment
 from hemline.motions.motion import Pose
 from hemline.options import options_of
 
@@ -147,7 +147,9 @@ class AnimatorAgentDress:
         if detail == 1:
             return self
         if detail not in self._levels:
-            self._levels[detail] = AnimatorAgentDressLevel.of(self, detail)
+            garment, kept = coarser_garment(self.garment, detail)
+            part = replace(self, garment=garment, tables=self.tables.at_vertices(kept))
+            self._levels[detail] = AnimatorAgentDressLevel(self, garment, kept, part)
         return self._levels[detail]
 
     def redress(
