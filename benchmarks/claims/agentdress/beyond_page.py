@@ -11,8 +11,8 @@ PAGE = """\
 
 Written by `python benchmarks/claims/agentdress/beyond.py ANCHORS TEST` at commit {commit}, on {machine}, one thread:
 `{garment}`, {anchors} anchors, judged on {pairs} pairs of a random body and a pose of people who are in no fit. Mean
-distance of vertices to the simulation. Random bodies ship. Sensitivities by shape are no better, and are not kept. The joint
-kernel and the material are better, and are not part of what `hemline fit` makes yet.
+distance of vertices to the simulation. Random bodies ship. Sensitivities by shape are no better, and are not kept. The
+joint kernel and the material are better, and are not part of what `hemline fit` makes yet.
 
 ## On random bodies
 | what | error, mm |

@@ -51,7 +51,7 @@ def _table(row: dict, distances: tuple[float, ...]) -> str:
         slope = row["slope"][name]
         without = slope["floor_removed"]
         told = "none" if without != without else f"{without:.2f}"
-        cells = " | ".join(f"{errors[r]:.3f}" for r in distances)
+        cells = " | ".join(f"{errors[r]:.3f}" if r in errors else "none settled" for r in distances)
         lines.append(f"| {name} | {cells} | {slope['plain']:.2f} ({told}) |")
     return "\n".join(lines)
 
@@ -70,11 +70,12 @@ def write(rows: list[dict], distances: tuple[float, ...], garment: str) -> None:
     """Write page and picture anew; the last distance is the floor's."""
     sheet, (plots,) = axes(1, len(rows), width=4.2, height=3.4)
     for plot, row in zip(plots, rows, strict=True):
-        for name, errors in row["error_mm"].items():
-            plot.loglog(distances[:-1], [errors[r] for r in distances[:-1]], "o-", label=name, ms=3)
         error = row["error_mm"]["theoretical"]
+        there = [r for r in distances[:-1] if r in error]
+        for name, errors in row["error_mm"].items():
+            plot.loglog(there, [errors[r] for r in there], "o-", label=name, ms=3)
         plot.axhline(error[distances[-1]], color="grey", ls=":", label="floor of the settling")
-        plot.loglog(distances[:-1], [error[distances[0]] * r**2 for r in distances[:-1]], "k--", lw=0.6, label="r^2")
+        plot.loglog(there, [error[there[0]] * (r / there[0]) ** 2 for r in there], "k--", lw=0.6, label="r^2")
         plot.set(title=row["start"], xlabel="distance r", ylabel="error, mm")
     plots[0].legend(fontsize=6)
     keep(sheet, PAGES, "separability.png")
