@@ -139,7 +139,14 @@ def test_the_browser_is_opened_unless_it_is_not_wanted(browser, folder, monkeypa
 def running(*words: str):
     """`hemline compare` as a process of its own, and its page's address."""
     command = [sys.executable, "-m", "hemline", "compare", *words, "--no-browser"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    # a test run in the background of a shell ignores Ctrl-C, and its children would, too
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     try:
         yield process, process.stdout.readline().strip()
     finally:
