@@ -86,8 +86,8 @@ def test_shapes_are_told_in_every_pose(model, betas):
 
 
 def test_at_an_anchor_the_shape_model_of_that_anchor_speaks(dataset):
-    """With one neighbour, what the shape adds at an anchor is `ShapeModel` of its own garments, skinned (Eq. 3)."""
-    model = fit(dataset, replace(STILL, neighbours=1, floor=1e-9, shape_modes=200))
+    """Blended, with one neighbour, what the shape adds is `ShapeModel` of the anchor's garments, skinned (Eq. 3)."""
+    model = fit(dataset, replace(STILL, shape_model="blended", neighbours=1, floor=1e-9, shape_modes=200))
     anchors = AnchorSet.of(dataset)
     betas = np.array([[0.6, -1.3]])
     for number in (0, 7):
@@ -110,7 +110,7 @@ def test_at_an_anchor_the_shape_model_of_that_anchor_speaks(dataset):
         assert np.abs(wanted).max() > 1e-3
         np.testing.assert_allclose(found, wanted, atol=6e-5)  # columns of 8 bits
         at_rest = (anchors.rest.at(betas) - anchors.rest.mean)[0].reshape(-1, 3)
-        np.testing.assert_allclose(state.rest - still.rest, at_rest, atol=1e-6)
+        np.testing.assert_allclose(state.rest - still.rest, at_rest, atol=1e-5)  # half precision
 
 
 def test_turning_and_moving_the_root_takes_the_garment_along(model):
@@ -375,7 +375,7 @@ def test_a_model_file_changes_no_bit_of_what_plays(model, tmp_path):
             "bone that does not",
         ),
         (lambda arrays, metadata: arrays.update({"tables.rest": arrays["tables.rest"] * np.nan}), "must be finite"),
-        (lambda arrays, metadata: metadata["agentdress"].update(version=1), "version 2 of AgentDress; got version 1"),
+        (lambda arrays, metadata: metadata["agentdress"].update(version=1), "version 3 of AgentDress; got version 1"),
         (lambda arrays, metadata: metadata["agentdress"].update(width=-1.0), "positive width"),
     ],
 )

@@ -123,7 +123,7 @@ def agentdress_model() -> AnimatorAgentDress:
         offset=np.full_like(garment.vertices, 1e-3),
         basis=pack_basis(np.concatenate([pose_basis, drawn]), np.full(modes + 4, 0.05), extra=3),
         pose_weights=(0.05 * random.normal(size=(count, poses, modes))).astype(np.float32),
-        shape_effects=(0.02 * random.normal(size=(3, 8, 4))).astype(np.float32),
+        shape_effects=(0.02 * random.normal(size=(8, count, 3, 4))).astype(np.float16).astype(np.float32),
         clearances=np.full(len(garment.vertices), 0.002, np.float32),
     )
     return AnimatorAgentDress(
@@ -133,6 +133,7 @@ def agentdress_model() -> AnimatorAgentDress:
         body_hash=body().body.hash,
         config=AgentDressConfig(),
         width=1.5,
+        shape_width=1.2,
         figures={"pose_left_out_mm": 1.5},
         licences=("none",),
     )

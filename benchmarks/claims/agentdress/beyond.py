@@ -80,8 +80,9 @@ def without_random_bodies(dataset: Dataset, anchors: AnchorSet) -> AnimatorAgent
     return _fitted(dataset, AnchorSet.of(fewer))
 
 
-def _fitted(dataset: Dataset, anchors: AnchorSet) -> AnimatorAgentDress:
-    return fit_anchors(dataset.garment, anchors, AgentDressConfig(), progress=lambda stage, done, total: None)
+def _fitted(dataset: Dataset, anchors: AnchorSet, config: AgentDressConfig | None = None) -> AnimatorAgentDress:
+    options = config or AgentDressConfig()
+    return fit_anchors(dataset.garment, anchors, options, progress=lambda stage, done, total: None)
 
 
 def error_mm(model_of, pairs: list[Pair], body: bodies.Body) -> float:
@@ -108,12 +109,14 @@ def main() -> None:
     model, own = _fitted(dataset, anchors), of_own_shape(dataset, anchors, pairs)
     whole = _fitted(dataset, replace(anchors, sensitivity=(anchors.sensitivity[0],) * 2))
     fewer = without_random_bodies(dataset, anchors)
+    blended = _fitted(dataset, anchors, AgentDressConfig(shape_model="blended"))
     row = {
         "garment": dataset.garment.name,
         "anchors": len(anchors.rotations),
         "pairs": len(pairs),
         "random_bodies_mm": {
             "as it ships": error_mm(lambda pair: model, pairs, body),
+            "shape models of five anchors, blended (Eq. 4)": error_mm(lambda pair: blended, pairs, body),
             "sensitivities of the body's own shape": error_mm(lambda pair: own[pair.betas], pairs, body),
             "sensitivities with what skinning does (the paper's)": error_mm(lambda pair: whole, pairs, body),
             "without random bodies in the fit": error_mm(lambda pair: fewer, pairs, body),

@@ -11,8 +11,8 @@ PAGE = """\
 
 Written by `python benchmarks/claims/agentdress/beyond.py ANCHORS TEST` at commit {commit}, on {machine}, one thread:
 `{garment}`, {anchors} anchors, judged on {pairs} pairs of a random body and a pose of people who are in no fit. Mean
-distance of vertices to the simulation. Random bodies ship. Sensitivities by shape are no better, and are not kept. The
-joint kernel and the material are better, and are not part of what `hemline fit` makes yet.
+distance of vertices to the simulation. Random bodies and the kernel over pose and shape ship. Sensitivities by shape
+are no better, and are not kept. Material is better, and is not part of what `hemline fit` makes yet.
 
 ## On random bodies
 | what | error, mm |
@@ -24,7 +24,7 @@ on the betas and their squares, and a fit with what that says of each body.
 
 ## Pose and shape together
 What is missed of the change from the mean shape to the sixteen others at anchors that are left out; width and ridge of
-the joint kernel are chosen at every other anchor, and judged at those between.
+the kernel over both are chosen at every other anchor, and judged at those between.
 
 | what adds the shape | error, mm |
 |---|---|

@@ -1,4 +1,4 @@
-"""A kernel over pose and shape together, in the place of Eq. 4's blend of shape models: judged on anchors left out."""
+"""A kernel over pose and shape together beside Eq. 4's blend of shape models: judged on anchors left out."""
 
 from collections.abc import Sequence
 
@@ -8,16 +8,13 @@ from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.distances import anchor_weights, region_distances, turns_between
 from hemline.animators.agentdress.model import AnimatorAgentDress
-from hemline.animators.agentdress.pose_model import kernel
-from hemline.animators.agentdress.shape_model import ShapeModel, shape_features
+from hemline.animators.agentdress.shape_kernel import RIDGES, WIDTHS, fit_shape_kernel
+from hemline.animators.agentdress.shape_model import ShapeModel
 from hemline.arrays import Float
 from hemline.learning.pca import principal_of_rows
 
-WIDTHS, RIDGES = (0.7, 1.0, 1.4, 2.0), (0.1, 0.3, 1.0)
-"""Of the kernel over poses, over the median distance between anchors; added to the diagonal."""
-SQUARES = 0.5
-"""What the square of a beta counts for beside the beta."""
-MODES = 128
+MODES = 64
+"""Of the basis, as in `AgentDressConfig`."""
 
 
 def shape_errors(model: AnimatorAgentDress, anchors: AnchorSet) -> dict[str, float]:
@@ -36,7 +33,7 @@ def shape_errors(model: AnimatorAgentDress, anchors: AnchorSet) -> dict[str, flo
         "nothing": _mm([changes[number] for number in judged]),
         "mean over anchors": _mm([changes[n] - np.delete(changes, n, axis=0).mean(axis=0) for n in judged]),
         "shape models of five anchors, blended (Eq. 4)": _mm([changes[n] - blended[n] for n in judged]),
-        "joint kernel": joint,
+        "kernel over pose and shape": joint,
     }
 
 
@@ -72,40 +69,22 @@ def _joint(
     chosen_at: Sequence[int],
     judged_at: Sequence[int],
 ) -> float:
-    """Kernel ridge regression of the changes with a product of kernels, linear in the features of the shape."""
-    anchor_count, shape_count = changes.shape[:2]
-    features = shape_features(anchors.betas[1:]) * np.repeat([1.0, SQUARES], anchors.betas.shape[1])
-    over_shapes = features @ features.T
-    basis, outputs = principal_of_rows(changes.reshape(anchor_count * shape_count, -1), MODES)
+    """What `hemline fit` makes, its width and ridge chosen at some anchors and judged at others."""
+    basis, outputs = principal_of_rows(changes.reshape(changes.shape[0] * changes.shape[1], -1), MODES)
     rows, best = basis.reshape(len(basis), -1, 3), None
     for width in WIDTHS:
         for ridge in RIDGES:
-            missed = np.array(
-                [
-                    _left_out(np.kron(kernel(distances[:, region], width), over_shapes), outputs, shape_count, ridge)
-                    for region in range(distances.shape[1])
-                ]
-            )
-            at = missed.reshape(len(missed), anchor_count, shape_count, -1)
+            given = outputs.reshape(*changes.shape[:2], -1)
+            missed = fit_shape_kernel(distances, anchors.betas[1:], given, width=width, ridge=ridge).left_out
 
-            def error(numbers: Sequence[int], at: np.ndarray = at) -> float:
-                return _mm([np.einsum("vg,gsk,kvi->svi", regions, at[:, n], rows, optimize=True) for n in numbers])
+            def error(numbers: Sequence[int], missed: np.ndarray = missed) -> float:
+                return _mm([np.einsum("vg,gsk,kvi->svi", regions, missed[:, n], rows, optimize=True) for n in numbers])
 
             chosen = error(chosen_at)
             if best is None or chosen < best[0]:
                 best = chosen, error(judged_at)
     assert best is not None
     return best[1]
-
-
-def _left_out(gram: np.ndarray, outputs: np.ndarray, group: int, ridge: float) -> np.ndarray:
-    """What is missed of each group of rows by a fit to all others, in closed form."""
-    inverse = np.linalg.inv(gram + ridge * np.eye(len(gram)))
-    weights, missed = inverse @ outputs, np.empty_like(outputs)
-    for begin in range(0, len(gram), group):
-        rows = slice(begin, begin + group)
-        missed[rows] = np.linalg.solve(inverse[rows, rows], weights[rows])
-    return missed
 
 
 def _mm(missed: Sequence[np.ndarray]) -> float:

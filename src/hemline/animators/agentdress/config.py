@@ -1,6 +1,7 @@
 """Options of AgentDress."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from hemline.options import check_options, not_negative, positive
 
@@ -10,17 +11,20 @@ class AgentDressConfig:
     """Options of the fit, and of how it plays."""
 
     shape_components: int = positive(5)
-    """Principal components of the garment over body shapes, for each anchor."""
+    """Principal components of the garment over body shapes, at rest, and of each anchor that is blended."""
     shape_ridge: float = positive(0.2)
     """Ridge of the regression from the shape of the body to them."""
     rest_ridge: float = positive(30.0)
     """Ridge of what random bodies add to the garment at rest."""
+    shape_model: Literal["kernel", "blended"] = "kernel"
+    """What the shape adds in a pose: kernel regression over pose and shape together, or, as in the paper, the shape
+    models of the nearest anchors, blended."""
     pose_modes: int = positive(64)
     """Modes of the basis in which the pose model speaks."""
     shape_modes: int = positive(64)
     """Modes of the basis that all anchors share for what the shape does."""
     neighbours: int = positive(5)
-    """Anchors of a region that are blended."""
+    """Anchors of a region that are blended; of a shape model that is `blended`, as the two below."""
     power: float = positive(3.0)
     """The higher, the more the nearest one counts."""
     floor: float = positive(0.02)

@@ -18,11 +18,12 @@ from hemline.learning.pca import principal_of_rows
 from .anchor_set import AnchorSet
 from .config import AgentDressConfig
 from .distances import region_distances, turns_between
+from .left_out import left_out_mm
 from .model import AnimatorAgentDress
 from .pose_model import RIDGES, WIDTHS, PoseFit, fit_kernel
 from .regions import region_weights
 from .shape_figures import shape_figures
-from .shape_model import ShapeModel
+from .shape_fit import fit_shapes
 from .suitability import suitability, warn_unsuited
 from .tables import Tables
 
@@ -34,9 +35,6 @@ LEAST_APART = 1e-9
 
 NEVER = -1.0
 """A clearance that no vertex lacks [m]."""
-
-MOST_LEFT_OUT = 64
-"""Poses that a kernel is judged by; of more, as many are taken evenly."""
 
 
 def fit(
@@ -102,7 +100,6 @@ def fit_anchors(
     shaped = body.shaped(garment.body_betas)
     regions = region_weights(binding)
     influence = _influence(regions, anchors.sensitivity[1], anchors.rotations)
-    models = _shape_models(anchors, config)
     count = len(anchors.rotations)
     tell("pose model", 0, 1)
     rotations = np.concatenate([anchors.rotations, anchors.single_rotations])
@@ -113,10 +110,10 @@ def fit_anchors(
     distances = region_distances(turns_between(rotations, rotations), influence)
     pose, left_out_mm = _best_kernel(distances, outputs, pose_basis, regions)
     tell("pose model", 1, 1)
-    effects = np.concatenate([model.effects for model in models])
-    shape_basis, coefficients = principal_of_rows(effects, config.shape_modes)
-    added = np.concatenate([model.at(anchors.betas) for model in models]) @ shape_basis.T
-    deviations = np.concatenate([_rms(outputs), _rms(added)])
+    tell("shapes", 0, 1)
+    shapes = fit_shapes(anchors, distances[:count, :, :count], regions, config)
+    tell("shapes", 1, 1)
+    deviations = np.concatenate([_rms(outputs), shapes.deviations])
     tables = Tables(
         indices=binding.indices,
         weights=binding.weights,
@@ -125,34 +122,38 @@ def fit_anchors(
         influence=influence.astype(np.float32),
         rotations=rotations.astype(np.float32),
         rest=anchors.rest.mean.reshape(-1, 3).astype(np.float32),
-        rest_effects=anchors.rest.effects.reshape(-1, *garment.vertices.shape).astype(np.float32),
+        rest_effects=_half(anchors.rest.effects.reshape(-1, *garment.vertices.shape)),
         offset=mean.reshape(-1, 3).astype(np.float32),
-        basis=pack_basis(np.concatenate([pose_basis, shape_basis]), deviations, extra=SECOND_COLUMNS),
+        basis=pack_basis(np.concatenate([pose_basis, shapes.basis]), deviations, extra=SECOND_COLUMNS),
         pose_weights=pose.weights.astype(np.float32),
-        shape_effects=coefficients.reshape(count, -1, coefficients.shape[1]).astype(np.float32),
+        shape_effects=_half(shapes.effects),
         clearances=_clearances(anchors, shaped, config.clearance),
     )
     of_shapes = shape_figures(anchors, config)
-    figures = {
-        "anchors": float(count),
-        "poses": float(len(rotations)),
-        "shapes": float(len(anchors.betas)),
-        "kernel_width": pose.width,
-        "kernel_ridge": pose.ridge,
-        "pose_left_out_mm": left_out_mm,
-        "pose_left_out_skinned_mm": _left_out_skinned(offsets),
-        "pose_basis_mm": _missed_mm(offsets - mean, pose_basis),
-        "shape_basis_mm": _missed_mm(effects, shape_basis),
-        # for a pose and a shape that are both new
-        "error_to_expect_mm": left_out_mm + of_shapes["shape_left_out_mm"],
-    } | of_shapes
+    figures = (
+        {
+            "anchors": float(count),
+            "poses": float(len(rotations)),
+            "shapes": float(len(anchors.betas)),
+            "kernel_width": pose.width,
+            "kernel_ridge": pose.ridge,
+            "pose_left_out_mm": left_out_mm,
+            "pose_left_out_skinned_mm": _left_out_skinned(offsets),
+            "pose_basis_mm": _missed_mm(offsets - mean, pose_basis),
+            # for a pose and a shape that are both new
+            "error_to_expect_mm": left_out_mm + of_shapes["shape_left_out_mm"],
+        }
+        | of_shapes
+        | shapes.figures
+    )
     return AnimatorAgentDress(
         garment,
         tables,
         body_name=garment.body_name,
         body_hash=body.hash,
-        config=replace(config, pose_modes=len(pose_basis), shape_modes=len(shape_basis)),
+        config=replace(config, pose_modes=len(pose_basis), shape_modes=len(shapes.basis)),
         width=pose.width,
+        shape_width=shapes.width,
         figures=figures,
         licences=(body.licence,) if body.licence else (),
         fitted_betas=(float(anchors.betas.min()), float(anchors.betas.max())),
@@ -181,18 +182,6 @@ def _influence(
     return influence / np.where(scale > LEAST_APART, scale, 1.0)[:, None]
 
 
-def _shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeModel]:
-    return [
-        ShapeModel.fitted(
-            each.reshape(len(each), -1).astype(np.float64),
-            anchors.betas,
-            components=config.shape_components,
-            ridge=config.shape_ridge,
-        )
-        for each in anchors.offsets
-    ]
-
-
 def _rms(coefficients: Float[np.ndarray, "rows modes"]) -> Float[np.ndarray, " modes"]:
     return np.sqrt((coefficients**2).mean(axis=0))
 
@@ -205,20 +194,16 @@ def _best_kernel(
     for width in WIDTHS:
         for ridge in RIDGES:
             found = fit_kernel(distances, outputs, width=width, ridge=ridge)
-            missed = _left_out_mm(found, basis, regions)
+            missed = left_out_mm(found.left_out, basis, regions)
             if best is None or missed < best[0]:
                 best = missed, found
     assert best is not None
     return best[1], best[0]
 
 
-def _left_out_mm(found: PoseFit, basis: np.ndarray, regions: np.ndarray) -> float:
-    total, rows = 0.0, basis.reshape(len(basis), -1, 3)
-    poses = range(0, found.left_out.shape[1], -(-found.left_out.shape[1] // MOST_LEFT_OUT))
-    for pose in poses:
-        mixed = regions @ found.left_out[:, pose]
-        total += float(np.linalg.norm(np.einsum("vk,kvi->vi", mixed, rows), axis=1).mean())
-    return 1e3 * total / len(poses)
+def _half(values: np.ndarray) -> np.ndarray:
+    """As a model file keeps them."""
+    return values.astype(np.float16).astype(np.float32)
 
 
 def _left_out_skinned(offsets: np.ndarray) -> float:

@@ -31,7 +31,7 @@ from .state import AgentDressState
 from .tables import Tables
 from .worn_kernels import wear
 
-VERSION = 2
+VERSION = 3
 """Version of what model files hold of AgentDress, `agentdress.version`."""
 
 LEAST_INFLUENCE = 1e-3
@@ -47,11 +47,11 @@ class AnimatorAgentDress:
     r"""A garment of settled states, blended.
 
     $$x = \sum_b w_b A_b(\beta, \theta)\, \bar x(\beta) + R(\theta) \left(\bar u + \sum_g r_g B \left(K_g(\theta) +
-    \sum_s W_g^s(\theta)\, E_s (\beta, \beta^2)\right)\right)$$
+    \sum_s S_g^s(\theta)\, E_{g,s} (\beta, \beta^2)\right)\right)$$
 
     with $\bar x$ the garment in the rest pose of the body, $A_b$ the skin transforms of the body as it is, $R$ the
-    blended rotation of the bones, $r_g$ regions, $K_g$ the pose model (a kernel regression), $E_s$ the shape model of
-    anchor $s$.
+    blended rotation of the bones, $r_g$ regions, $K_g$ the pose model (a kernel regression), $E_{g,s}$ what the shape
+    adds at anchor $s$, $S_g^s$ a kernel or the weights of the nearest anchors.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
         Eq. 4. Differs: what an anchor adds to skinning is taken in the turned frames of the vertices, and the query's
@@ -65,6 +65,8 @@ class AnimatorAgentDress:
     config: AgentDressConfig
     width: float
     """Of the kernel of the pose model."""
+    shape_width: float
+    """Of the kernel over poses of the shape model."""
     figures: Mapping[str, float] = field(default_factory=dict)
     licences: tuple[str, ...] = ()
     fitted_betas: BetaRange = DRAPED
@@ -117,9 +119,9 @@ class AnimatorAgentDress:
             )
         warn_beyond(self.garment.name, self.fitted_betas, shaped.betas)
         tables, betas = self.tables, shaped.betas[None]
-        posed_known, known = tables.shape_effects.shape[1] // 2, len(tables.rest_effects) // 2
+        posed_known, known = len(tables.shape_effects) // 2, len(tables.rest_effects) // 2
         features = shape_features(widened(betas, posed_known))[0].astype(np.float32)
-        effects = np.einsum("f,sfk->sk", features, tables.shape_effects)
+        effects = np.tensordot(features, tables.shape_effects, 1)
         features = shape_features(widened(betas, known))[0].astype(np.float32)
         rest = tables.rest + np.einsum("f,fvi->vi", features, tables.rest_effects)
         return AgentDressState(rest, shaped.normals[tables.nearest], effects, None)
@@ -252,16 +254,22 @@ class AnimatorAgentDress:
     def _mixed(
         self,
         distances: Float[np.ndarray, "regions poses"],
-        effects: Float[np.ndarray, "anchors shape_modes"],
+        effects: Float[np.ndarray, "shape_regions anchors shape_modes"],
         *,
         posing: bool = True,
     ) -> Float[np.ndarray, "regions columns"]:
         """What each region makes of pose, if it is asked, and shape: by columns of the basis, with their scales [m]."""
         pose = np.einsum("gp,gpk->gk", kernel(distances, self.width), self.tables.pose_weights) * np.float32(posing)
-        options = {name: getattr(self.config, name) for name in ("neighbours", "power", "floor")}
-        shape = anchor_weights(distances[:, : len(effects)], **options) @ effects
+        shape = np.matmul(self._anchor_weights(distances[:, : effects.shape[1]])[:, None], effects)[:, 0]
         modes, basis = np.concatenate([pose, shape], axis=1), self.tables.basis
         return np.ascontiguousarray(modes[:, basis.modes] * basis.scales, np.float32)
+
+    def _anchor_weights(self, distances: Float[np.ndarray, "regions anchors"]) -> Float[np.ndarray, "regions anchors"]:
+        """What each anchor counts for in what the shape adds."""
+        if self.config.shape_model == "kernel":
+            return kernel(distances, self.shape_width)
+        options = {name: getattr(self.config, name) for name in ("neighbours", "power", "floor")}
+        return anchor_weights(distances, **options)
 
     def save(self, path: str | Path) -> None:
         """Write a model file, whole or not at all.
@@ -278,7 +286,14 @@ class AnimatorAgentDress:
             config=asdict(self.config),
             figures=self.figures,
             licences=self.licences,
-            extra={"agentdress": {"version": VERSION, "width": self.width, "betas": list(self.fitted_betas)}},
+            extra={
+                "agentdress": {
+                    "version": VERSION,
+                    "width": self.width,
+                    "shape_width": self.shape_width,
+                    "betas": list(self.fitted_betas),
+                }
+            },
         )
 
     @classmethod
@@ -293,9 +308,10 @@ class AnimatorAgentDress:
         if held.get("version") != VERSION:
             got = f"version {held.get('version')}"
             raise BadModel(f"this hemline reads version {VERSION} of AgentDress", got, AGAIN)
-        width = entry(held, "width", float)
-        if not (np.isfinite(width) and width > 0):
-            raise BadModel("the kernel of the model has a positive width", width, AGAIN)
+        width, shape_width = entry(held, "width", float), entry(held, "shape_width", float)
+        for each in (width, shape_width):
+            if not (np.isfinite(each) and each > 0):
+                raise BadModel("the kernels of the model have positive widths", each, AGAIN)
         garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
         name = entry(body, "name", str)
         return cls(
@@ -309,6 +325,7 @@ class AnimatorAgentDress:
             body_hash=entry(body, "hash", str),
             config=options_of(AgentDressConfig, entry(metadata, "config", dict), error=BadModel),
             width=width,
+            shape_width=shape_width,
             figures=entry(metadata, "figures", dict),
             licences=tuple(str(text) for text in entry(metadata, "licences", list)),
             fitted_betas=fitted_range(held),

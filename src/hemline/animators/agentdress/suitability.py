@@ -95,7 +95,7 @@ def warn_unsuited(garment: str, figures: Mapping[str, float], config: AgentDress
     if figures["anchors"] < config.neighbours:
         found.append(
             (
-                f"{config.neighbours} anchors are blended in each region, and there are fewer",
+                f"a fit needs {config.neighbours} anchors and more to tell what shapes do in other poses",
                 f"{figures['anchors']:.0f}",
                 f"{expected}, or drape more with 'hemline drape --anchors'",
             )

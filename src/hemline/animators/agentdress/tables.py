@@ -31,7 +31,8 @@ class Tables:
         offset: What is added to it in the turned frames of the vertices, mean over these poses [m].
         basis: Directions of the pose model, then those of the shape.
         pose_weights: What each pose adds to each direction, by region.
-        shape_effects: What the features of the shape add at each anchor.
+        shape_effects: What each feature of the shape adds to each of these at each anchor, by region; one region stands
+            for all where anchors are blended.
         clearances: How far off the skin each vertex is kept, at least [m].
     """
 
@@ -46,13 +47,14 @@ class Tables:
     offset: Float[np.ndarray, "verts 3"]
     basis: PackedBasis
     pose_weights: Float[np.ndarray, "regions poses pose_modes"]
-    shape_effects: Float[np.ndarray, "anchors features shape_modes"]
+    shape_effects: Float[np.ndarray, "features shape_regions anchors shape_modes"]
     clearances: Float[np.ndarray, " verts"]
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What a model file holds; effects on the garment at rest in half precision."""
+        """What a model file holds; effects of the shape in half precision."""
         held = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "basis"}
-        held["rest_effects"] = self.rest_effects.astype(np.float16)
+        for name in ("rest_effects", "shape_effects"):
+            held[name] = held[name].astype(np.float16)
         return held | {f"basis.{name}": array for name, array in self.basis.arrays().items()}
 
     def at_vertices(self, kept: Int[np.ndarray, " kept"]) -> Self:
@@ -72,17 +74,19 @@ class Tables:
         regions = array_of(arrays, "regions", "float32", (vertices, None))
         rotations = array_of(arrays, "rotations", "float32", (None, JOINT_COUNT, 4))
         pose_weights = array_of(arrays, "pose_weights", "float32", (regions.shape[1], len(rotations), None))
-        effects = array_of(arrays, "shape_effects", "float32", (None, None, None))
+        effects = array_of(arrays, "shape_effects", "float16", (None, None, None, None))
         basis = PackedBasis.of(part(arrays, "basis"), vertex_count=vertices)
-        if basis.mode_count != pose_weights.shape[2] + effects.shape[2]:
+        if basis.mode_count != pose_weights.shape[2] + effects.shape[3]:
             raise BadModel("the basis has a mode for each output of poses and shapes", basis.mode_count, AGAIN)
         indices = array_of(arrays, "indices", "int32", (vertices, INFLUENCES))
         nearest = array_of(arrays, "nearest", "int32", (vertices,))
         for name, found, limit in (("bone", indices, JOINT_COUNT), ("vertex of the body", nearest, body_vertices)):
             if found.size and not (found.min() >= 0 and found.max() < limit):
                 raise BadModel(f"the model names a {name} that does not exist", int(found.max()), AGAIN)
-        if not 1 <= len(effects) <= len(rotations):
-            raise BadModel("a model has at least one anchor, and a pose for each", len(effects), AGAIN)
+        if not 1 <= effects.shape[2] <= len(rotations):
+            raise BadModel("a model has at least one anchor, and a pose for each", effects.shape[2], AGAIN)
+        if effects.shape[1] not in (1, regions.shape[1]):
+            raise BadModel("what the shape adds is told for each region, or for all", effects.shape[1], AGAIN)
         return cls(
             indices=indices,
             weights=array_of(arrays, "weights", "float32", (vertices, INFLUENCES)),
@@ -95,6 +99,6 @@ class Tables:
             offset=array_of(arrays, "offset", "float32", (vertices, 3)),
             basis=basis,
             pose_weights=pose_weights,
-            shape_effects=effects,
+            shape_effects=effects.astype(np.float32),
             clearances=array_of(arrays, "clearances", "float32", (vertices,)),
         )

@@ -1,0 +1,94 @@
+"""The two ways to say what the shape of the body adds in a pose, fitted to the same anchors into the same tables."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hemline.arrays import Float
+from hemline.learning.pca import principal_of_rows
+
+from .anchor_set import AnchorSet
+from .config import AgentDressConfig
+from .shape_kernel import best_shape_kernel
+from .shape_model import ShapeModel
+
+
+@dataclass(frozen=True)
+class ShapeFit:
+    """What the shape adds, as it is played.
+
+    Attributes:
+        basis: Directions of the garment, one a row.
+        deviations: How large the coefficient of each is, root mean square [m].
+        effects: What each feature of the shape adds to each direction at each anchor, for each region; one region
+            stands for all where they do not differ.
+        width: Of the kernel over poses; 1 where there is none.
+        figures: What the fit reached.
+    """
+
+    basis: Float[np.ndarray, "modes rows"]
+    deviations: Float[np.ndarray, " modes"]
+    effects: Float[np.ndarray, "features regions anchors modes"]
+    width: float
+    figures: Mapping[str, float]
+
+
+def fit_shapes(
+    anchors: AnchorSet,
+    distances: Float[np.ndarray, "anchors regions anchors"],
+    regions: Float[np.ndarray, "verts regions"],
+    config: AgentDressConfig,
+) -> ShapeFit:
+    """Fit what the shape adds, in the way that the options name.
+
+    Args:
+        anchors: How the garment lies in each anchor.
+        distances: Between them, squared, in each region.
+        regions: Share of each region in each vertex.
+        config: Options.
+    """
+    return _WAYS[config.shape_model](anchors, distances, regions, config)
+
+
+def _by_kernel(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, config: AgentDressConfig) -> ShapeFit:
+    """`shape_kernel`: each region of the garment learns from all anchors."""
+    count, shapes = anchors.offsets.shape[:2]
+    changes = (anchors.offsets[:, 1:] - anchors.offsets[:, :1]).reshape(count * (shapes - 1), -1).astype(np.float64)
+    basis, outputs = principal_of_rows(changes, config.shape_modes)
+    outputs = outputs.reshape(count, shapes - 1, -1)
+    found, missed_mm = best_shape_kernel(distances, anchors.betas[1:], outputs, basis, regions)
+    figures = {
+        "shape_kernel_width": found.width,
+        "shape_kernel_ridge": found.ridge,
+        "shape_change_left_out_mm": missed_mm,
+        "shape_change_mm": 1e3 * float(np.linalg.norm(changes.reshape(len(changes), -1, 3), axis=2).mean()),
+    }
+    return ShapeFit(basis, _rms(outputs.reshape(len(changes), -1)), found.effects, found.width, figures)
+
+
+def _by_anchor(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, config: AgentDressConfig) -> ShapeFit:
+    """A `ShapeModel` of each anchor, as in the paper."""
+    models = [
+        ShapeModel.fitted(
+            each.reshape(len(each), -1).astype(np.float64),
+            anchors.betas,
+            components=config.shape_components,
+            ridge=config.shape_ridge,
+        )
+        for each in anchors.offsets
+    ]
+    basis, outputs = principal_of_rows(np.concatenate([model.effects for model in models]), config.shape_modes)
+    deviations = _rms(np.concatenate([model.at(anchors.betas) for model in models]) @ basis.T)
+    effects = outputs.reshape(len(models), -1, len(basis)).transpose(1, 0, 2)[:, None]
+    return ShapeFit(basis, deviations, effects, 1.0, {})
+
+
+def _rms(coefficients: Float[np.ndarray, "rows modes"]) -> Float[np.ndarray, " modes"]:
+    return np.sqrt((coefficients**2).mean(axis=0))
+
+
+_WAYS: Mapping[str, Callable[[AnchorSet, np.ndarray, np.ndarray, AgentDressConfig], ShapeFit]] = {
+    "kernel": _by_kernel,
+    "blended": _by_anchor,
+}
