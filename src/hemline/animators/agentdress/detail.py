@@ -1,13 +1,12 @@
 """A close-fitting garment of fewer vertices, for far from the camera."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
 from hemline.animators.base import Animator, Bounded, Detailed, Redressing, Settled
+from hemline.animators.level import LevelOf
 from hemline.arrays import Int, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.garments import Garment
@@ -20,7 +19,7 @@ class SettledAnimator(Animator, Bounded, Detailed, Redressing, Settled, Protocol
 
 
 @dataclass(frozen=True, eq=False)
-class AnimatorAgentDressLevel:
+class AnimatorAgentDressLevel(LevelOf):
     """An `AnimatorAgentDress` at a lower level of detail. Its States are those of the full one.
 
     Attributes:
@@ -34,26 +33,6 @@ class AnimatorAgentDressLevel:
     garment: Garment
     kept: Int[np.ndarray, " kept"]
     part: SettledAnimator
-
-    @property
-    def name(self) -> str:
-        """As of the full animator."""
-        return self.full.name
-
-    @property
-    def body_name(self) -> str:
-        """As of the full animator."""
-        return self.full.body_name
-
-    @property
-    def body_hash(self) -> str:
-        """As of the full animator."""
-        return self.full.body_hash
-
-    @property
-    def figures(self) -> Mapping[str, float]:
-        """What the fit of the full animator reached."""
-        return self.full.figures
 
     @property
     def beta_range(self) -> tuple[float, float]:
@@ -92,14 +71,6 @@ class AnimatorAgentDressLevel:
     def reshaped(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
         """As of the full animator."""
         return self.full.reshaped(state, shaped)
-
-    def at_detail(self, detail: float) -> Animator:
-        """Another level of the full animator."""
-        return self.full.at_detail(detail)
-
-    def save(self, path: str | Path) -> None:
-        """Write the model file of the full animator, which all levels are made from."""
-        self.full.save(path)
 
     def _seen(self, state: AgentDressState) -> AgentDressState:
         return replace(state, rest=state.rest[self.kept], normals=state.normals[self.kept])

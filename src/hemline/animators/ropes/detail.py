@@ -1,13 +1,13 @@
 """Rope chains that carry a coarser garment: fewer vertices, and what of the rest costs much and shows little."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
-from hemline.animators.base import Animator, Detailed
+from hemline.animators.base import Animator
+from hemline.animators.level import LevelOf
 from hemline.arrays import Float, Int, Vertices
 from hemline.bodies.body import PosedBody
 from hemline.garments import Garment, coarser_garment
@@ -34,7 +34,7 @@ class LearnedBonesAlone(LearnedBones):
 
 
 @dataclass(frozen=True, eq=False)
-class AnimatorRopesLevel:
+class AnimatorRopesLevel(LevelOf):
     """An `AnimatorRopes` at a lower level of detail. Its States are those of the full one, so they can be exchanged."""
 
     full: Animator
@@ -69,26 +69,6 @@ class AnimatorRopesLevel:
         return cls(full, garment, kept, source, (first, *(each for each, _ in others)), basis.at_vertices(kept))
 
     @property
-    def name(self) -> str:
-        """As of the full animator."""
-        return self.full.name
-
-    @property
-    def body_name(self) -> str:
-        """As of the full animator."""
-        return self.full.body_name
-
-    @property
-    def body_hash(self) -> str:
-        """As of the full animator."""
-        return self.full.body_hash
-
-    @property
-    def figures(self) -> Mapping[str, float]:
-        """What the fit of the full animator reached."""
-        return self.full.figures
-
-    @property
     def bones(self) -> str:
         """What moves the bones: `ropes`, or `learned`."""
         return "ropes" if self.source.learned is None else "learned"
@@ -117,14 +97,6 @@ class AnimatorRopesLevel:
         """As `step`, driven by the bones of simulated vertices of the full garment."""
         bones = seen_bones(self.source.ropes, truth, posed)
         return state, self._vertices(state, posed, state.displaced(bones, posed.transforms[self._key]))
-
-    def at_detail(self, detail: float) -> Animator:
-        """Another level of the full animator."""
-        return self.full.at_detail(detail) if isinstance(self.full, Detailed) else self.full
-
-    def save(self, path: str | Path) -> None:
-        """Write the model file of the full animator, which all levels are made from."""
-        self.full.save(path)
 
     @property
     def _key(self) -> int:
