@@ -11,7 +11,8 @@ from hemline.collide.projection.project import Projector
 from hemline.collide.projection.project_frame import SKYLINE_MARGIN, ProjectedFrame
 from hemline.collide.projection.ray_kernels import certify
 from hemline.collide.surface.box_kernels import into_frame
-from hemline.collide.surface.surface_kernels import nearest_weights, seek_place
+from hemline.collide.surface.search_kernels import search_room, seek_place, some_face
+from hemline.collide.surface.surface_kernels import nearest_weights
 from hemline.collide.winding.numbers import winding_numbers
 from hemline.meshes import ClosestTree
 
@@ -81,10 +82,10 @@ def test_nearest_weights_against_trimesh():
 
 def test_sought_places_are_nearest(frame):
     patches, points = frame.patches, frame.points[::10]
-    bound = np.empty(len(patches.patch_limb), np.float32)
+    room = search_room(frame.skin)
 
     def distances(limb):
-        rows = [seek_place(frame.skin, limb, *point, bound) for point in points]
+        rows = [seek_place(frame.skin, limb, some_face(frame.skin, limb), *point, room) for point in points]
         return np.sqrt([squared for _, _, _, squared in rows])
 
     limb = patches.limb[0]
