@@ -13,6 +13,8 @@ from hemline.collide.surface.surface_kernels import nearest_weights
 from hemline.collide.winding.winding_kernels import crossing
 from hemline.compiled import kernel
 
+from .ray_lane_kernels import LANES, add_crossings_of_leaf
+
 _index = np.uintp
 
 
@@ -130,44 +132,6 @@ def certify(points, patch_box, lively, margin, turn, tries, direction, hidden, n
 
 
 @kernel(forceinline=True)
-def leaf_turns(corners, leaf, direction, x, y):
-    """Signed crossings of a line with the 8 faces of a leaf that lies wholly ahead of the ray's start.
-
-    in: corners (leaves,10,8), x, y: the line. The 8 is read from the array and the sum is one of integers: so the loop
-    vectorises.
-    """
-    u, v = _index((direction + 1) % 3), _index((direction + 2) % 3)
-    b, c = _index(3), _index(6)
-    total = np.int32(0)
-    for i in range(corners.shape[2]):
-        au, bu, cu = corners[leaf, u, i] - x, corners[leaf, u + b, i] - x, corners[leaf, u + c, i] - x
-        av, bv, cv = corners[leaf, v, i] - y, corners[leaf, v + b, i] - y, corners[leaf, v + c, i] - y
-        turns, _, _, _ = crossing(au, av, bu, bv, cu, cv)
-        total += np.int32(turns)
-    return total
-
-
-@kernel(forceinline=True)
-def leaf_crossings(corners, leaf, direction, x, y, z):
-    """Signed crossings of the ray from one point with the 8 faces of a leaf, and how many of them are in doubt.
-
-    In doubt are faces whose plane may lie within rounding of the point. in: corners (leaves,10,8), point.
-    """
-    axis, u, v = _index(direction % 3), _index((direction + 1) % 3), _index((direction + 2) % 3)
-    sign, zero, b, c = np.float32(1 if direction < 3 else -1), np.float32(0), _index(3), _index(6)
-    total, doubts = np.int32(0), np.int32(0)
-    for i in range(corners.shape[2]):
-        au, bu, cu = corners[leaf, u, i] - x, corners[leaf, u + b, i] - x, corners[leaf, u + c, i] - x
-        av, bv, cv = corners[leaf, v, i] - y, corners[leaf, v + b, i] - y, corners[leaf, v + c, i] - y
-        turns, ab, bc, ca = crossing(au, av, bu, bv, cu, cv)
-        ad, bd, cd = corners[leaf, axis, i], corners[leaf, axis + b, i], corners[leaf, axis + c, i]
-        volume = bc * (sign * ad - z) + ca * (sign * bd - z) + ab * (sign * cd - z)
-        total += np.int32(turns if volume * turns > zero else zero)
-        doubts += np.int32(1 if abs(volume) <= corners[leaf, _index(9), i] else 0)
-    return total, doubts
-
-
-@kernel(forceinline=True)
 def gather_leaf(body, faces, leaf_box, leaf, rounding, corners_out):
     """Corner coordinates of the faces of one leaf, 8 at a time, and below which volume each is in doubt.
 
@@ -253,7 +217,7 @@ def windings(
         np.empty((6, 5, patch_count + 8), np.float32),
         np.empty((5, leaf_count + 8), np.float32),
     )
-    block_shafts = np.empty((5, leaf_count + 8), np.float32)
+    block_shafts, lanes = np.empty((5, leaf_count + 8), np.float32), np.empty((4, LANES), np.float32)
     begin = 0
     while begin < len(points):
         end, group = begin + 1, ids[begin] // GROUP
@@ -285,21 +249,35 @@ def windings(
                     gather_leaf(body, faces, leaf_box, _index(leaf), rounding, corners)
                     ready[leaf] = True
             take_shafts(leaf_box, block_leaves, 0, count, way, block_shafts)
+            for lane in range(LANES):
+                i = min(first + lane, last - 1)
+                lanes[0, lane], lanes[1, lane], lanes[2, lane] = points[i, u], points[i, v], sign * points[i, axis]
+                lanes[3, lane] = 0
+            doubts = np.int32(0)
+            for k in range(count):
+                leaf = block_leaves[k]
+                doubts |= add_crossings_of_leaf(
+                    corners,
+                    leaf,
+                    np.int64(axis),
+                    np.int64(u),
+                    np.int64(v),
+                    sign,
+                    sign * leaf_box[near_end, leaf],
+                    block_shafts[0, k],
+                    block_shafts[1, k],
+                    block_shafts[2, k],
+                    block_shafts[3, k],
+                    block_shafts[4, k],
+                    rounding,
+                    lanes,
+                )
             for i in range(first, last):
-                x, y, z = points[i, u], points[i, v], sign * points[i, axis]
-                left, right, below, above = x - rounding, x + rounding, y - rounding, y + rounding
-                found = list_met(block_shafts, count, z - rounding, left, right, below, above, mask, words, hits)
-                total, doubts = np.int32(0), np.int32(0)
-                for k in range(found):
-                    leaf = _index(block_leaves[hits[k]])
-                    if sign * leaf_box[near_end, leaf] > z + rounding:
-                        total += leaf_turns(corners, leaf, way, x, y)
-                    else:
-                        turns, doubtful = leaf_crossings(corners, leaf, way, x, y, z)
-                        total += turns
-                        doubts += doubtful
-                winding_out[i], near_out[i] = np.int32(sign) * total, False
-                if doubts:
+                winding_out[i], near_out[i] = np.int32(sign * lanes[3, i - first]), False
+                if doubts >> (i - first) & 1:
+                    x, y, z = points[i, u], points[i, v], sign * points[i, axis]
+                    left, right, below, above = x - rounding, x + rounding, y - rounding, y + rounding
+                    found = list_met(block_shafts, count, z - rounding, left, right, below, above, mask, words, hits)
                     winding_out[i], near_out[i] = settled_winding(
                         corners, block_leaves, hits, found, way, points[i], rounding
                     )
