@@ -218,6 +218,7 @@ def windings(
         np.empty((5, leaf_count + 8), np.float32),
     )
     block_shafts, lanes = np.empty((5, leaf_count + 8), np.float32), np.empty((4, LANES), np.float32)
+    box = np.empty(5, np.float32)
     begin = 0
     while begin < len(points):
         end, group = begin + 1, ids[begin] // GROUP
@@ -253,24 +254,13 @@ def windings(
                 i = min(first + lane, last - 1)
                 lanes[0, lane], lanes[1, lane], lanes[2, lane] = points[i, u], points[i, v], sign * points[i, axis]
                 lanes[3, lane] = 0
+            box[0], box[1], box[2], box[3], box[4] = near, low_u, high_u, low_v, high_v
             doubts = np.int32(0)
             for k in range(count):
                 leaf = block_leaves[k]
+                begins = sign * leaf_box[near_end, leaf]
                 doubts |= add_crossings_of_leaf(
-                    corners,
-                    leaf,
-                    np.int64(axis),
-                    np.int64(u),
-                    np.int64(v),
-                    sign,
-                    sign * leaf_box[near_end, leaf],
-                    block_shafts[0, k],
-                    block_shafts[1, k],
-                    block_shafts[2, k],
-                    block_shafts[3, k],
-                    block_shafts[4, k],
-                    rounding,
-                    lanes,
+                    corners, leaf, block_shafts, k, begins, np.int64(axis), np.int64(u), np.int64(v), sign, rounding, box, lanes
                 )
             for i in range(first, last):
                 winding_out[i], near_out[i] = np.int32(sign * lanes[3, i - first]), False
