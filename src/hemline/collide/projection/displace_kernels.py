@@ -78,8 +78,9 @@ def displace(
             deep = distance < -far and ((heights[i] > -far and not slow) or (ids[k] + turn) % 16 == 0)
             if attempt == 1 or placed or not (deep or turn == 1):
                 break
-            vertex, nearest = seek(skin, np.int32(-1), last, x, y, z, room)
-            if nearest > squared * (one if turn == 1 else loyalty):
+            reach = squared * (one if turn == 1 else loyalty)
+            vertex, _ = seek(skin, np.int32(-1), x, y, z, np.int64(-1), reach, room)
+            if vertex < 0:
                 break
             start = np.int64(ring[ring_start[vertex]])
         anchors[i] = last

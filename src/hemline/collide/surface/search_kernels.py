@@ -91,20 +91,24 @@ def nearest_vertex(skin, leaves, count, x, y, z, best, nearest):
 
 
 @kernel
-def seek(skin, limb, face, x, y, z, room):
+def seek(skin, limb, x, y, z, best, nearest, room):
     """Vertex nearest to a point, of one limb or (limb < 0) of the whole body, and its squared distance [m^2].
 
-    in: face: one of that limb, the nearer the better; room: see `search_room`.
+    in: best, nearest: a vertex that is known and its squared distance, or -1 and how far to look at all; room: see
+    `search_room`.
     """
-    best, nearest = nearest_corner(skin, face, x, y, z)
     count = list_leaves(skin, limb, (x, y, z), (x, y, z), nearest, room)
     return nearest_vertex(skin, room[2], count, x, y, z, best, nearest)
 
 
 @kernel
 def seek_place(skin, limb, face, x, y, z, room):
-    """Nearest place of the surface to a point, around the vertex that `seek` finds; as from `walk`."""
-    vertex, _ = seek(skin, limb, face, x, y, z, room)
+    """Nearest place of the surface to a point, around the vertex that `seek` finds; as from `walk`.
+
+    in: face: one of that limb, the nearer the better.
+    """
+    best, nearest = nearest_corner(skin, face, x, y, z)
+    vertex, _ = seek(skin, limb, x, y, z, best, nearest, room)
     return walk(skin, np.int64(skin.ring[skin.ring_start[vertex]]), np.int64(MOST_STEPS), x, y, z)
 
 
