@@ -189,11 +189,13 @@ class ProjectedFrame:
         """
         held = self.places[ids[bad]] >= 0
         kept, free = bad[held], bad[~held]
-        still, at_kept = self.tried(ids, kept, displaced, signed, self.places[ids[kept]], SLOW_STEPS)
-        kept = kept[still]
-        # contact goes on holding these off; led out of one part, they would only be deeper in another
-        displaced[kept] = self.points[ids[kept]]
         faces, where = np.empty((len(free), 2), np.int64), np.empty((0, 3), np.float32)
+        at_kept = where
+        if len(kept):
+            still, at_kept = self.tried(ids, kept, displaced, signed, self.places[ids[kept]], SLOW_STEPS)
+            kept = kept[still]
+            # contact goes on holding these off; led out of one part, they would only be deeper in another
+            displaced[kept] = self.points[ids[kept]]
         look_around(self.points, ids, free, self.projector.worn.limb, self.skin, self.state.anchors, faces)
         for own_limb in (False, True):
             around = np.ascontiguousarray(faces[:, int(own_limb)])

@@ -40,7 +40,7 @@ def take_shafts(boxes, which, begin, end, direction, shafts_out):
 def list_met(shafts, count, near, low_u, high_u, low_v, high_v, mask, words, met_out):
     """Which of the first `count` shafts a block meets; their number.
 
-    `mask` is room, a byte a shaft; `words` are the same bytes by eights.
+    `mask` is room, a byte a shaft; `words` are the same bytes by eights; met_out (>= count, filled up to eights).
     """
     for k in range((count + 7) // 8 * 8):
         mask[k] = (
@@ -54,9 +54,8 @@ def list_met(shafts, count, near, low_u, high_u, low_v, high_v, mask, words, met
     for word in range((count + 7) // 8):
         if words[word] != 0:
             for k in range(word * 8, word * 8 + 8):
-                if mask[k]:
-                    met_out[met] = k
-                    met += 1
+                met_out[met] = k  # without a branch, which nothing could foresee
+                met += np.int64(mask[k])
     return met
 
 
@@ -87,7 +86,7 @@ def certify(points, patch_box, lively, margin, turn, tries, direction, hidden, n
     patches = patch_box.shape[1]
     mask, every = np.zeros((patches + 7) // 8 * 8, np.uint8), np.arange(patches)
     words = mask.view(np.uint64)
-    met, few = np.empty(patches, np.int64), np.empty(patches, np.int64)
+    met, few = np.empty(patches + 8, np.int64), np.empty(patches + 8, np.int64)
     shafts, group_shafts = np.empty((6, 5, patches + 8), np.float32), np.empty((5, patches + 8), np.float32)
     for way in range(6):
         take_shafts(patch_box, every, 0, patches, way, shafts[way])
@@ -209,9 +208,9 @@ def windings(
     words = mask.view(np.uint64)
     patches, leaves = np.arange(patch_count), np.empty(leaf_count, np.int64)
     met, block_leaves, hits = (
+        np.empty(leaf_count + 8, np.int64),
         np.empty(leaf_count, np.int64),
-        np.empty(leaf_count, np.int64),
-        np.empty(leaf_count, np.int64),
+        np.empty(leaf_count + 8, np.int64),
     )
     patch_shafts, group_shafts = (
         np.empty((6, 5, patch_count + 8), np.float32),
