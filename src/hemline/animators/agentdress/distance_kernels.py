@@ -7,8 +7,9 @@ import numpy as np
 from hemline.compiled import kernel
 
 _ONE = np.float32(1)
-_A, _B, _C, _D = np.float32(1.5707963050), np.float32(-0.2145988016), np.float32(0.0889789874), np.float32(-0.0501743046)
-_E, _F, _G, _H = np.float32(0.0308918810), np.float32(-0.0170881256), np.float32(0.0066700901), np.float32(-0.0012624911)
+_A, _B, _C = np.float32(1.5707963050), np.float32(-0.2145988016), np.float32(0.0889789874)
+_D, _E, _F = np.float32(-0.0501743046), np.float32(0.0308918810), np.float32(-0.0170881256)
+_G, _H = np.float32(0.0066700901), np.float32(-0.0012624911)
 
 
 @kernel(forceinline=True)
@@ -26,9 +27,9 @@ def pose_distances(turns, influence, joints, query, distances_out):
     # model: turns (counting, 4, poses): inverse unit quaternions of the joints that count in some region;
     #     influence (regions, 3 joints): weights of the angles; joints (counting,): which they are
     # in: query (joints, 4), wherever its root heads   out: distances_out (regions, poses)
-    # sum over joints and axes of influence times the square of log(R_s^T R), twice the half angle along the axis. With c
-    # the cosine of the half angle, acos(c) = sqrt(1 - c) p(c) and the sine is sqrt(1 - c) sqrt(1 + c): the square of the
-    # one over the other has no root, and nothing is lost near 0. p: Abramowitz and Stegun 4.4.46, to 2e-8
+    # sum over joints and axes of influence times the square of log(R_s^T R), twice the half angle along the axis. With
+    # c the cosine of the half angle, acos(c) = sqrt(1 - c) p(c) and the sine is sqrt(1 - c) sqrt(1 + c): the square of
+    # the one over the other has no root, and nothing is lost near 0. p: Abramowitz and Stegun 4.4.46, to 2e-8
     root = without_heading(query[0, 0], query[0, 1], query[0, 2], query[0, 3])
     poses = turns.shape[2]
     squares = np.empty((3, poses), np.float32)

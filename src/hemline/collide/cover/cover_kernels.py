@@ -18,8 +18,8 @@ def cover_points(starts, points, corners, skin, gap, deepest, sweeps, vertices_o
     # in: skin (body_verts, 3) [m]; gap: how far behind the triangle a covered vertex is, deepest: from how far in front
     #     of it on it is not covered by it [m]; sweeps   in/out: vertices_out (verts, 3) [m]
     # returns: how often a triangle was moved
-    # depth along the unit normal; inside by barycentric weights; corners move by w_i / sum w^2 of what is lacking; after
-    # the first sweep only triangles with a corner that was moved since they were looked at are looked at again
+    # depth along the unit normal; inside by barycentric weights; corners move by w_i / sum w^2 of what is lacking; a
+    # triangle is looked at again only where a corner was moved since
     moved, clock, behind = 0, 0, SURELY * gap * gap
     stirred, seen = np.zeros(len(vertices_out), np.int64), np.full(len(corners), -1, np.int64)
     for _ in range(sweeps):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.collide.surface.search_kernels import search_room, seek, seek_place
+from hemline.collide.surface.search_kernels import search_room, seek
 from hemline.collide.surface.surface_kernels import MOST_STEPS, blended_normal, place_on, plane_height, walk
 from hemline.compiled import kernel
 

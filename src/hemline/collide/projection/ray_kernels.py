@@ -3,7 +3,8 @@
 Everything happens in the frame of one bone. Garment vertices come in blocks of 8 within groups of 64, body faces in
 leaves of 8 within patches; a group's rays run along one of six axes. A block whose shaft along its axis meets no box
 has winding number 0. In what is left each ray meets only faces of the leaves that overlap its block. The predicate is
-that of `winding.winding_kernels`, which asks any points of any mesh, offline and in float64.
+that of `winding.winding_kernels`, which asks any points of any mesh, offline and in float64; `ray_lane_kernels` has it
+for eight points at once.
 """
 
 import numpy as np
@@ -227,9 +228,9 @@ def windings(
         if not taken[way]:
             take_shafts(patch_box, patches, 0, patch_count, way, patch_shafts[way])
             taken[way] = True
-        axis, u, v = _index(way % 3), _index((way + 1) % 3), _index((way + 2) % 3)
+        axis, u, v = way % 3, (way + 1) % 3, (way + 2) % 3
         sign = np.float32(1 if way < 3 else -1)
-        near_end = axis if way < 3 else axis + _index(3)
+        near_end = _index(axis if way < 3 else axis + 3)
         near, low_u, high_u, low_v, high_v = block_box(points, begin, end, way, rounding)
         seen = list_met(patch_shafts[way], patch_count, near, low_u, high_u, low_v, high_v, mask, words, met)
         group_leaves = 0
@@ -259,7 +260,7 @@ def windings(
                 leaf = block_leaves[k]
                 begins = sign * leaf_box[near_end, leaf]
                 doubts |= add_crossings_of_leaf(
-                    corners, leaf, block_shafts, k, begins, np.int64(axis), np.int64(u), np.int64(v), sign, rounding, box, lanes
+                    corners, leaf, block_shafts, k, begins, axis, u, v, sign, rounding, box, lanes
                 )
             for i in range(first, last):
                 winding_out[i], near_out[i] = np.int32(sign * lanes[3, i - first]), False

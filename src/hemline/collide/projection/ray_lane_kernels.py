@@ -24,8 +24,9 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
     multiply-add.
     """
     # in: corners (leaves,10,8), leaf; shafts (5,>=), shaft: see `ray_kernels.take_shafts`, begins: where the leaf's
-    #     begins along the rays [m]; axis, u, v, sign: which way rays go; rounding [m]; box (5,): of all points, widened,
-    #     see `ray_kernels.block_box`; in and out: lanes (4,8): u, v and signed axis of the points, crossings so far
+    #     begins along the rays [m]; axis, u, v, sign: which way rays go; rounding [m]; box (5,): of all points,
+    #     widened, see `ray_kernels.block_box`
+    # in and out: lanes (4,8): u, v and signed axis of the points, crossings so far
 
     def generate(context, builder, signature, arguments):
         def pointer(place):
@@ -71,11 +72,11 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
                 high = builder.select(above(value, high), value, high)
             return low, high
 
-        long = builder.extract_value(pointer(2).shape, 1)
-        far, low_u, high_u, low_v, high_v = (
-            spread(builder.load(builder.gep(pointer(2).data, [builder.add(builder.mul(long, number(i)), arguments[3])])))
-            for i in range(5)
-        )
+        long, numbers = builder.extract_value(pointer(2).shape, 1), []
+        for index in range(5):
+            at = builder.add(builder.mul(long, number(index)), arguments[3])
+            numbers.append(spread(builder.load(builder.gep(pointer(2).data, [at]))))
+        far, low_u, high_u, low_v, high_v = numbers
         begins, signed, rounding = (spread(arguments[place]) for place in (4, 8, 9))
         x, y, z = (builder.load(row(index), align=4) for index in range(3))
         met = not_below(far, builder.fsub(z, rounding))
