@@ -60,14 +60,15 @@ def mix(distances, width, pose_weights, posing, effects, neighbours, power, floo
     #     `distances.anchor_weights`; modes, scales (columns,): the mode of each column of the basis, and its unit [m]
     # in: distances (regions, poses), those of the anchors first; posing: whether the pose model is asked;
     #     effects (anchors, shape_modes)   out: mixed_out (regions, columns) [m]
-    # by region: sum_s k(D_s) w_s of the poses, then sum_s W_s e_s of the nearest anchors
+    # by region: sum_s k(D_s) w_s of the poses, then sum_s W_s e_s of the nearest anchors; in float64, as the weights of
+    # poses are large and of both signs
     pose_modes, shape_modes, anchors = pose_weights.shape[2], effects.shape[1], effects.shape[0]
-    found, near = np.empty(pose_modes + shape_modes, np.float32), np.empty(min(neighbours, anchors), np.float32)
-    narrow = np.float32(1 / (width * width))
+    found, near = np.empty(pose_modes + shape_modes), np.empty(min(neighbours, anchors), np.float32)
+    narrow = 1 / (width * width)
     for g in range(distances.shape[0]):
         found[:] = 0
         for s in range(distances.shape[1] if posing else 0):
-            share = _ONE / (_ONE + distances[g, s] * narrow)
+            share = 1 / (1 + distances[g, s] * narrow)
             for k in range(pose_modes):
                 found[k] += share * pose_weights[g, s, k]
         near[:] = np.inf
@@ -76,13 +77,13 @@ def mix(distances, width, pose_weights, posing, effects, neighbours, power, floo
             for i in range(len(near)):
                 if away < near[i]:
                     away, near[i] = near[i], away
-        total = np.float32(0)
+        total = 0.0
         for s in range(anchors):
             if distances[g, s] <= near[-1]:
-                total += np.float32(((near[0] + floor) / (distances[g, s] + floor)) ** power)
+                total += ((near[0] + floor) / (distances[g, s] + floor)) ** power
         for s in range(anchors):
             if distances[g, s] <= near[-1]:
-                share = np.float32(((near[0] + floor) / (distances[g, s] + floor)) ** power) / total
+                share = ((near[0] + floor) / (distances[g, s] + floor)) ** power / total
                 for k in range(shape_modes):
                     found[pose_modes + k] += share * effects[s, k]
         for column in range(len(modes)):
