@@ -132,7 +132,7 @@ def test_distances_follow_in_time_whatever_the_frame_rate(dataset):
     twice, other = model.step(half, second, 1 / 30)
     np.testing.assert_allclose(twice.distances, once.distances, rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(other, vertices, atol=1e-5)
-    target = model._distances(made.anchored(made.random_pose(101)))
+    target = model._distances(made.anchored(made.random_pose(101)).rotations)
     kept = (once.distances - target) / (begun.distances - target)
     assert np.nanmedian(kept) == pytest.approx(np.exp(-2 / 3), rel=1e-3)
 
@@ -266,6 +266,26 @@ def test_the_kernel_equals_plain_numpy(dataset):
     np.testing.assert_allclose(vertices, plain + lack[:, None] * normals, atol=2e-5)
 
 
+@pytest.mark.parametrize("way", ["kernel", "blended"])
+@pytest.mark.parametrize("posing", [True, False])
+def test_what_regions_make_of_a_pose_equals_plain_numpy(dataset, way, posing):
+    model = fit(dataset, replace(STILL, shape_model=way))
+    effects = model.start(made.body().posed(made.random_pose(3))).effects
+    distances = model._distances(made.anchored(made.random_pose(104)).rotations)
+    exact = distances.astype(np.float64)
+    pose = np.einsum("gp,gpk->gk", kernel(exact, model.width), model.tables.pose_weights.astype(np.float64)) * posing
+    anchors = exact[:, : effects.shape[1]]
+    if way == "kernel":
+        weights = kernel(anchors, model.shape_width)
+    else:
+        options = {name: getattr(model.config, name) for name in ("neighbours", "power", "floor")}
+        weights = anchor_weights(anchors, **options)
+    shape = np.einsum("gs,gsk->gk", weights, np.broadcast_to(effects, (len(weights), *effects.shape[1:])))
+    basis = model.tables.basis
+    plain = np.concatenate([pose, shape], axis=1)[:, basis.modes] * basis.scales
+    np.testing.assert_allclose(model._mixed(distances, effects, posing=posing), plain, rtol=1e-5, atol=1e-9)
+
+
 def test_weights_are_those_of_the_paper():
     distances = np.array([[0.5, 0.1, 2.0, 0.3]])
     weights = anchor_weights(distances, neighbours=3, power=3.0, floor=0.02)
@@ -289,7 +309,7 @@ def test_distances_of_a_frame_are_those_of_the_fit(model):
     pose = made.anchored(made.random_pose(103))
     turns = turns_between(pose.rotations[None].astype(np.float64), model.tables.rotations.astype(np.float64))
     plain = region_distances(turns, model.tables.influence.astype(np.float64))[0]
-    np.testing.assert_allclose(model._distances(pose), plain, rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(model._distances(pose.rotations), plain, rtol=1e-4, atol=1e-6)
 
 
 def test_cloth_is_kept_off_the_skin_as_far_as_in_the_anchors(dataset):

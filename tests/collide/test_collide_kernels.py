@@ -10,8 +10,10 @@ from hemline.collide.projection.displace_kernels import lifted
 from hemline.collide.projection.project import Projector
 from hemline.collide.projection.project_frame import SKYLINE_MARGIN, ProjectedFrame
 from hemline.collide.projection.ray_kernels import certify
+from hemline.collide.projection.way_out_kernels import look_around
 from hemline.collide.surface.box_kernels import into_frame
-from hemline.collide.surface.surface_kernels import nearest_weights, seek_place
+from hemline.collide.surface.search_kernels import search_room, seek_place, seek_together, some_face
+from hemline.collide.surface.surface_kernels import nearest_weights
 from hemline.collide.winding.numbers import winding_numbers
 from hemline.meshes import ClosestTree
 
@@ -81,10 +83,10 @@ def test_nearest_weights_against_trimesh():
 
 def test_sought_places_are_nearest(frame):
     patches, points = frame.patches, frame.points[::10]
-    bound = np.empty(len(patches.patch_limb), np.float32)
+    room = search_room(frame.skin)
 
     def distances(limb):
-        rows = [seek_place(frame.skin, limb, *point, bound) for point in points]
+        rows = [seek_place(frame.skin, limb, some_face(frame.skin, limb), *point, room) for point in points]
         return np.sqrt([squared for _, _, _, squared in rows])
 
     limb = patches.limb[0]
@@ -95,6 +97,37 @@ def test_sought_places_are_nearest(frame):
     error = np.abs(distances(np.int32(-1)) - exact)
     assert (error < 1e-5).mean() > 0.9
     assert error.max() < 5e-3
+
+
+def test_points_that_look_together_find_what_each_finds_alone(frame):
+    skin, room = frame.skin, search_room(frame.skin)
+    for limb in (np.int32(-1), frame.projector.worn.limb[0]):
+        start, found = some_face(skin, limb), np.empty(8, np.int64)
+        for first in range(0, 400, 8):
+            which, faces = np.arange(first, first + 8), np.full(8, start)
+            seek_together(skin, limb, frame.points, which, faces, 8, room, found)
+            for point, vertex in zip(frame.points[which], found, strict=True):
+                own = np.arange(len(skin.body)) if limb < 0 else own_vertices(frame, limb)
+                nearest = own[np.linalg.norm(skin.body[own] - point, axis=1).argmin()]
+                away = np.linalg.norm(skin.body[[vertex, nearest]] - point, axis=1)
+                assert away[0] == pytest.approx(away[1], rel=1e-6)
+
+
+def own_vertices(frame, limb):
+    """Vertices around which a face belongs to a limb."""
+    faces = frame.patches.faces.reshape(-1, 8, 3)[frame.patches.leaf_limb == limb]
+    return np.unique(faces)
+
+
+def test_looking_around_finds_the_nearest_vertex_of_all_and_of_the_own_limb(frame):
+    ids = np.arange(0, 900, 3, dtype=np.int32)
+    bad, faces = np.arange(len(ids), dtype=np.int32), np.empty((len(ids), 2), np.int64)
+    limb, skin = frame.projector.worn.limb, frame.skin
+    look_around(frame.points, ids, bad, limb, skin, frame.state.anchors, faces)
+    for i, found in zip(ids, faces, strict=True):
+        away = np.linalg.norm(skin.body - frame.points[i], axis=1)
+        for face, among in zip(found, (np.arange(len(away)), own_vertices(frame, limb[i])), strict=True):
+            assert np.isclose(away[skin.faces[face]], away[among].min(), rtol=1e-6).any()
 
 
 def test_lift_keeps_order_and_joins_smoothly_at_the_margin():

@@ -82,6 +82,26 @@ def test_the_kernel_equals_plain_numpy():
     assert abs(moved - count) <= 2 and count > 5
 
 
+def test_triangles_that_nothing_moved_are_rightly_left_out():
+    """A strip of triangles, of which a few are moved in the first sweep: as when all are looked at in each."""
+    random = np.random.default_rng(1)
+    across, along = np.meshgrid(np.arange(12), np.arange(12), indexing="ij")
+    vertices = np.stack([0.02 * across, 0.02 * along, random.uniform(-0.002, 0.002, (12, 12))], axis=-1)
+    vertices = vertices.reshape(-1, 3).astype(np.float32)
+    first = (12 * across + along)[:-1, :-1].reshape(-1, 1)
+    corners = np.concatenate([first + [0, 12, 13], first + [0, 13, 1]]).astype(np.int32)
+    skin = np.column_stack([random.uniform(0, 0.22, (300, 2)), random.uniform(-0.01, 0.002, 300)]).astype(np.float32)
+    starts = np.arange(0, 300 * len(corners) + 1, 300, dtype=np.int32)
+    points = np.tile(np.arange(300, dtype=np.int32), len(corners))
+    lengths = np.float32(GAP), np.float32(DEEPEST)
+    twice, once, moves = vertices.copy(), vertices.copy(), 0
+    moved = cover_points(starts, points, corners, skin, *lengths, 2, twice)
+    for _ in range(2):
+        moves += cover_points(starts, points, corners, skin, *lengths, 1, once)
+    np.testing.assert_array_equal(twice, once)
+    assert moved == moves > 50
+
+
 def test_pairs_are_near_at_rest_and_face_the_same_way():
     shaped, shirt, cover = worn()
     triangles = np.repeat(np.arange(len(cover.corners)), np.diff(cover.starts))

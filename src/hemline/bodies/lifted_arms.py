@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
+from hemline.arrays import Quaternions
 from hemline.motions.motion import JOINT_NAMES, Pose
 
 from .lifted_arms_kernels import lift_arms
@@ -30,11 +31,15 @@ def lifted_arms(pose: Pose) -> Pose:
     Args:
         pose: The pose.
     """
-    rotations = pose.rotations.astype(np.float64)
-    lifted = np.empty((len(_ARMS), 4))
-    lift_arms(rotations[_ARMS], _SIDES, *_ANGLES, lifted)
-    rotations[_ARMS] = lifted
-    return replace(pose, rotations=rotations, clip=None)
+    return replace(pose, rotations=lifted_rotations(pose.rotations), clip=None)
+
+
+def lifted_rotations(rotations: Quaternions) -> Quaternions:
+    """The rotations of a pose, lifted as `lifted_arms` does."""
+    turned, lifted = rotations.astype(np.float64), np.empty((len(_ARMS), 4))
+    lift_arms(turned[_ARMS], _SIDES, *_ANGLES, lifted)
+    turned[_ARMS] = lifted
+    return turned
 
 
 def lift_deg(angle_deg: Float[np.ndarray, " arms"]) -> Float[np.ndarray, " arms"]:

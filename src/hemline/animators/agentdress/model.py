@@ -10,9 +10,9 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.model_file import garment_of, save_model
-from hemline.arrays import Float, Int, Vertices
+from hemline.arrays import Float, Int, Quaternions, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
-from hemline.bodies.lifted_arms import lifted_arms
+from hemline.bodies.lifted_arms import lifted_rotations
 from hemline.errors import BadInput, BadModel
 from hemline.files.contents import AGAIN, entry, part
 from hemline.garments import Garment, coarser_garment
@@ -23,7 +23,7 @@ from .binding import Binding
 from .bounds import DRAPED, FAR, BetaRange, believed, fitted_range, novelty, warn_beyond
 from .config import AgentDressConfig
 from .detail import AnimatorAgentDressLevel
-from .distance_kernels import pose_distances
+from .distance_kernels import mix, pose_distances
 from .distances import anchor_weights
 from .pose_model import kernel
 from .shape_model import shape_features, widened
@@ -95,6 +95,12 @@ class AnimatorAgentDress:
         influence = self.tables.influence
         shares = influence / np.maximum(influence.max(axis=1, keepdims=True), 1e-20)
         return np.flatnonzero(shares.reshape(len(influence), -1, 3).max(axis=(0, 2)) > LEAST_INFLUENCE)
+
+    @cached_property
+    def _turns(self) -> Float[np.ndarray, "counting 4 poses"]:
+        """The inverse turns of these joints in the poses of the model."""
+        turns = self.tables.rotations[:, self._joints] * np.float32([1, -1, -1, -1])
+        return np.ascontiguousarray(turns.transpose(1, 2, 0))
 
     @cached_property
     def _digits(self) -> Int[np.ndarray, "verts 3 columns"]:
@@ -189,7 +195,7 @@ class AnimatorAgentDress:
 
     def _followed(self, state: AgentDressState, pose: Pose, dt: float) -> Float[np.ndarray, "regions poses"]:
         r"""Distances that follow the pose, $\exp(-\Delta t / \tau)$ of what they were (Eq. 9)."""
-        distances = self._distances(lifted_arms(pose))
+        distances = self._distances(lifted_rotations(pose.rotations))
         if state.distances is not None and self.config.decay_seconds > 0:
             kept = np.float32(np.exp(-dt / self.config.decay_seconds))
             distances = kept * state.distances + (1 - kept) * distances
@@ -203,7 +209,7 @@ class AnimatorAgentDress:
         Raises:
             BadInput: As `start`.
         """
-        return self._worn(self.start(posed), self._distances(posed.pose), posed)
+        return self._worn(self.start(posed), self._distances(posed.pose.rotations), posed)
 
     def reshaped(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
         """The State on a body of another shape: what a slider asks for, and an agent that joins a crowd.
@@ -244,11 +250,11 @@ class AnimatorAgentDress:
         )
         return vertices
 
-    def _distances(self, lifted: Pose) -> Float[np.ndarray, "regions poses"]:
+    def _distances(self, lifted: Quaternions) -> Float[np.ndarray, "regions poses"]:
         """Of a pose with arms lifted as in the anchors, heading left out, to all poses of the model."""
         tables = self.tables
         distances = np.empty((len(tables.influence), len(tables.rotations)), np.float32)
-        pose_distances(tables.rotations, tables.influence, self._joints, lifted.rotations.astype(np.float64), distances)
+        pose_distances(self._turns, tables.influence, self._joints, lifted, distances)
         return distances
 
     def _mixed(
@@ -259,10 +265,13 @@ class AnimatorAgentDress:
         posing: bool = True,
     ) -> Float[np.ndarray, "regions columns"]:
         """What each region makes of pose, if it is asked, and shape: by columns of the basis, with their scales [m]."""
-        pose = np.einsum("gp,gpk->gk", kernel(distances, self.width), self.tables.pose_weights) * np.float32(posing)
-        shape = np.matmul(self._anchor_weights(distances[:, : effects.shape[1]])[:, None], effects)[:, 0]
-        modes, basis = np.concatenate([pose, shape], axis=1), self.tables.basis
-        return np.ascontiguousarray(modes[:, basis.modes] * basis.scales, np.float32)
+        tables, basis = self.tables, self.tables.basis
+        mixed = np.empty((len(distances), len(basis.modes)), np.float32)
+        exact = distances.astype(np.float64)
+        pose_shares = kernel(exact if posing else exact[:, :0], self.width)
+        shape_shares = self._anchor_weights(exact[:, : effects.shape[1]])
+        mix(pose_shares, tables.pose_weights, shape_shares, effects, basis.modes, basis.scales, mixed)
+        return mixed
 
     def _anchor_weights(self, distances: Float[np.ndarray, "regions anchors"]) -> Float[np.ndarray, "regions anchors"]:
         """What each anchor counts for in what the shape adds."""

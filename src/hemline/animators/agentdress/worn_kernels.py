@@ -6,6 +6,8 @@ from hemline.bodies.dual_quaternion_kernels import dual_quaternions
 from hemline.compiled import kernel
 
 _index = np.uintp
+NEVER = np.float32(-1)
+"""A clearance that no vertex lacks [m]."""
 
 
 @kernel(fastmath={"reassoc", "contract", "nsz"})
@@ -63,6 +65,9 @@ def wear(indices, weights, nearest, regions, digits, clearances, mixed, rest, of
         x += u0 + a * e0 + c * e2 - d * e1
         y += u1 + a * e1 + d * e0 - b * e2
         z += u2 + a * e2 + b * e1 - c * e0
+        if clearances[v] <= NEVER:
+            out[v, 0], out[v, 1], out[v, 2] = x, y, z
+            continue
         n = _index(nearest[v])
         p0, p1, p2 = x - skin[n, 0], y - skin[n, 1], z - skin[n, 2]
         u0, u1, u2 = normals[v, 0], normals[v, 1], normals[v, 2]

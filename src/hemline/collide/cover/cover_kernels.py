@@ -2,7 +2,13 @@
 
 import math
 
+import numpy as np
+
 from hemline.compiled import kernel
+
+_index = np.uintp
+SURELY = np.float32(1.001)
+"""Share of the square of the gap from which on a vertex of the body is behind a triangle, whatever the rounding."""
 
 
 @kernel
@@ -12,24 +18,36 @@ def cover_points(starts, points, corners, skin, gap, deepest, sweeps, vertices_o
     # in: skin (body_verts, 3) [m]; gap: how far behind the triangle a covered vertex is, deepest: from how far in front
     #     of it on it is not covered by it [m]; sweeps   in/out: vertices_out (verts, 3) [m]
     # returns: how often a triangle was moved
-    # depth along the unit normal; inside by barycentric weights; corners move by w_i / sum w^2 of what is lacking
-    moved = 0
+    # depth along the unit normal; inside by barycentric weights; corners move by w_i / sum w^2 of what is lacking; a
+    # triangle is looked at again only where a corner was moved since
+    moved, clock, behind = 0, 0, SURELY * gap * gap
+    stirred, seen = np.zeros(len(vertices_out), np.int64), np.full(len(corners), -1, np.int64)
     for _ in range(sweeps):
         before = moved
-        for t in range(corners.shape[0]):
-            a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
-            fresh = False
-            for k in range(starts[t], starts[t + 1]):
+        for triangle in range(corners.shape[0]):
+            t = _index(triangle)
+            a, b, c = _index(corners[t, 0]), _index(corners[t, 1]), _index(corners[t, 2])
+            if max(stirred[a], stirred[b], stirred[c]) <= seen[t]:
+                continue
+            seen[t] = clock
+            fresh, known = False, False
+            for k in range(starts[t], starts[t + _index(1)]):
                 if not fresh:
                     x, y, z = vertices_out[a, 0], vertices_out[a, 1], vertices_out[a, 2]
                     ux, uy, uz = vertices_out[b, 0] - x, vertices_out[b, 1] - y, vertices_out[b, 2] - z
                     vx, vy, vz = vertices_out[c, 0] - x, vertices_out[c, 1] - y, vertices_out[c, 2] - z
-                    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-                    twice = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
-                    nx, ny, nz = nx / twice, ny / twice, nz / twice
-                    fresh = True
-                p = points[k]
+                    ax, ay, az = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+                    square = ax * ax + ay * ay + az * az
+                    fresh, known = True, False
+                p = _index(points[_index(k)])
                 px, py, pz = skin[p, 0] - x, skin[p, 1] - y, skin[p, 2] - z
+                high = px * ax + py * ay + pz * az
+                if high < 0 and high * high > behind * square:
+                    continue
+                if not known:
+                    twice = max(math.sqrt(square), 1e-12)
+                    nx, ny, nz = ax / twice, ay / twice, az / twice
+                    known = True
                 lack = px * nx + py * ny + pz * nz + gap
                 if lack <= 0 or lack > deepest:
                     continue
@@ -49,6 +67,8 @@ def cover_points(starts, points, corners, skin, gap, deepest, sweeps, vertices_o
                 vertices_out[c, 1] += step * third * ny
                 vertices_out[c, 2] += step * third * nz
                 moved += 1
+                clock += 1
+                stirred[a] = stirred[b] = stirred[c] = clock
                 fresh = False
         if moved == before:
             break

@@ -2,15 +2,8 @@
 
 import numpy as np
 
-from hemline.collide.surface.surface_kernels import (
-    MOST_STEPS,
-    blended_normal,
-    place_on,
-    plane_height,
-    seek,
-    seek_place,
-    walk,
-)
+from hemline.collide.surface.search_kernels import search_room, seek
+from hemline.collide.surface.surface_kernels import MOST_STEPS, blended_normal, place_on, plane_height, walk
 from hemline.compiled import kernel
 
 _index = np.uintp
@@ -53,7 +46,7 @@ def displace(
     (n,): signed distance when last measured; out: displaced_out (k,3), signed_out (k,): signed distance before [m].
     """
     tiny, one, loyalty = np.float32(1e-8), np.float32(1), np.float32(0.1)
-    last, bound = np.int64(-1), np.empty(len(skin.patch_limb), np.float32)
+    last, room = np.int64(-1), search_room(skin)
     body, faces, ring_start, ring = skin.body, skin.faces, skin.ring_start, skin.ring
     for k in range(len(ids)):
         i = _index(ids[k])
@@ -85,8 +78,9 @@ def displace(
             deep = distance < -far and ((heights[i] > -far and not slow) or (ids[k] + turn) % 16 == 0)
             if attempt == 1 or placed or not (deep or turn == 1):
                 break
-            vertex, nearest = seek(skin, np.int32(-1), x, y, z, bound)
-            if nearest > squared * (one if turn == 1 else loyalty):
+            reach = squared * (one if turn == 1 else loyalty)
+            vertex, _ = seek(skin, np.int32(-1), x, y, z, np.int64(-1), reach, room)
+            if vertex < 0:
                 break
             start = np.int64(ring[ring_start[vertex]])
         anchors[i] = last
@@ -156,94 +150,6 @@ def judge(points, ids, winding, near, doubtful, winding_before, near_before, dis
             asked += 1
         if not is_free:
             bad_out[count] = k
-            count += 1
-    return count
-
-
-@kernel
-def seek_ways_out(
-    points,
-    ids,
-    bad,
-    limb,
-    own_limb,
-    pinch,
-    margin,
-    gap,
-    skin,
-    starts,
-    anchors,
-    heights,
-    signed_out,
-    trial_out,
-    otherwise_out,
-):
-    """Where vertices that are still inside could go: over the nearest place of the surface.
-
-    in: points (n,3), ids (k,), bad: which of them, limb (n,) of each vertex, own_limb: only search that and try the
-    place moved outward by `pinch` [m]; skin; starts (bad,): faces around which to look, -1: anywhere; in and out:
-    anchors, heights (n,); signed_out (k,): distance [m]; out: trial_out (bad,3): what to test; otherwise_out (bad,3):
-    outside of the own limb only.
-    """
-    bound, one = np.empty(len(skin.patch_limb), np.float32), np.float32(1)
-    for k in range(len(bad)):
-        i = _index(ids[bad[k]])
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        on = limb[i] if own_limb else np.int32(-1)
-        if starts[k] >= 0:
-            face, at_b, at_c, squared = walk(skin, np.int64(starts[k]), np.int64(SLOW_STEPS), x, y, z)
-        else:
-            face, at_b, at_c, squared = seek_place(skin, on, x, y, z, bound)
-        cx, cy, cz = place_on(skin, face, at_b, at_c)
-        nx, ny, nz = blended_normal(skin, face, at_b, at_c)
-        height = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
-        distance = np.sqrt(squared) * (one if height >= 0 else -one)
-        anchors[i], heights[i] = face, distance
-        if not own_limb:
-            signed_out[bad[k]] = distance
-        rise = pinch if own_limb else lifted(-abs(distance), margin, gap)
-        trial_out[k, 0], trial_out[k, 1], trial_out[k, 2] = cx + rise * nx, cy + rise * ny, cz + rise * nz
-        if distance < margin:
-            rise = lifted(distance, margin, gap)
-            x, y, z = cx + rise * nx, cy + rise * ny, cz + rise * nz
-        otherwise_out[k, 0], otherwise_out[k, 1], otherwise_out[k, 2] = x, y, z
-
-
-@kernel
-def deepest(points, ids, inside, signed, skin):
-    """Distance to the skin of the deepest vertex [m]: anchors give upper bounds, the largest of which are looked into.
-
-    in: points (n,3), ids (k,), inside (k,), signed (k,): distances to the anchors' surroundings; skin.
-    """
-    bound, depth, first = np.empty(len(skin.patch_limb), np.float32), np.float32(0), np.int64(-1)
-    for k in range(len(ids)):
-        if inside[k] and (first < 0 or abs(signed[k]) > abs(signed[first])):
-            first = k
-    for turn in range(-1, len(ids)):
-        k = first if turn < 0 else turn
-        if k >= 0 and inside[k] and abs(signed[k]) > depth:
-            i = _index(ids[k])
-            x, y, z = points[i, 0], points[i, 1], points[i, 2]
-            _, _, _, squared = seek_place(skin, np.int32(-1), x, y, z, bound)
-            depth = max(depth, min(np.sqrt(squared), abs(signed[k])))
-    return depth
-
-
-@kernel
-def take_ways_out(bad, winding, near, trial, otherwise, displaced_out, still_out, where_out):
-    """Send vertices where it is free.
-
-    out: displaced_out (k,3); still_out (bad,): those for which it is not, where_out (bad,3): their trials.
-    """
-    count = 0
-    for k in range(len(bad)):
-        is_free = winding[k] == 0 and not near[k]
-        for axis in range(3):
-            displaced_out[bad[k], axis] = trial[k, axis] if is_free else otherwise[k, axis]
-        if not is_free:
-            still_out[count] = bad[k]
-            for axis in range(3):
-                where_out[count, axis] = trial[k, axis]
             count += 1
     return count
 

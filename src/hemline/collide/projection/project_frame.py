@@ -8,10 +8,12 @@ import numpy as np
 from hemline.arrays import Bool, Float, Int, Points, Vertices
 from hemline.collide.surface.box_kernels import BLOCK
 from hemline.collide.surface.posed_surface import PosedSurface
+from hemline.collide.surface.surface_kernels import MOST_STEPS
 
-from .displace_kernels import deepest, displace, judge, list_doubtful, seek_ways_out, take_ways_out, write_back
+from .displace_kernels import SLOW_STEPS, displace, judge, list_doubtful, write_back
 from .prepared import PreparedProjection, ProjectorState
 from .ray_kernels import certify, windings
+from .way_out_kernels import deepest, go_out, look_around, take_ways_out
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
@@ -154,7 +156,7 @@ class ProjectedFrame:
         """Vertices inside before the projection (None: not tested), and distance to the skin of the deepest [m]."""
         exact = self.projector.guarantee == "exact"
         inside = self.windings(self.points[ids], ids)[0] > 0.5 if exact else signed < 0
-        depth = deepest(self.points, ids, inside, signed, self.skin)
+        depth = deepest(self.points, ids, inside, signed, self.state.anchors, self.skin)
         return int(np.count_nonzero(inside)) if exact else None, depth
 
     def windings(
@@ -186,12 +188,19 @@ class ProjectedFrame:
         limb. What is left is pinched.
         """
         held = self.places[ids[bad]] >= 0
-        kept, at_kept = self.tried(ids, bad[held], displaced, signed, self.places[ids[bad[held]]], own_limb=False)
-        # contact goes on holding these off; led out of one part, they would only be deeper in another
-        displaced[kept] = self.points[ids[kept]]
-        free, where = bad[~held], np.empty((0, 3), np.float32)
+        kept, free = bad[held], bad[~held]
+        faces, where = np.empty((len(free), 2), np.int64), np.empty((0, 3), np.float32)
+        at_kept = where
+        if len(kept):
+            still, at_kept = self.tried(ids, kept, displaced, signed, self.places[ids[kept]], SLOW_STEPS)
+            kept = kept[still]
+            # contact goes on holding these off; led out of one part, they would only be deeper in another
+            displaced[kept] = self.points[ids[kept]]
+        look_around(self.points, ids, free, self.projector.worn.limb, self.skin, self.state.anchors, faces)
         for own_limb in (False, True):
-            free, where = self.tried(ids, free, displaced, signed, np.full(len(free), -1, np.int64), own_limb=own_limb)
+            around = np.ascontiguousarray(faces[:, int(own_limb)])
+            still, where = self.tried(ids, free, displaced, signed, around, MOST_STEPS, own_limb=own_limb)
+            free, faces = free[still], faces[still]
         vertices = self.projector.worn.order[ids[np.concatenate([kept, free])]]
         rank = np.argsort(vertices)
         where = np.concatenate([at_kept, where])[rank]
@@ -203,31 +212,31 @@ class ProjectedFrame:
         bad: Int[np.ndarray, " bad"],
         displaced: Points,
         signed: Float[np.ndarray, " near"],
-        starts: Int[np.ndarray, " bad"],
+        faces: Int[np.ndarray, " bad"],
+        most_steps: int,
         *,
-        own_limb: bool,
+        own_limb: bool = False,
     ) -> tuple[Int[np.ndarray, " still"], Float[np.ndarray, "still 3"]]:
-        """Try a way out for each vertex, from a face or, -1, from the nearest; those that are not free, and where."""
+        """Try a way out for each vertex, around a face; which of `bad` are not free, and where."""
         trial, otherwise = np.empty((len(bad), 3), np.float32), np.empty((len(bad), 3), np.float32)
-        state = self.state
-        seek_ways_out(
+        go_out(
             self.points,
             ids,
             bad,
-            self.projector.worn.limb,
+            faces,
+            most_steps,
             own_limb,
             PINCH_OFFSET,
             self.margin,
             self.gap,
             self.skin,
-            starts,
-            state.anchors,
-            state.heights,
+            self.state.anchors,
+            self.state.heights,
             signed,
             trial,
             otherwise,
         )
         winding, near = self.windings(trial, ids[bad])
-        still, where = np.empty(len(bad), np.int32), np.empty((len(bad), 3), np.float32)
-        count = take_ways_out(bad, winding, near, trial, otherwise, displaced, still, where)
-        return still[:count], where[:count]
+        still = np.empty(len(bad), np.int32)
+        still = still[: take_ways_out(bad, winding, near, trial, otherwise, displaced, still)]
+        return still, trial[still]

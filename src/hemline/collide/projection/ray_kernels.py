@@ -3,7 +3,8 @@
 Everything happens in the frame of one bone. Garment vertices come in blocks of 8 within groups of 64, body faces in
 leaves of 8 within patches; a group's rays run along one of six axes. A block whose shaft along its axis meets no box
 has winding number 0. In what is left each ray meets only faces of the leaves that overlap its block. The predicate is
-that of `winding.winding_kernels`, which asks any points of any mesh, offline and in float64.
+that of `winding.winding_kernels`, which asks any points of any mesh, offline and in float64; `ray_lane_kernels` has it
+for eight points at once.
 """
 
 import numpy as np
@@ -12,6 +13,8 @@ from hemline.collide.surface.box_kernels import BLOCK, GROUP
 from hemline.collide.surface.surface_kernels import nearest_weights
 from hemline.collide.winding.winding_kernels import crossing
 from hemline.compiled import kernel
+
+from .ray_lane_kernels import LANES, add_crossings_of_leaf
 
 _index = np.uintp
 
@@ -38,7 +41,7 @@ def take_shafts(boxes, which, begin, end, direction, shafts_out):
 def list_met(shafts, count, near, low_u, high_u, low_v, high_v, mask, words, met_out):
     """Which of the first `count` shafts a block meets; their number.
 
-    `mask` is room, a byte a shaft; `words` are the same bytes by eights.
+    `mask` is room, a byte a shaft; `words` are the same bytes by eights; met_out (>= count, filled up to eights).
     """
     for k in range((count + 7) // 8 * 8):
         mask[k] = (
@@ -52,9 +55,8 @@ def list_met(shafts, count, near, low_u, high_u, low_v, high_v, mask, words, met
     for word in range((count + 7) // 8):
         if words[word] != 0:
             for k in range(word * 8, word * 8 + 8):
-                if mask[k]:
-                    met_out[met] = k
-                    met += 1
+                met_out[met] = k  # without a branch, which nothing could foresee
+                met += np.int64(mask[k])
     return met
 
 
@@ -85,7 +87,7 @@ def certify(points, patch_box, lively, margin, turn, tries, direction, hidden, n
     patches = patch_box.shape[1]
     mask, every = np.zeros((patches + 7) // 8 * 8, np.uint8), np.arange(patches)
     words = mask.view(np.uint64)
-    met, few = np.empty(patches, np.int64), np.empty(patches, np.int64)
+    met, few = np.empty(patches + 8, np.int64), np.empty(patches + 8, np.int64)
     shafts, group_shafts = np.empty((6, 5, patches + 8), np.float32), np.empty((5, patches + 8), np.float32)
     for way in range(6):
         take_shafts(patch_box, every, 0, patches, way, shafts[way])
@@ -127,44 +129,6 @@ def certify(points, patch_box, lively, margin, turn, tries, direction, hidden, n
                 near_out[count] = i
                 count += 1
     return count
-
-
-@kernel(forceinline=True)
-def leaf_turns(corners, leaf, direction, x, y):
-    """Signed crossings of a line with the 8 faces of a leaf that lies wholly ahead of the ray's start.
-
-    in: corners (leaves,10,8), x, y: the line. The 8 is read from the array and the sum is one of integers: so the loop
-    vectorises.
-    """
-    u, v = _index((direction + 1) % 3), _index((direction + 2) % 3)
-    b, c = _index(3), _index(6)
-    total = np.int32(0)
-    for i in range(corners.shape[2]):
-        au, bu, cu = corners[leaf, u, i] - x, corners[leaf, u + b, i] - x, corners[leaf, u + c, i] - x
-        av, bv, cv = corners[leaf, v, i] - y, corners[leaf, v + b, i] - y, corners[leaf, v + c, i] - y
-        turns, _, _, _ = crossing(au, av, bu, bv, cu, cv)
-        total += np.int32(turns)
-    return total
-
-
-@kernel(forceinline=True)
-def leaf_crossings(corners, leaf, direction, x, y, z):
-    """Signed crossings of the ray from one point with the 8 faces of a leaf, and how many of them are in doubt.
-
-    In doubt are faces whose plane may lie within rounding of the point. in: corners (leaves,10,8), point.
-    """
-    axis, u, v = _index(direction % 3), _index((direction + 1) % 3), _index((direction + 2) % 3)
-    sign, zero, b, c = np.float32(1 if direction < 3 else -1), np.float32(0), _index(3), _index(6)
-    total, doubts = np.int32(0), np.int32(0)
-    for i in range(corners.shape[2]):
-        au, bu, cu = corners[leaf, u, i] - x, corners[leaf, u + b, i] - x, corners[leaf, u + c, i] - x
-        av, bv, cv = corners[leaf, v, i] - y, corners[leaf, v + b, i] - y, corners[leaf, v + c, i] - y
-        turns, ab, bc, ca = crossing(au, av, bu, bv, cu, cv)
-        ad, bd, cd = corners[leaf, axis, i], corners[leaf, axis + b, i], corners[leaf, axis + c, i]
-        volume = bc * (sign * ad - z) + ca * (sign * bd - z) + ab * (sign * cd - z)
-        total += np.int32(turns if volume * turns > zero else zero)
-        doubts += np.int32(1 if abs(volume) <= corners[leaf, _index(9), i] else 0)
-    return total, doubts
 
 
 @kernel(forceinline=True)
@@ -245,15 +209,16 @@ def windings(
     words = mask.view(np.uint64)
     patches, leaves = np.arange(patch_count), np.empty(leaf_count, np.int64)
     met, block_leaves, hits = (
+        np.empty(leaf_count + 8, np.int64),
         np.empty(leaf_count, np.int64),
-        np.empty(leaf_count, np.int64),
-        np.empty(leaf_count, np.int64),
+        np.empty(leaf_count + 8, np.int64),
     )
     patch_shafts, group_shafts = (
         np.empty((6, 5, patch_count + 8), np.float32),
         np.empty((5, leaf_count + 8), np.float32),
     )
-    block_shafts = np.empty((5, leaf_count + 8), np.float32)
+    block_shafts, lanes = np.empty((5, leaf_count + 8), np.float32), np.empty((4, LANES), np.float32)
+    box = np.empty(5, np.float32)
     begin = 0
     while begin < len(points):
         end, group = begin + 1, ids[begin] // GROUP
@@ -263,9 +228,9 @@ def windings(
         if not taken[way]:
             take_shafts(patch_box, patches, 0, patch_count, way, patch_shafts[way])
             taken[way] = True
-        axis, u, v = _index(way % 3), _index((way + 1) % 3), _index((way + 2) % 3)
+        axis, u, v = way % 3, (way + 1) % 3, (way + 2) % 3
         sign = np.float32(1 if way < 3 else -1)
-        near_end = axis if way < 3 else axis + _index(3)
+        near_end = _index(axis if way < 3 else axis + 3)
         near, low_u, high_u, low_v, high_v = block_box(points, begin, end, way, rounding)
         seen = list_met(patch_shafts[way], patch_count, near, low_u, high_u, low_v, high_v, mask, words, met)
         group_leaves = 0
@@ -285,21 +250,24 @@ def windings(
                     gather_leaf(body, faces, leaf_box, _index(leaf), rounding, corners)
                     ready[leaf] = True
             take_shafts(leaf_box, block_leaves, 0, count, way, block_shafts)
+            for lane in range(LANES):
+                i = min(first + lane, last - 1)
+                lanes[0, lane], lanes[1, lane], lanes[2, lane] = points[i, u], points[i, v], sign * points[i, axis]
+                lanes[3, lane] = 0
+            box[0], box[1], box[2], box[3], box[4] = near, low_u, high_u, low_v, high_v
+            doubts = np.int32(0)
+            for k in range(count):
+                leaf = block_leaves[k]
+                begins = sign * leaf_box[near_end, leaf]
+                doubts |= add_crossings_of_leaf(
+                    corners, leaf, block_shafts, k, begins, axis, u, v, sign, rounding, box, lanes
+                )
             for i in range(first, last):
-                x, y, z = points[i, u], points[i, v], sign * points[i, axis]
-                left, right, below, above = x - rounding, x + rounding, y - rounding, y + rounding
-                found = list_met(block_shafts, count, z - rounding, left, right, below, above, mask, words, hits)
-                total, doubts = np.int32(0), np.int32(0)
-                for k in range(found):
-                    leaf = _index(block_leaves[hits[k]])
-                    if sign * leaf_box[near_end, leaf] > z + rounding:
-                        total += leaf_turns(corners, leaf, way, x, y)
-                    else:
-                        turns, doubtful = leaf_crossings(corners, leaf, way, x, y, z)
-                        total += turns
-                        doubts += doubtful
-                winding_out[i], near_out[i] = np.int32(sign) * total, False
-                if doubts:
+                winding_out[i], near_out[i] = np.int32(sign * lanes[3, i - first]), False
+                if doubts >> (i - first) & 1:
+                    x, y, z = points[i, u], points[i, v], sign * points[i, axis]
+                    left, right, below, above = x - rounding, x + rounding, y - rounding, y + rounding
+                    found = list_met(block_shafts, count, z - rounding, left, right, below, above, mask, words, hits)
                     winding_out[i], near_out[i] = settled_winding(
                         corners, block_leaves, hits, found, way, points[i], rounding
                     )

@@ -9,6 +9,8 @@ BLOCK = 8
 """Garment vertices in a block."""
 GROUP = 64
 """Garment vertices in a group of blocks."""
+LEAF = 8
+"""Faces of a leaf."""
 
 
 @kernel(fastmath={"contract"})

@@ -8,11 +8,11 @@ import numpy as np
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.errors import BadBody
 
+from .box_kernels import LEAF
+
 if TYPE_CHECKING:
     from hemline.bodies import Body, ShapedBody
 
-LEAF = 8
-"""Faces of a leaf."""
 PATCH_SIZE = 0.13
 """Longest diagonal of a patch at rest [m]; larger ones certify less."""
 
@@ -35,6 +35,8 @@ class Patches:
     """Where each patch's leaves begin."""
     patch_limb: Int[np.ndarray, " patches"]
     """Limb that each patch belongs to."""
+    leaf_limb: Int[np.ndarray, " leaves"]
+    """The same of each leaf."""
     ring_start: Int[np.ndarray, " verts_and_one"]
     """Where each vertex's incident faces begin in `ring`."""
     ring: Int[np.ndarray, " ring"]
@@ -70,6 +72,7 @@ def make_patches(shaped: "ShapedBody") -> Patches:
     unique = [np.unique(faces[leaf]) for leaf in flat]
     kept = np.concatenate([_filled(faces[leaf]) for leaf in flat])
     ring_start, ring = _rings(kept, len(order))
+    patch_limb = limb[face_bone[[patch[0] for patch in patches]]].astype(np.int32)
     return Patches(
         order=order.astype(np.int32),
         number=number.astype(np.int32),
@@ -77,7 +80,8 @@ def make_patches(shaped: "ShapedBody") -> Patches:
         leaf_start=_starts([len(each) for each in unique]),
         leaf_vertices=np.concatenate(unique).astype(np.int32),
         patch_start=_starts([len(patch) for patch in leaves]),
-        patch_limb=limb[face_bone[[patch[0] for patch in patches]]].astype(np.int32),
+        patch_limb=patch_limb,
+        leaf_limb=np.repeat(patch_limb, [len(patch) for patch in leaves]),
         ring_start=ring_start,
         ring=ring,
         across=_across(kept),

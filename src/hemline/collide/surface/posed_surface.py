@@ -51,6 +51,7 @@ class PosedSurface:
             patch_start=patches.patch_start,
             patch_box=patch_box,
             patch_limb=patches.patch_limb,
+            leaf_limb=patches.leaf_limb,
             known=np.zeros(len(body), np.bool_),
             normals=np.empty_like(body),
         )

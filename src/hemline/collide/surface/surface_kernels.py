@@ -1,7 +1,6 @@
 """Nearest places on a posed body's surface: compiled code.
 
-A walk from face to face follows a point from frame to frame; a search over patches finds the nearest vertex of the
-whole body, or of one limb.
+A walk from face to face follows a point from frame to frame; `search_kernels` looks everywhere.
 """
 
 from typing import NamedTuple
@@ -41,6 +40,8 @@ class Skin(NamedTuple):
     """The same of each patch [m]."""
     patch_limb: Int[np.ndarray, " patches"]
     """Limb that each patch belongs to."""
+    leaf_limb: Int[np.ndarray, " leaves"]
+    """Limb that each leaf belongs to."""
     known: Bool[np.ndarray, " verts"]
     """Vertices whose normal was asked for in this frame; kernels write to it."""
     normals: Normals
@@ -201,53 +202,3 @@ def plane_height(skin, face, x, y, z):
     nx, ny, nz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
     scale = np.float32(1) / max(np.sqrt(nx * nx + ny * ny + nz * nz), np.float32(1e-20))
     return ((x - ax) * nx + (y - ay) * ny + (z - az) * nz) * scale
-
-
-@kernel
-def seek(skin, limb, x, y, z, bound):
-    """Vertex nearest to a point, of one limb or (limb < 0) of the whole body, and its squared distance.
-
-    bound (patches,) is room.
-    """
-    body, leaf_start, leaf_vertices, leaf_box = skin.body, skin.leaf_start, skin.leaf_vertices, skin.leaf_box
-    patch_start, patch_box, patch_limb = skin.patch_start, skin.patch_box, skin.patch_limb
-    zero, far = np.float32(0), np.float32(np.inf)
-    for k in range(len(bound)):  # without the search for the least, so that it vectorises
-        dx = max(max(patch_box[0, k] - x, x - patch_box[3, k]), zero)
-        dy = max(max(patch_box[1, k] - y, y - patch_box[4, k]), zero)
-        dz = max(max(patch_box[2, k] - z, z - patch_box[5, k]), zero)
-        bound[k] = dx * dx + dy * dy + dz * dz
-    if limb >= 0:
-        for k in range(len(bound)):
-            bound[k] = bound[k] if patch_limb[k] == limb else far
-    closest, first = far, np.int64(0)
-    for k in range(len(bound)):
-        if bound[k] < closest:
-            closest, first = bound[k], k
-    best, nearest = np.int64(0), np.float32(np.inf)
-    for turn in range(-1, len(bound)):
-        k = first if turn < 0 else turn
-        if bound[k] >= nearest:
-            continue
-        for leaf in range(patch_start[k], patch_start[k + 1]):
-            b = _index(leaf)
-            dx = max(leaf_box[0, b] - x, x - leaf_box[3, b], np.float32(0))
-            dy = max(leaf_box[1, b] - y, y - leaf_box[4, b], np.float32(0))
-            dz = max(leaf_box[2, b] - z, z - leaf_box[5, b], np.float32(0))
-            if dx * dx + dy * dy + dz * dz >= nearest:
-                continue
-            for corner in range(leaf_start[b], leaf_start[b + _index(1)]):
-                v = _index(leaf_vertices[_index(corner)])
-                dx, dy, dz = body[v, 0] - x, body[v, 1] - y, body[v, 2] - z
-                distance = dx * dx + dy * dy + dz * dz
-                if distance < nearest:
-                    best, nearest = np.int64(v), distance
-    return best, nearest
-
-
-@kernel
-def seek_place(skin, limb, x, y, z, bound):
-    """Nearest place of the surface to a point, around the vertex that `seek` finds; as from `walk`."""
-    vertex, _ = seek(skin, limb, x, y, z, bound)
-    start = np.int64(skin.ring[skin.ring_start[vertex]])
-    return walk(skin, start, MOST_STEPS, x, y, z)

@@ -9,14 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hemline.arrays import Bool, Float, Int, UInt
-from hemline.collide.surface.surface_kernels import (
-    blended_normal,
-    place_on,
-    plane_height,
-    seek_place,
-    vertex_normal,
-    walk,
-)
+from hemline.collide.surface.search_kernels import search_room, seek_place
+from hemline.collide.surface.surface_kernels import blended_normal, place_on, plane_height, vertex_normal, walk
 from hemline.compiled import kernel
 
 _index = np.uintp
@@ -138,7 +132,7 @@ def hold_samples(
     planes_out (samples,4): unit normal and least height along it [m], held_out (samples,): which are near. Returns how
     many.
     """
-    bound, zero, one = np.empty(len(skin.patch_limb), np.float32), np.float32(0), np.float32(1)
+    room, zero, one = search_room(skin), np.float32(0), np.float32(1)
     low, size, grid = cells.low, cells.size, cells.bits
     faces, heights, fresh = memory.faces, memory.heights, memory.fresh
     count = 0
@@ -170,7 +164,7 @@ def hold_samples(
         own_limb = np.int32(-1) if fresh[s] else limbs.number[_index(skin.faces[_index(face), 0])]
         due = height > zero and (bits & ~own) != 0 and (np.int64(s) + turn) % LOOK_AGAIN == 0
         if (fresh[s] or due) and not again and may_be_nearer(skin, own_limb, x, y, z, NEARER * squared):
-            other, other_b, other_c, other_squared = seek_place(skin, np.int32(-1), x, y, z, bound)
+            other, other_b, other_c, other_squared = seek_place(skin, np.int32(-1), face, x, y, z, room)
             if other_squared < NEARER * squared:
                 ox, oy, oz = place_on(skin, other, other_b, other_c)
                 mx, my, mz = blended_normal(skin, other, other_b, other_c)

@@ -1,0 +1,154 @@
+"""Compiled search for the vertex of the body's surface that is nearest to a point: boxes of patches, then of leaves.
+
+A place of the surface that is known already bounds how far is looked; the nearer it is, the less there is to look at.
+"""
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+from .box_kernels import LEAF
+from .surface_kernels import MOST_STEPS, walk
+
+_index = np.uintp
+
+
+@kernel
+def search_room(skin):
+    """Room for a search: a byte a patch, the same bytes by eights, and leaves."""
+    mask = np.zeros((len(skin.patch_limb) + 7) // 8 * 8, np.uint8)
+    return mask, mask.view(np.uint64), np.empty(len(skin.leaf_limb), np.int64)
+
+
+@kernel
+def list_leaves(skin, limb, low, high, reach, room):
+    """Leaves of a limb, or (limb < 0) of the whole body, that may be nearer to a box than a distance.
+
+    in: low, high: corners of the box [m], reach: square of the distance [m^2]; out: `room`, see `search_room`, its
+    leaves first. Returns how many.
+    """
+    boxes, patch_limb, patch_start, leaf_box = skin.patch_box, skin.patch_limb, skin.patch_start, skin.leaf_box
+    mask, words, leaves = room
+    zero, patches, count = np.float32(0), len(patch_limb), 0
+    lx, ly, lz, hx, hy, hz = low[0], low[1], low[2], high[0], high[1], high[2]
+    for k in range(patches):  # bytes instead of a list, so that it vectorises
+        dx = max(max(boxes[0, k] - hx, lx - boxes[3, k]), zero)
+        dy = max(max(boxes[1, k] - hy, ly - boxes[4, k]), zero)
+        dz = max(max(boxes[2, k] - hz, lz - boxes[5, k]), zero)
+        mask[k] = (dx * dx + dy * dy + dz * dz < reach) & ((limb < 0) | (patch_limb[k] == limb))
+    for word in range(len(words)):
+        if words[word] == 0:
+            continue
+        for k in range(word * 8, min(word * 8 + 8, patches)):
+            if not mask[k]:
+                continue
+            for leaf in range(patch_start[k], patch_start[k + 1]):
+                b = _index(leaf)
+                dx = max(max(leaf_box[0, b] - hx, lx - leaf_box[3, b]), zero)
+                dy = max(max(leaf_box[1, b] - hy, ly - leaf_box[4, b]), zero)
+                dz = max(max(leaf_box[2, b] - hz, lz - leaf_box[5, b]), zero)
+                leaves[count] = leaf
+                count += dx * dx + dy * dy + dz * dz < reach
+    return count
+
+
+@kernel(forceinline=True)
+def nearest_corner(skin, face, x, y, z):
+    """Corner of a face that is nearest to a point, and its squared distance [m^2]."""
+    body, faces, f = skin.body, skin.faces, _index(face)
+    best, nearest = np.int64(0), np.float32(np.inf)
+    for corner in (_index(0), _index(1), _index(2)):
+        v = _index(faces[f, corner])
+        dx, dy, dz = body[v, 0] - x, body[v, 1] - y, body[v, 2] - z
+        distance = dx * dx + dy * dy + dz * dz
+        if distance < nearest:
+            best, nearest = np.int64(v), distance
+    return best, nearest
+
+
+@kernel
+def nearest_vertex(skin, leaves, count, x, y, z, best, nearest):
+    """Vertex of leaves[:count] nearest to a point, if it is nearer than the one that is known: `best`, `nearest`.
+
+    Returns it and its squared distance [m^2].
+    """
+    body, leaf_start, leaf_vertices, leaf_box = skin.body, skin.leaf_start, skin.leaf_vertices, skin.leaf_box
+    zero = np.float32(0)
+    for k in range(count):
+        b = _index(leaves[k])
+        dx = max(max(leaf_box[0, b] - x, x - leaf_box[3, b]), zero)
+        dy = max(max(leaf_box[1, b] - y, y - leaf_box[4, b]), zero)
+        dz = max(max(leaf_box[2, b] - z, z - leaf_box[5, b]), zero)
+        if dx * dx + dy * dy + dz * dz >= nearest:
+            continue
+        for corner in range(leaf_start[b], leaf_start[b + _index(1)]):
+            v = _index(leaf_vertices[_index(corner)])
+            dx, dy, dz = body[v, 0] - x, body[v, 1] - y, body[v, 2] - z
+            distance = dx * dx + dy * dy + dz * dz
+            if distance < nearest:
+                best, nearest = np.int64(v), distance
+    return best, nearest
+
+
+@kernel
+def seek(skin, limb, x, y, z, best, nearest, room):
+    """Vertex nearest to a point, of one limb or (limb < 0) of the whole body, and its squared distance [m^2].
+
+    in: best, nearest: a vertex that is known and its squared distance, or -1 and how far to look at all; room: see
+    `search_room`.
+    """
+    count = list_leaves(skin, limb, (x, y, z), (x, y, z), nearest, room)
+    return nearest_vertex(skin, room[2], count, x, y, z, best, nearest)
+
+
+@kernel
+def seek_place(skin, limb, face, x, y, z, room):
+    """Nearest place of the surface to a point, around the vertex that `seek` finds; as from `walk`.
+
+    in: face: one of that limb, the nearer the better.
+    """
+    best, nearest = nearest_corner(skin, face, x, y, z)
+    vertex, _ = seek(skin, limb, x, y, z, best, nearest, room)
+    return walk(skin, np.int64(skin.ring[skin.ring_start[vertex]]), np.int64(MOST_STEPS), x, y, z)
+
+
+@kernel
+def seek_together(skin, limb, points, which, faces, count, room, vertices_out):
+    """As `seek`, for points near to each other, which look through the same leaves.
+
+    in: points (n,3), which[:count] of them; faces[:count]: one of the limb for each, the nearer the better; room: see
+    `search_room`; out: vertices_out[:count].
+    """
+    far, squares, reach = np.float32(np.inf), np.empty(count, np.float32), np.float32(0)
+    lx, ly, lz, hx, hy, hz = far, far, far, -far, -far, -far
+    for k in range(count):
+        i = _index(which[k])
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        lx, ly, lz, hx, hy, hz = min(lx, x), min(ly, y), min(lz, z), max(hx, x), max(hy, y), max(hz, z)
+        vertices_out[k], squares[k] = nearest_corner(skin, faces[k], x, y, z)
+        reach = max(reach, squares[k])
+    near = list_leaves(skin, limb, (lx, ly, lz), (hx, hy, hz), reach, room)
+    for k in range(count):
+        i = _index(which[k])
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        vertices_out[k], _ = nearest_vertex(skin, room[2], near, x, y, z, vertices_out[k], squares[k])
+
+
+@kernel(forceinline=True)
+def some_face(skin, limb):
+    """A face of a limb; 0 where it has none."""
+    for leaf in range(len(skin.leaf_limb)):
+        if skin.leaf_limb[leaf] == limb:
+            return np.int64(leaf * LEAF)
+    return np.int64(0)
+
+
+@kernel(forceinline=True)
+def face_of_limb(skin, vertex, limb):
+    """A face around a vertex that belongs to a limb, -1 if none does: a search on that limb may find the vertex."""
+    v = _index(vertex)
+    for k in range(skin.ring_start[v], skin.ring_start[v + _index(1)]):
+        face = np.int64(skin.ring[_index(k)])
+        if skin.leaf_limb[face // LEAF] == limb:
+            return face
+    return np.int64(-1)
