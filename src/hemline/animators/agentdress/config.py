@@ -1,6 +1,7 @@
 """Options of AgentDress."""
 
 from dataclasses import dataclass
+from typing import Any, Literal
 
 from hemline.options import check_options, not_negative, positive
 
@@ -9,6 +10,9 @@ from hemline.options import check_options, not_negative, positive
 class AgentDressConfig:
     """Options of the fit, and of how it plays."""
 
+    pose_model: Literal["kernel", "sor"] = "kernel"
+    """What tells the garment on the mean shape: a kernel regression over the poses; or sensitivity-optimised rigging,
+    which the paper uses, and which wants a dataset that was draped with --derivatives."""
     shape_components: int = positive(5)
     """Principal components of the garment over body shapes, for each anchor."""
     shape_ridge: float = positive(0.2)
@@ -34,3 +38,8 @@ class AgentDressConfig:
     def __post_init__(self) -> None:
         """Refuse what is out of range."""
         check_options(self)
+
+    @property
+    def blending(self) -> dict[str, Any]:
+        """What `distances.anchor_weights` asks for."""
+        return {"neighbours": self.neighbours, "power": self.power, "floor": self.floor}
