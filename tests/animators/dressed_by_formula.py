@@ -106,16 +106,16 @@ def anchor(pose: Pose, betas=(), derivatives=None) -> Take:
     return Take("anchor", vertices, motion, shaped.betas, *still, {}, inputs, derivatives=derivatives or {})
 
 
-def derivatives() -> dict[str, np.ndarray]:
-    """By turns of each joint, in the T-pose, by differences."""
-    found, step = {}, 1e-3
+def derivatives(pose: Pose | None = None) -> dict[str, np.ndarray]:
+    """By turns of each joint about the axes of its own frame, in a pose (left out: the T-pose), by differences."""
+    found, step, here = {}, 1e-3, pose or tpose()
     for joint in range(JOINT_COUNT):
         for axis in range(3):
             moved = []
             for sign in (1, -1):
-                rotations = tpose().rotations.astype(np.float64)
-                rotations[joint] = from_axis_angle(sign * step * np.eye(3)[axis])
-                moved.append(laid(Pose(rotations, tpose().translation)).astype(np.float64))
+                rotations = here.rotations.astype(np.float64)
+                rotations[joint] = multiply(rotations[joint], from_axis_angle(sign * step * np.eye(3)[axis]))
+                moved.append(laid(Pose(rotations, here.translation)).astype(np.float64))
             found[f"turn.{joint}.{axis}"] = ((moved[0] - moved[1]) / (2 * step)).astype(np.float32)
     return found
 
@@ -126,8 +126,10 @@ def random_body(number: int) -> tuple[float, ...]:
     return (float(drawn[0]), float(drawn[1]), *[0.0] * (BEYOND - 2), float(drawn[2]))
 
 
-def dataset(folder: Path, anchors: int, singles: int = 0, shapes=SHAPES, random_bodies: int = 0) -> Dataset:
-    """Anchors on all shapes, poses on the mean one alone, and random bodies in poses of anchors."""
+def dataset(
+    folder: Path, anchors: int, singles: int = 0, shapes=SHAPES, random_bodies: int = 0, rigged: int = 0
+) -> Dataset:
+    """Anchors on all shapes, poses on the mean one alone, random bodies in poses of anchors; some with derivatives."""
     made = create(folder, shirt())
     made.add(anchor(tpose(), (), derivatives()))
     for number in range(anchors + singles):
@@ -135,4 +137,7 @@ def dataset(folder: Path, anchors: int, singles: int = 0, shapes=SHAPES, random_
             made.add(anchor(anchored(random_pose(number)), betas))
     for number in range(random_bodies):
         made.add(anchor(anchored(random_pose(number % anchors)), random_body(number)))
+    for number in range(rigged):
+        pose = anchored(random_pose(number))
+        made.add(anchor(pose, (), derivatives(pose)))
     return made

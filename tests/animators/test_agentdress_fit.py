@@ -278,8 +278,7 @@ def test_what_regions_make_of_a_pose_equals_plain_numpy(dataset, way, posing):
     if way == "kernel":
         weights = kernel(anchors, model.shape_width)
     else:
-        options = {name: getattr(model.config, name) for name in ("neighbours", "power", "floor")}
-        weights = anchor_weights(anchors, **options)
+        weights = anchor_weights(anchors, **model.config.blending)
     shape = np.einsum("gs,gsk->gk", weights, np.broadcast_to(effects, (len(weights), *effects.shape[1:])))
     basis = model.tables.basis
     plain = np.concatenate([pose, shape], axis=1)[:, basis.modes] * basis.scales

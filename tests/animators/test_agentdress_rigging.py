@@ -8,12 +8,13 @@ from hemline.animators.agentdress.rigging import (
     MOST_BONES,
     Rigging,
     _carried,
-    _projected,
+    _tree,
     optimised_weights,
     relative,
     skin,
     skinned_turns,
 )
+from hemline.animators.agentdress.rigging_kernels import least_on_simplex
 from hemline.motions import Pose
 from hemline.motions.motion import JOINT_COUNT
 from hemline.motions.quaternions import from_axis_angle, multiply
@@ -91,16 +92,21 @@ def test_least_on_the_simplex_is_that_of_a_solver_of_scipy():
         assert cost(found[vertex], vertex) <= best.fun * (1 + 1e-5) + 1e-12
 
 
-def test_points_come_onto_the_simplex_by_the_shortest_way():
-    random = np.random.default_rng(2)
-    points, allowed = random.normal(size=(50, JOINT_COUNT)), random.uniform(size=(50, JOINT_COUNT)) < 0.6
-    there = _projected(points, allowed)
-    np.testing.assert_allclose(there.sum(axis=1), 1, atol=1e-12)
-    assert (there >= 0).all() and not there[~allowed].any()
-    for _ in range(20):
-        other = np.where(allowed, random.dirichlet(np.full(JOINT_COUNT, 0.3), 50), 0.0)
-        other /= other.sum(axis=1, keepdims=True)
-        assert ((points - there) * (other - there) * allowed).sum(axis=1).max() < 1e-9
+def test_where_weights_are_least_no_bone_would_lower_the_cost():
+    """The slopes of all bones that have weight are alike, and those of the others no less (Karush, Kuhn, Tucker)."""
+    random, parents, (tree, common) = np.random.default_rng(2), _carried(), _tree()
+    squares, linear = random.uniform(0, 1, (200, JOINT_COUNT)), random.normal(size=(200, JOINT_COUNT))
+    stiffness, allowed = np.full(200, 1e-3), random.uniform(size=(200, JOINT_COUNT)) < 0.6
+    allowed[:, 0] = True
+    weights = allowed / allowed.sum(axis=1, keepdims=True)
+    least_on_simplex(squares, linear, stiffness, tree, common, allowed, weights)
+    np.testing.assert_allclose(weights.sum(axis=1), 1, atol=1e-12)
+    assert (weights >= 0).all() and not weights[~allowed].any()
+    hessian = np.einsum("jb,vj,jc->vbc", parents, squares, parents) + 1e-3 * np.eye(JOINT_COUNT)
+    slopes = np.einsum("vbc,vc->vb", hessian, weights) - linear
+    of_weights = (weights * slopes).sum(axis=1, keepdims=True)
+    assert np.abs(slopes - of_weights)[weights > 0].max() < 1e-8
+    assert (slopes - of_weights)[allowed].min() > -1e-7
 
 
 def test_an_anchor_plays_as_it_lies_and_a_rigid_garment_follows_its_bone():

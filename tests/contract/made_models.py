@@ -10,6 +10,8 @@ from hemline.animators.agentdress.binding import Binding
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.regions import region_weights
+from hemline.animators.agentdress.rigged_tables import RiggedTables
+from hemline.animators.agentdress.rigging import Rigging
 from hemline.animators.agentdress.tables import Tables
 from hemline.animators.live import AnimatorLive, Live
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
@@ -140,6 +142,26 @@ def agentdress_model() -> AnimatorAgentDress:
 
 
 @cache
+def rigged_model() -> AnimatorAgentDress:
+    """The same with rigged anchors as its pose model: skinned shirts, their weights shaken."""
+    random, model = np.random.default_rng(3), agentdress_model()
+    tables, count = model.tables, 3
+    binding = Binding(tables.indices, tables.weights, tables.nearest)
+    rest = body().rest_pose
+    posed = [body().posed(Pose(turned, rest.translation)) for turned in tables.rotations[:count]]
+    worn = np.array([binding.posed(each.transforms, tables.rest, tables.offset) for each in posed])
+    weights = binding.shares() * random.uniform(0.5, 1.5, (count, 1, 24))
+    rigging = Rigging(
+        np.array([each.transforms for each in posed], np.float64), worn, weights / weights.sum(axis=2, keepdims=True)
+    )
+    return replace(
+        model,
+        tables=replace(tables, rigged=RiggedTables.packed(rigging, np.arange(count))),
+        config=AgentDressConfig(pose_model="sor"),
+    )
+
+
+@cache
 def live_model() -> AnimatorLive:
     """The small cape, simulated as it is."""
     return Live().worn_by(small_cape(), body())
@@ -147,6 +169,7 @@ def live_model() -> AnimatorLive:
 
 ANIMATORS = {
     "agentdress": agentdress_model,
+    "agentdress, rigged": rigged_model,
     "live": live_model,
     "ropes": ropes_model,
     "ropes, learned bones": learned_model,

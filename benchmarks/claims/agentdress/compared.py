@@ -71,6 +71,12 @@ def on_random_bodies(model: AnimatorAgentDress, pairs: Iterable[Pair], models: M
     return found
 
 
+def played_mm(model: AnimatorAgentDress, pairs: Iterable[Pair]) -> list[float]:
+    """A model on the random bodies, as it plays."""
+    body = bodies.load(model.body_name)
+    return [_apart_mm(model.settled(body.shaped(pair.betas).posed(pair.pose)), pair.worn) for pair in pairs]
+
+
 def on_the_mean_body(model: AnimatorAgentDress, pairs: Iterable[Pair], models: Mapping[str, PoseModel]) -> Errors:
     """Pose models alone, on the mean shape."""
     found: dict[str, list[float]] = {}

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from compared import on_random_bodies
 from pairs import Pair
-from rigged import Rigged
 
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit import fit_anchors
+from hemline.animators.agentdress.rigged_anchors import RiggedAnchors
 from hemline.arrays import Int
 from hemline.datasets.joint_sensitivity import joint_weights
 from hemline.garments import Garment
@@ -19,7 +19,7 @@ SIZES = (2, 5, 10, 20, 40)
 """Anchors, of those that there are; then all of them."""
 
 
-def curve(garment: Garment, anchors: AnchorSet, rigged: Rigged | None, pairs: Sequence[Pair]) -> dict[int, dict]:
+def curve(garment: Garment, anchors: AnchorSet, rigged: RiggedAnchors | None, pairs: Sequence[Pair]) -> dict[int, dict]:
     """Mean errors by number of anchors [mm]; poses on the mean shape alone are as many as go with them."""
     weights, found = joint_weights(anchors.sensitivity[0]), {}
     for size in (each for each in SIZES if each < len(anchors.rotations)):

@@ -11,25 +11,28 @@ one JSON line to benchmarks/results/agentdress_errors.jsonl.
 import argparse
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-from compared import Errors, binding_of, on_random_bodies, on_the_mean_body
+from compared import Errors, binding_of, on_random_bodies, on_the_mean_body, played_mm
 from convergence import curve
 from drawn_pairs import draw_pairs
 from errors_page import write_page
 from pairs import Pair, settled_nearby, settled_pairs
 from pose_models import blended, nearest, ridge
-from rigged import Rigged
 
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit import fit_anchors
 from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.agentdress.rigged_anchors import RiggedAnchors, rows_with_derivatives
+from hemline.animators.agentdress.rigged_model import with_rigging
 from hemline.bench.machine import commit, machine
 from hemline.bodies import load as load_body
 from hemline.compiled import use_threads
 from hemline.datasets import Dataset, open_dataset
+from hemline.errors import BadDataset
 
 ROOT = Path(__file__).parents[3]
 LOOSE = -0.5
@@ -53,7 +56,9 @@ def main() -> None:
     dataset = open_dataset(asked.anchors)
     garment, anchors = dataset.garment, AnchorSet.of(dataset)
     model = fit_anchors(garment, anchors, AgentDressConfig(), progress=lambda stage, done, total: None)
-    rigged = Rigged.fitted(dataset, model, anchors)
+    rigged = None
+    with suppress(BadDataset):  # none has derivatives
+        rigged = RiggedAnchors.fitted(dataset, rows_with_derivatives(dataset), model, anchors)
     pairs = list(settled_pairs(asked.test, garment, count=asked.pairs, seed=asked.seed, jobs=asked.jobs))
     rigging = {"rigging": rigged} if rigged else {}
     plain = {"ridge": ridge(anchors), "blend of five": blended(model, anchors), "nearest": nearest(model, anchors)}
@@ -68,6 +73,7 @@ def main() -> None:
         "rigged": len(rigged.rotations) if rigged else 0,
         "rigging_stiffness": rigged.stiffness if rigged else None,
         "rigging_validation_mm": round(rigged.validation_mm, 2) if rigged else None,
+        "rigging_played_mm": round(float(np.mean(played_mm(with_rigging(rigged), pairs))), 2) if rigged else None,
         "random_bodies": _random_bodies(dataset, anchors),
         "pairs": len(pairs),
         "loose_pairs": sum(pair.betas[0] <= LOOSE for pair in pairs),

@@ -40,7 +40,6 @@ def shape_errors(model: AnimatorAgentDress, anchors: AnchorSet) -> dict[str, flo
 def _blended(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray) -> Float[np.ndarray, "a s v 3"]:
     """Eq. 4 at each anchor, from the others."""
     config, found = AgentDressConfig(), []
-    options = {name: getattr(config, name) for name in ("neighbours", "power", "floor")}
     models = [
         ShapeModel.fitted(
             each.reshape(len(each), -1).astype(np.float64),
@@ -56,7 +55,7 @@ def _blended(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray) -> 
     for number in range(len(models)):
         others = np.delete(np.arange(len(models)), number)
         weights = np.zeros((len(distances[0]), len(models)))
-        weights[:, others] = anchor_weights(distances[number][:, others], **options)
+        weights[:, others] = anchor_weights(distances[number][:, others], **config.blending)
         found.append(np.einsum("va,asvi->svi", regions @ weights, effects))
     return np.array(found)
 

@@ -19,12 +19,12 @@ import numpy as np
 from compared import binding_of
 from convergence import chosen
 from pairs import chosen as chosen_pairs
-from pose_models import blend_of
 
 from hemline import bodies
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit import fit_anchors
+from hemline.animators.agentdress.rigged_anchors import blend_of
 from hemline.bench.machine import commit, machine
 from hemline.compiled import use_threads
 from hemline.datasets import open_dataset

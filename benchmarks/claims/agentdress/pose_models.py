@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from hemline.animators.agentdress.anchor_set import AnchorSet
-from hemline.animators.agentdress.distances import anchor_weights, region_distances, turns_between
 from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.agentdress.rigged_anchors import blend_of
 from hemline.arrays import Float
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import to_matrix
@@ -16,16 +16,6 @@ PoseModel = Callable[[Pose], Offsets]
 """From a pose, arms lifted as in anchors, to what is added to skinning on the mean shape [m]."""
 
 RIDGES = (1e-2, 1e-1, 1.0, 10.0, 100.0)
-
-
-def blend_of(
-    model: AnimatorAgentDress, rotations: Float[np.ndarray, "anchors joints 4"], pose: Pose
-) -> Float[np.ndarray, "verts anchors"]:
-    """Eq. 7 and 8: what each anchor counts for at each vertex."""
-    turns = turns_between(pose.rotations[None].astype(np.float64), rotations)
-    distances = region_distances(turns, model.tables.influence.astype(np.float64))[0]
-    options = {name: getattr(model.config, name) for name in ("neighbours", "power", "floor")}
-    return model.tables.regions @ anchor_weights(distances, **options)
 
 
 def blended(model: AnimatorAgentDress, anchors: AnchorSet) -> PoseModel:

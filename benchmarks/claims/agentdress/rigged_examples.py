@@ -1,24 +1,23 @@
 """Examples of sensitivity-optimised rigging: all that have derivatives, and what some of them tell in other poses."""
 
 import numpy as np
-from pose_models import blend_of
 from residual import Left, Residual
-from rigged import Rigged
 
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.agentdress.rigged_anchors import RiggedAnchors, blend_of, rows_with_derivatives
 from hemline.animators.agentdress.rigging import relative, skin
 from hemline.arrays import Float, Int, Vertices
 from hemline.datasets import Dataset
 from hemline.motions.motion import Pose
 
 STIFFNESS = 1e-2
-"""What a change of the skin weights costs; `Rigged.fitted` chooses among some, at four times the cost."""
+"""What a change of the skin weights costs; `RiggedAnchors.fitted` chooses among some, at the cost of each."""
 
 Chosen = Int[np.ndarray, " chosen"]
 
 
-def rigged_at(dataset: Dataset, model: AnimatorAgentDress, anchors: AnchorSet) -> Rigged:
+def rigged_at(dataset: Dataset, model: AnimatorAgentDress, anchors: AnchorSet) -> RiggedAnchors:
     """All anchors that have derivatives, rigged at one stiffness.
 
     Args:
@@ -26,16 +25,13 @@ def rigged_at(dataset: Dataset, model: AnimatorAgentDress, anchors: AnchorSet) -
         model: Fitted to them.
         anchors: Read from it.
     """
-    rigged = Rigged.at(dataset, model, anchors, STIFFNESS)
-    if rigged is None:
-        raise SystemExit("fewer than two anchors have derivatives: run 'hemline drape' with --derivatives")
-    return rigged
+    return RiggedAnchors.at(dataset, rows_with_derivatives(dataset), model, anchors, STIFFNESS)
 
 
 class Examples:
     """Garments guessed in some poses from some of the examples."""
 
-    def __init__(self, model: AnimatorAgentDress, rigged: Rigged, poses: list[Pose]):
+    def __init__(self, model: AnimatorAgentDress, rigged: RiggedAnchors, poses: list[Pose]):
         shaped, fitted = rigged.shaped, rigged.rigging
         self.model, self.rotations, self.poses = model, rigged.rotations, poses
         self.posed = [shaped.posed(pose) for pose in poses]

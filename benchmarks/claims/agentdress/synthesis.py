@@ -1,13 +1,13 @@
 """Eq. 3 and 4 of AgentDress near an anchor: with simulated garments as its terms, and with the models."""
 
 import numpy as np
-from pose_models import blend_of
 from rigged_examples import rigged_at
 
 from hemline import bodies
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.agentdress.rigged_anchors import blend_of
 from hemline.animators.agentdress.shape_model import ShapeModel
 from hemline.arrays import Float, Transforms, Vertices
 from hemline.datasets import Dataset

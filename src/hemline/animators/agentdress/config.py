@@ -1,7 +1,7 @@
 """Options of AgentDress."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from hemline.options import check_options, not_negative, positive
 
@@ -10,6 +10,9 @@ from hemline.options import check_options, not_negative, positive
 class AgentDressConfig:
     """Options of the fit, and of how it plays."""
 
+    pose_model: Literal["kernel", "sor"] = "kernel"
+    """What tells the garment on the mean shape: a kernel regression over the poses; or sensitivity-optimised rigging,
+    which the paper uses, and which wants a dataset that was draped with --derivatives."""
     shape_components: int = positive(5)
     """Principal components of the garment over body shapes, at rest, and of each anchor that is blended."""
     shape_ridge: float = positive(0.2)
@@ -24,7 +27,7 @@ class AgentDressConfig:
     shape_modes: int = positive(64)
     """Modes of the basis that all anchors share for what the shape does."""
     neighbours: int = positive(5)
-    """Anchors of a region that are blended; of a shape model that is `blended`, as the two below."""
+    """Anchors of a region that are blended, by a shape model that is `blended` and by rigging; so are the two below."""
     power: float = positive(3.0)
     """The higher, the more the nearest one counts."""
     floor: float = positive(0.02)
@@ -38,3 +41,8 @@ class AgentDressConfig:
     def __post_init__(self) -> None:
         """Refuse what is out of range."""
         check_options(self)
+
+    @property
+    def blending(self) -> dict[str, Any]:
+        """What `distances.anchor_weights` asks for."""
+        return {"neighbours": self.neighbours, "power": self.power, "floor": self.floor}

@@ -22,6 +22,8 @@ from .left_out import left_out_mm
 from .model import AnimatorAgentDress
 from .pose_model import RIDGES, WIDTHS, PoseFit, fit_kernel
 from .regions import region_weights
+from .rigged_anchors import RiggedAnchors, rows_with_derivatives
+from .rigged_model import with_rigging
 from .shape_figures import shape_figures
 from .shape_fit import fit_shapes
 from .suitability import suitability, warn_unsuited
@@ -52,7 +54,8 @@ def fit(
 
     Raises:
         BadBody: The body that the garment was made on is not there.
-        BadDataset: The dataset holds no such anchors, or its anchors were made on another body.
+        BadDataset: The dataset holds no such anchors, or none with derivatives where rigging is asked for, or its
+            anchors were made on another body.
 
     Warns:
         HemlineWarning: The garment is too loose or too tight for the method, or the anchors are few; with the error to
@@ -64,9 +67,12 @@ def fit(
     config, tell = config or AgentDressConfig(), progress or (lambda stage, done, total: None)
     tell("anchors", 0, 1)
     _check_body(dataset)
+    rows = rows_with_derivatives(dataset) if config.pose_model == "sor" else []
     anchors = AnchorSet.of(dataset, config)
     tell("anchors", 1, 1)
     model = fit_anchors(dataset.garment, anchors, config, progress=tell)
+    if rows:
+        model = with_rigging(RiggedAnchors.fitted(dataset, rows, model, anchors, tell))
     figures = dict(model.figures) | suitability(dataset, anchors)
     warn_unsuited(dataset.garment.name, figures, config)
     return replace(model, figures=figures)
@@ -88,7 +94,7 @@ def _check_body(dataset: Dataset) -> None:
 def fit_anchors(
     garment: Garment, anchors: AnchorSet, config: AgentDressConfig, *, progress: Progress
 ) -> AnimatorAgentDress:
-    """Fit AgentDress to anchors that were read; see `fit`.
+    """Fit AgentDress to anchors that were read, with a kernel as pose model; see `fit`.
 
     Args:
         garment: The garment.
@@ -151,7 +157,7 @@ def fit_anchors(
         tables,
         body_name=garment.body_name,
         body_hash=body.hash,
-        config=replace(config, pose_modes=len(pose_basis), shape_modes=len(shapes.basis)),
+        config=replace(config, pose_model="kernel", pose_modes=len(pose_basis), shape_modes=len(shapes.basis)),
         width=pose.width,
         shape_width=shapes.width,
         figures=figures,

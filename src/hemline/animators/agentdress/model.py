@@ -51,7 +51,8 @@ class AnimatorAgentDress:
 
     with $\bar x$ the garment in the rest pose of the body, $A_b$ the skin transforms of the body as it is, $R$ the
     blended rotation of the bones, $r_g$ regions, $K_g$ the pose model (a kernel regression), $E_{g,s}$ what the shape
-    adds at anchor $s$, $S_g^s$ a kernel or the weights of the nearest anchors.
+    adds at anchor $s$, $S_g^s$ a kernel or the weights of the nearest anchors. Where the pose model is rigging, it
+    takes the place of $\bar u$ and $K_g$.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
         Eq. 4. Differs: what an anchor adds to skinning is taken in the turned frames of the vertices, and the query's
@@ -107,6 +108,15 @@ class AnimatorAgentDress:
         digits = self.tables.basis.digits
         return np.ascontiguousarray(digits).reshape(-1, 3, digits.shape[1])
 
+    @cached_property
+    def _binding(self) -> Binding:
+        return Binding(self.tables.indices, self.tables.weights, self.tables.nearest)
+
+    @cached_property
+    def _mean_body(self) -> ShapedBody:
+        """The body that rigged anchors are on."""
+        return bodies.load(self.body_name).shaped()
+
     def start(self, posed: PosedBody) -> AgentDressState:
         """At rest on a body of any shape, in its first pose.
 
@@ -144,7 +154,7 @@ class AnimatorAgentDress:
             The State after, and the vertices in the world (verts, 3) [m].
         """
         distances = self._followed(state, posed.pose, dt)
-        return replace(state, distances=distances), self._worn(state, distances, posed)
+        return replace(state, distances=distances), self._worn(state, distances, posed, self._rigged(distances, posed))
 
     def at_detail(self, detail: float) -> "AnimatorAgentDress | AnimatorAgentDressLevel":
         """This animator with a share of its vertices; itself for 1.
@@ -189,8 +199,7 @@ class AnimatorAgentDress:
         if worn.shape != state.rest.shape:
             raise BadInput(f"'{self.garment.name}' has vertices {state.rest.shape}", worn.shape, "give its own mesh")
         distances, tables = self._followed(state, posed.pose, dt), self.tables
-        binding = Binding(tables.indices, tables.weights, tables.nearest)
-        offset = binding.offsets(nominal.transforms, tables.rest, worn.astype(np.float64)).astype(np.float32)
+        offset = self._binding.offsets(nominal.transforms, tables.rest, worn.astype(np.float64)).astype(np.float32)
         return replace(state, distances=distances), self._worn(state, distances, posed, offset)
 
     def _followed(self, state: AgentDressState, pose: Pose, dt: float) -> Float[np.ndarray, "regions poses"]:
@@ -209,7 +218,8 @@ class AnimatorAgentDress:
         Raises:
             BadInput: As `start`.
         """
-        return self._worn(self.start(posed), self._distances(posed.pose.rotations), posed)
+        distances = self._distances(posed.pose.rotations)
+        return self._worn(self.start(posed), distances, posed, self._rigged(distances, posed))
 
     def reshaped(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
         """The State on a body of another shape: what a slider asks for, and an agent that joins a crowd.
@@ -222,6 +232,16 @@ class AnimatorAgentDress:
             BadInput: As `start`.
         """
         return replace(self.start(shaped.posed(shaped.rest_pose)), distances=state.distances)
+
+    def _rigged(self, distances: Float[np.ndarray, "regions poses"], posed: PosedBody) -> Vertices | None:
+        """What rigged anchors add in a pose [m]; None where the pose model is a kernel, which `_mixed` takes in."""
+        tables, rigged = self.tables, self.tables.rigged
+        if rigged is None:
+            return None
+        here = self._mean_body.rest_pose.translation
+        transforms = self._mean_body.transforms_of(posed.pose.rotations[None], here[None])[0][0]
+        blend = anchor_weights(distances[:, rigged.poses], **self.config.blending)
+        return rigged.offset(transforms, blend, tables.regions, self._binding, tables.rest)
 
     def _worn(
         self,
@@ -277,8 +297,7 @@ class AnimatorAgentDress:
         """What each anchor counts for in what the shape adds."""
         if self.config.shape_model == "kernel":
             return kernel(distances, self.shape_width)
-        options = {name: getattr(self.config, name) for name in ("neighbours", "power", "floor")}
-        return anchor_weights(distances, **options)
+        return anchor_weights(distances, **self.config.blending)
 
     def save(self, path: str | Path) -> None:
         """Write a model file, whole or not at all.
@@ -323,16 +342,18 @@ class AnimatorAgentDress:
                 raise BadModel("the kernels of the model have positive widths", each, AGAIN)
         garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
         name = entry(body, "name", str)
+        config = options_of(AgentDressConfig, entry(metadata, "config", dict), error=BadModel)
         return cls(
             garment,
             Tables.of(
                 part(arrays, "tables"),
                 vertices=len(garment.vertices),
                 body_vertices=len(bodies.load(name).template),
+                rigged=config.pose_model == "sor",
             ),
             body_name=name,
             body_hash=entry(body, "hash", str),
-            config=options_of(AgentDressConfig, entry(metadata, "config", dict), error=BadModel),
+            config=config,
             width=width,
             shape_width=shape_width,
             figures=entry(metadata, "figures", dict),

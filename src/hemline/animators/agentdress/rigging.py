@@ -1,21 +1,21 @@
 """Sensitivity-optimised rigging: skin weights of settled garments that answer to joints as the simulation does."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Self
 
 import numpy as np
 
-from hemline.arrays import Float, Transforms
+from hemline.arrays import Float, Int, Transforms
 from hemline.bodies.body import PosedBody
 from hemline.motions.motion import JOINT_COUNT, PARENTS
 from hemline.motions.quaternions import to_matrix
 
+from .rigging_kernels import least_on_simplex
+
 MOST_BONES = 8
 """Bones that a vertex may follow."""
-
-STEPS = 300
-"""Steps of the projected gradient."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Rigging:
         cls,
         posed: Sequence[PosedBody],
         worn: Float[np.ndarray, "anchors verts 3"],
-        derivatives: Sequence[Float[np.ndarray, "joints 3 verts 3"]],
+        derivatives: Iterable[Float[np.ndarray, "joints 3 verts 3"]],
         start: Float[np.ndarray, "verts joints"],
         stiffness: float,
     ) -> Self:
@@ -123,17 +123,25 @@ def optimised_weights(
         start: $w_0$.
         stiffness: $\lambda$, over the sum of $|v|^2$ at each vertex.
     """
-    carried = _carried()
-    squares = np.einsum("javi,javi->vj", turns, turns)
     products = np.einsum("javi,javi->vj", turns, derivatives)
+    squares = np.einsum("javi,javi->vj", turns, turns)
     scale = stiffness * squares.sum(axis=1)
-    hessian = np.einsum("jb,vj,jc->vbc", carried, squares, carried) + scale[:, None, None] * np.eye(JOINT_COUNT)
-    linear = products @ carried + scale[:, None] * start
-    allowed = np.ones_like(start, bool)
-    weights = _on_simplex(hessian, linear, start, allowed)
-    largest = np.argsort(-weights, axis=1)[:, :MOST_BONES]
-    np.put_along_axis(allowed := np.zeros_like(allowed), largest, True, axis=1)
-    return _on_simplex(hessian, linear, weights, allowed)
+    linear = products @ _carried() + scale[:, None] * start
+    weights, allowed = start.astype(np.float64), np.ones(start.shape, bool)
+    least_on_simplex(squares, linear, scale, *_tree(), allowed, weights)
+    allowed[:] = False
+    np.put_along_axis(allowed, np.argsort(-weights, axis=1)[:, :MOST_BONES], True, axis=1)
+    weights = np.where(allowed, weights, 0.0)
+    weights /= weights.sum(axis=1, keepdims=True)
+    least_on_simplex(squares, linear, scale, *_tree(), allowed, weights)
+    return weights
+
+
+@cache
+def _tree() -> tuple[Int[np.ndarray, " joints"], Int[np.ndarray, "joints joints"]]:
+    """The parent of each joint, and of each two bones the last joint that carries both."""
+    both = _carried()[:, :, None] * _carried()[:, None, :]
+    return np.array(PARENTS), JOINT_COUNT - 1 - both[::-1].argmax(axis=0)
 
 
 def _carried() -> Float[np.ndarray, "joints joints"]:
@@ -145,34 +153,3 @@ def _carried() -> Float[np.ndarray, "joints joints"]:
             carried[joint, bone] = 1.0
             joint = PARENTS[joint]
     return carried
-
-
-def _on_simplex(
-    hessian: Float[np.ndarray, "verts joints joints"],
-    linear: Float[np.ndarray, "verts joints"],
-    start: Float[np.ndarray, "verts joints"],
-    allowed: np.ndarray,
-) -> Float[np.ndarray, "verts joints"]:
-    r"""The least of $\frac12 w^T H w - l^T w$ over weights that are 0 or more and sum to 1, for each vertex."""
-    step = 1.0 / np.maximum(np.linalg.norm(hessian, axis=(1, 2)), 1e-12)[:, None]
-    weights = ahead = _projected(start, allowed)
-    pace = 1.0
-    for _ in range(STEPS):
-        gradient = np.einsum("vbc,vc->vb", hessian, ahead) - linear
-        following = _projected(ahead - step * gradient, allowed)
-        after = (1 + np.sqrt(1 + 4 * pace * pace)) / 2
-        ahead = following + (pace - 1) / after * (following - weights)
-        weights, pace = following, after
-    return weights
-
-
-def _projected(points: Float[np.ndarray, "verts joints"], allowed: np.ndarray) -> Float[np.ndarray, "verts joints"]:
-    """The nearest weights that are 0 or more, sum to 1, and are 0 where not allowed."""
-    free = np.where(allowed, points, -np.inf)
-    ordered = -np.sort(-free, axis=1)
-    sums = np.cumsum(np.where(np.isfinite(ordered), ordered, 0.0), axis=1)
-    counts = np.arange(1, points.shape[1] + 1)
-    positive = ordered - (sums - 1) / counts > 0
-    last = positive.sum(axis=1) - 1
-    level = (sums[np.arange(len(points)), last] - 1) / counts[last]
-    return np.maximum(free - level[:, None], 0.0)

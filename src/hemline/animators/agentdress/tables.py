@@ -13,6 +13,7 @@ from hemline.learning.packed_basis import PackedBasis
 from hemline.motions.motion import JOINT_COUNT
 
 from .binding import INFLUENCES
+from .rigged_tables import RiggedTables
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,7 @@ class Tables:
         shape_effects: What each feature of the shape adds to each of these at each anchor, by region; one region stands
             for all where anchors are blended.
         clearances: How far off the skin each vertex is kept, at least [m].
+        rigged: The pose model, where it is rigging; then the basis has directions of the shape alone.
     """
 
     indices: Int[np.ndarray, "verts influences"]
@@ -49,24 +51,27 @@ class Tables:
     pose_weights: Float[np.ndarray, "regions poses pose_modes"]
     shape_effects: Float[np.ndarray, "features shape_regions anchors shape_modes"]
     clearances: Float[np.ndarray, " verts"]
+    rigged: RiggedTables | None = None
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What a model file holds; effects of the shape in half precision."""
-        held = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "basis"}
+        parts = {"basis": self.basis} | ({"rigged": self.rigged} if self.rigged else {})
+        held = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("basis", "rigged")}
         for name in ("rest_effects", "shape_effects"):
             held[name] = held[name].astype(np.float16)
-        return held | {f"basis.{name}": array for name, array in self.basis.arrays().items()}
+        return held | {f"{part}.{name}": array for part, of in parts.items() for name, array in of.arrays().items()}
 
     def at_vertices(self, kept: Int[np.ndarray, " kept"]) -> Self:
         """The same of some of the vertices."""
         of_vertices = ("indices", "weights", "nearest", "regions", "rest", "offset", "clearances")
         held = {name: np.ascontiguousarray(getattr(self, name)[kept]) for name in of_vertices}
         effects = np.ascontiguousarray(self.rest_effects[:, kept])
-        return replace(self, **held, rest_effects=effects, basis=self.basis.at_vertices(kept))
+        rigged = self.rigged and self.rigged.at_vertices(kept)
+        return replace(self, **held, rest_effects=effects, basis=self.basis.at_vertices(kept), rigged=rigged)
 
     @classmethod
-    def of(cls, arrays: Mapping[str, np.ndarray], *, vertices: int, body_vertices: int) -> Self:
-        """Read them back.
+    def of(cls, arrays: Mapping[str, np.ndarray], *, vertices: int, body_vertices: int, rigged: bool) -> Self:
+        """Read them back, with rigged anchors or without.
 
         Raises:
             BadModel: One is missing, or of another type or shape than the others ask for.
@@ -101,4 +106,5 @@ class Tables:
             pose_weights=pose_weights,
             shape_effects=effects.astype(np.float32),
             clearances=array_of(arrays, "clearances", "float32", (vertices,)),
+            rigged=RiggedTables.of(part(arrays, "rigged"), vertices=vertices, poses=len(rotations)) if rigged else None,
         )
