@@ -100,7 +100,7 @@ class AnimatorAgentDress:
     @cached_property
     def _turns(self) -> Float[np.ndarray, "counting 4 poses"]:
         """The inverse turns of these joints in the poses of the model."""
-        turns = self.tables.rotations[:, self._joints] * np.float32([1, -1, -1, -1])
+        turns = self.tables.rotations[:, self._joints] * np.array([1, -1, -1, -1], np.float32)
         return np.ascontiguousarray(turns.transpose(1, 2, 0))
 
     @cached_property
