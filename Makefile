@@ -39,13 +39,11 @@ demo-from-nothing: $(VENV)/.learn
 	$(BIN)/hemline demo --from-nothing --out out/demo-from-nothing
 
 # one process a core, a file of tests to each at a time: what a file makes for all its tests is made once
-PYTEST = $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist loadfile
-
 test: $(VENV)/.dev
-	$(PYTEST) -m "not slow"
+	$(BIN)/python -m pytest -m "not slow" --numprocesses auto --maxprocesses 8 --dist loadfile
 
 test-all: $(VENV)/.dev
-	$(PYTEST)
+	$(BIN)/python -m pytest
 
 check: $(VENV)/.dev
 	$(BIN)/ruff check .
