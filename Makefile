@@ -38,8 +38,9 @@ demo: $(VENV)/.base
 demo-from-nothing: $(VENV)/.learn
 	$(BIN)/hemline demo --from-nothing --out out/demo-from-nothing
 
+# one process a core, a file of tests to each at a time: what a file makes for all its tests is made once
 test: $(VENV)/.dev
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow" --numprocesses auto --maxprocesses 8 --dist loadfile
 
 test-all: $(VENV)/.dev
 	$(BIN)/python -m pytest

@@ -11,6 +11,8 @@ from hemline.animators.live.proxy import proxy_of
 from hemline.meshes import vertex_normals
 from hemline.motions.quaternions import from_axis_angle, to_matrix
 
+pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
+
 
 @pytest.fixture(scope="module")
 def coarse():

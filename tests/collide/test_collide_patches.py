@@ -8,6 +8,8 @@ from hemline.collide.surface.patches import LEAF, PATCH_SIZE, dominant_joints, l
 from hemline.errors import BadBody
 from hemline.motions import JOINT_NAMES, PARENTS
 
+pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
+
 
 @pytest.fixture(scope="module")
 def person():

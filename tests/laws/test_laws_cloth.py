@@ -14,6 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from hemline.sim import ClothState, Elastic, Gusts, Scene, SimSettings, Skin, Stepper, Surface, make_sheet
 
+pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
+
 GRAVITY = 9.81
 TIGHT = SimSettings(residual_share=1e-3, solver_share=1e-3, newton_steps=30)
 

@@ -149,7 +149,7 @@ def test_there_and_back_goes_on(players, dance, danced):
     assert np.linalg.norm(stays.vertices - went.vertices, axis=1).mean() < 0.01
 
 
-def test_a_crowd_of_mixed_levels_shows_what_each_shows_alone(players, dance):
+def test_a_crowd_of_mixed_levels_shows_what_each_shows_alone(players, dance, all_threads):
     mixed = [players[detail] for detail in (0.1, 1.0, 0.25, 0.1)]
     states = [player.start(dance[0], pre_roll=0.0) for player in mixed]
     _, together = hemline.crowd(mixed, states, [dance[1]] * 4, DT)

@@ -140,7 +140,7 @@ def test_every_stage_is_timed_and_compiling_is_apart(cape, kick):
     assert all(span > 0 for span in frame.milliseconds.values())
 
 
-def test_a_crowd_shows_what_each_player_shows_alone(cape, kick):
+def test_a_crowd_shows_what_each_player_shows_alone(cape, kick, all_threads):
     shapes = [(), (1.5,), (-1.0, 1.0)]
     players = [hemline.Player.prepare(cape, body(betas)) for betas in shapes]
     alone = [player.start(kick[n], pre_roll=0.0) for n, player in enumerate(players)]
@@ -153,7 +153,7 @@ def test_a_crowd_shows_what_each_player_shows_alone(cape, kick):
             np.testing.assert_array_equal(frames[n].vertices, frame.vertices)
 
 
-def test_a_crowd_does_not_depend_on_the_threads(cape, kick):
+def test_a_crowd_does_not_depend_on_the_threads(cape, kick, all_threads):
     players = [hemline.Player.prepare(cape, body())] * 4
     states = [players[0].start(kick[n], pre_roll=0.0) for n in range(4)]
     before, shown = threads(), []

@@ -16,6 +16,8 @@ from hemline.sim.contact import body_points
 from hemline.sim.rest.static_step import StaticStep
 from hemline.sim.step.step import Step
 
+pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
+
 RADIUS = 0.008
 """Of the ball that stands for a finger: it fits through a triangle of 3 cm."""
 

@@ -8,6 +8,8 @@ from hemline.sim import Scene, SimSettings, Skin, Stepper, Surface
 from hemline.sim.contact.contact_history import DEEP, FAR, SKEW, ContactHistory
 from hemline.sim.contact.history_kernels import apart, walk
 
+pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
+
 STEPS, H = 120, 1 / 240
 
 

@@ -18,6 +18,8 @@ from hemline.sim.step.newton import newton
 from hemline.sim.step.state import Scene
 from hemline.sim.step.step import Step
 
+pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
+
 
 def crumpled(positions, amount=0.03, seed=1):
     return positions + amount * np.random.default_rng(seed).normal(size=positions.shape)

@@ -15,6 +15,8 @@ from hemline.sim.contact.pair_search_kernels import _edge_edge, _vertex_face
 from hemline.sim.contact.self_contact import MARGIN
 from hemline.sim.contact.self_search import UNTANGLING, SelfSearch
 
+pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
+
 vertex_face, edge_edge = _vertex_face.py_func, _edge_edge.py_func
 
 GRAVITY = 9.81

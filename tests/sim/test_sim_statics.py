@@ -9,6 +9,8 @@ from hemline.sim.rest.statics import Search
 from hemline.sim.step.model import make_model
 from hemline.sim.step.workspace import Workspace
 
+pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
+
 
 @pytest.mark.parametrize("lean", [1e-5, 1e-3])
 def test_a_strip_that_stands_on_its_edge_falls_and_hangs(lean):

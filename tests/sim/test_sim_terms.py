@@ -20,6 +20,8 @@ from hemline.sim.step.terms.inertia import no_inertia
 from hemline.sim.step.terms.skin_contact import no_contact, skin_contact
 from hemline.sim.step.workspace import Workspace
 
+pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
+
 DEPTH = 0.01
 SETTINGS = SimSettings(thickness=0.003, contact_depth=DEPTH, self_contact=False)
 LIMP = {"young": 0.0, "bending": 0.0}

@@ -8,6 +8,8 @@ from hemline.sim import Gusts, SimSettings, Stepper
 from hemline.sim.cloth.wind import wind_of
 from hemline.sim.cloth.wind_kernels import cosine_of_turns
 
+pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
+
 
 def test_the_cosine_is_numpys():
     turns = np.concatenate([np.linspace(-3, 3, 2001), [1e3, -1e3 - 0.25]])
