@@ -28,15 +28,13 @@ from .shape_figures import shape_figures
 from .shape_fit import fit_shapes
 from .suitability import suitability, warn_unsuited
 from .tables import Tables
+from .worn_kernels import NEVER
 
 SECOND_COLUMNS = 16
 """Modes of the basis with a second column of 8 bits: those whose rounding would show most."""
 
 LEAST_APART = 1e-9
 """Anchors that are nearer than this, squared, are in one pose, as far as a region is concerned [m rad]."""
-
-NEVER = -1.0
-"""A clearance that no vertex lacks [m]."""
 
 
 def fit(
