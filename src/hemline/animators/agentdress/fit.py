@@ -148,7 +148,7 @@ def fit_anchors(
             "error_to_expect_mm": left_out_mm + of_shapes["shape_left_out_mm"],
         }
         | of_shapes
-        | shapes.figures
+        | dict(shapes.figures)
     )
     return AnimatorAgentDress(
         garment,
