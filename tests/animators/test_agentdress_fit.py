@@ -356,6 +356,14 @@ def test_random_bodies_tell_what_the_other_betas_do(tmp_path):
     assert few.figures["shapes"] == more.figures["shapes"] == len(made.SHAPES)
 
 
+def test_random_bodies_that_are_met_again_are_no_shapes_of_anchors(tmp_path):
+    """A folder that was draped into twice has the same random bodies in two poses each."""
+    data = made.dataset(tmp_path / "again", 5, random_bodies=4)
+    for number in range(4):
+        data.add(made.anchor(made.anchored(made.random_pose((number + 1) % 5)), made.random_body(number)))
+    assert AnchorSet.of(data).offsets.shape[:2] == (5, len(made.SHAPES))
+
+
 def test_the_correction_of_a_shape_model_is_what_it_lacks():
     """All of it at no ridge, none of it at a large one; ridge regression solved the other way round."""
     random = np.random.default_rng(3)

@@ -1,7 +1,7 @@
 """The anchors of a dataset: in which poses, on which shapes, and how the garment lies there."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,10 +65,9 @@ class AnchorSet:
         upright, by_pose = _takes(dataset)
         first = upright[0]
         binding = Binding.of(first.vertices[0], dataset.garment.faces, body.shaped(first.betas).posed(first.motion[0]))
-        poses = Counter(shape for found in by_pose.values() for shape in found)
-        shapes = sorted((shape for shape, often in poses.items() if often > 1), key=lambda each: (any(each), each))
+        shapes = _shapes_of_anchors(list(by_pose.values()))
         whole = [found for found in by_pose.values() if all(shape in found for shape in shapes)]
-        if len(whole) < 2 or shapes[0]:
+        if len(whole) < 2 or not shapes or shapes[0]:
             raise BadDataset(
                 "fewer than two anchors on all shapes", len(whole), "run 'hemline drape --anchors' to its end"
             )
@@ -149,6 +148,24 @@ def _offsets(
 ) -> Float[np.ndarray, "anchors shapes verts 3"]:
     found = [each.offsets(binding, rest.reshape(-1, 3)) for each, rest in zip(settled, rests, strict=True)]
     return np.stack(found, axis=1)
+
+
+def _shapes_of_anchors(poses: Sequence[Collection[tuple[float, ...]]]) -> list[tuple[float, ...]]:
+    """The shapes on which anchors were settled, the mean one first: those that make the largest full table of poses.
+
+    Random bodies are in one pose each, or in a few where `hemline drape` was run again with more; poses that were given
+    up are settled on some of the shapes.
+
+    Args:
+        poses: The shapes on which the garment came to rest in each pose.
+    """
+    often = Counter(shape for shapes in poses for shape in shapes)
+    best: tuple[int, set[tuple[float, ...]]] = 0, set()
+    for least in sorted({count for count in often.values() if count > 1}):
+        shapes = {shape for shape, count in often.items() if count >= least}
+        size = len(shapes) * sum(shapes <= set(found) for found in poses)
+        best = max(best, (size, shapes), key=lambda each: each[0])
+    return sorted(best[1], key=lambda each: (any(each), each))
 
 
 def _trimmed(betas: Iterable[float]) -> tuple[float, ...]:
