@@ -8,8 +8,8 @@ from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.distances import anchor_weights, region_distances, turns_between
 from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.agentdress.shape_fit import shape_models
 from hemline.animators.agentdress.shape_kernel import RIDGES, WIDTHS, fit_shape_kernel
-from hemline.animators.agentdress.shape_model import ShapeModel
 from hemline.arrays import Float
 from hemline.learning.pca import principal_of_rows
 
@@ -40,15 +40,7 @@ def shape_errors(model: AnimatorAgentDress, anchors: AnchorSet) -> dict[str, flo
 def _blended(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray) -> Float[np.ndarray, "a s v 3"]:
     """Eq. 4 at each anchor, from the others."""
     config, found = AgentDressConfig(), []
-    models = [
-        ShapeModel.fitted(
-            each.reshape(len(each), -1).astype(np.float64),
-            anchors.betas,
-            components=config.shape_components,
-            ridge=config.shape_ridge,
-        )
-        for each in anchors.offsets
-    ]
+    models = shape_models(anchors, config)
     zero = np.zeros_like(anchors.betas[:1])
     effects = np.array([(each.at(anchors.betas[1:]) - each.at(zero)) for each in models])
     effects = effects.reshape(*effects.shape[:2], -1, 3)

@@ -8,7 +8,7 @@ from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.rigged_anchors import blend_of
-from hemline.animators.agentdress.shape_model import ShapeModel
+from hemline.animators.agentdress.shape_fit import shape_models
 from hemline.arrays import Float, Transforms, Vertices
 from hemline.datasets import Dataset
 from hemline.motions.motion import Pose
@@ -24,18 +24,9 @@ class Synthesis:
     """
 
     def __init__(self, model: AnimatorAgentDress, dataset: Dataset, anchors: AnchorSet):
-        config = AgentDressConfig()
         self.model, self.anchors, self.body = model, anchors, bodies.load(model.body_name)
         self.rigged = rigged_at(dataset, model, anchors)
-        self.effects = [
-            ShapeModel.fitted(
-                each.reshape(len(each), -1).astype(np.float64),
-                anchors.betas,
-                components=config.shape_components,
-                ridge=config.shape_ridge,
-            )
-            for each in anchors.offsets
-        ]
+        self.effects = shape_models(anchors, AgentDressConfig())
 
     def all(
         self, anchor: Pose, pose: Pose, betas: tuple[float, ...], at_anchor: Worn, posed: Worn, shaped: Worn

@@ -51,6 +51,19 @@ def fit_shapes(
     return _WAYS[config.shape_model](anchors, distances, regions, config)
 
 
+def shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeModel]:
+    """What the shape does in each anchor, by the paper's model of one (Eq. 5 and 6)."""
+    return [
+        ShapeModel.fitted(
+            each.reshape(len(each), -1).astype(np.float64),
+            anchors.betas,
+            components=config.shape_components,
+            ridge=config.shape_ridge,
+        )
+        for each in anchors.offsets
+    ]
+
+
 def _by_kernel(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, config: AgentDressConfig) -> ShapeFit:
     """`shape_kernel`: each region of the garment learns from all anchors."""
     count, shapes = anchors.offsets.shape[:2]
@@ -69,15 +82,7 @@ def _by_kernel(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, c
 
 def _by_anchor(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, config: AgentDressConfig) -> ShapeFit:
     """A `ShapeModel` of each anchor, as in the paper."""
-    models = [
-        ShapeModel.fitted(
-            each.reshape(len(each), -1).astype(np.float64),
-            anchors.betas,
-            components=config.shape_components,
-            ridge=config.shape_ridge,
-        )
-        for each in anchors.offsets
-    ]
+    models = shape_models(anchors, config)
     basis, outputs = principal_of_rows(np.concatenate([model.effects for model in models]), config.shape_modes)
     deviations = _rms(np.concatenate([model.at(anchors.betas) for model in models]) @ basis.T)
     effects = outputs.reshape(len(models), -1, len(basis)).transpose(1, 0, 2)[:, None]
