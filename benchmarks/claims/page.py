@@ -1,0 +1,112 @@
+"""How fast the page of `hemline view` is in a real browser: pictures a second, and the time from a click to a change.
+
+`python benchmarks/claims/page.py [MODEL]` starts the page and an installed chromium with chromedriver (selenium), and
+counts in the page itself which frames of the garment reach the graphics card: each upload of its vertices, so what is
+counted is neither what was sent nor how often the screen was painted. Pictures are painted after each such upload.
+Where no graphics card is, chromium paints with the processor, and says so in the first line.
+"""
+
+import json
+import shutil
+import statistics
+import sys
+import threading
+import time
+
+from selenium import webdriver
+
+from hemline.cli.view import Arguments, shelf_of
+from hemline.view import Page, stage
+
+SECONDS = 8.0
+CLICKS = 12
+FLAGS = ("--headless", "--no-sandbox", "--no-first-run", "--window-size=1366,900", "--disable-background-networking")
+COUNT = """
+window.uploads = [];
+for (const name of ['bufferSubData', 'bufferData']) {
+  const plain = WebGL2RenderingContext.prototype[name];
+  WebGL2RenderingContext.prototype[name] = function (...given) {
+    const data = given[1]?.length === undefined ? given[2] : given[1];
+    if (data?.length === window.sought) window.uploads.push([performance.now(), data[0], data[1], data[2]]);
+    return plain.apply(this, given);
+  };
+}
+"""
+RENDERER = """
+const gl = document.createElement('canvas').getContext('webgl2');
+return gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info').UNMASKED_RENDERER_WEBGL)
+"""
+
+
+def measured(model: str) -> dict:
+    """Pictures a second, gaps between them [ms], latency of a click [ms]."""
+    stage.KEPT = 2  # each frame is made; on a page that one looks at, the second round comes out of memory
+    options = webdriver.ChromeOptions()
+    options.binary_location = shutil.which("chromium") or ""
+    for flag in FLAGS:
+        options.add_argument(flag)
+    with Page(shelf_of(Arguments(models=(model,), motion=("run",)))) as page:
+        threading.Thread(target=page.serve_forever, daemon=True).start()
+        driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
+        try:
+            vertices = 3 * len(page.stage.source.garment.vertices)
+            source = f"window.sought = {vertices};{COUNT}"
+            driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": source})
+            driver.get(page.url)
+            _until(driver, "return window.uploads.length > 4")
+            time.sleep(4)  # its scale of resolution settles
+            driver.execute_script("window.uploads = []")
+            time.sleep(SECONDS)
+            rows = _pictures(driver)
+            gaps = [after - before for before, after in zip(rows, rows[1:], strict=False)]
+            return {
+                "model": model,
+                "renderer": driver.execute_script(RENDERER),
+                "made_ms": round(sum(page.stage.frame.milliseconds.values()), 1),
+                "pictures_a_second": round(len(rows) / SECONDS, 1),
+                "gap_median_ms": round(statistics.median(gaps)),
+                "gap_p95_ms": round(sorted(gaps)[int(0.95 * len(gaps))]),
+                "click_ms": _latency(driver),
+            }
+        finally:
+            driver.quit()
+
+
+def _latency(driver) -> dict[str, int]:
+    """From a click on Play to the first frame that moved, the page at rest before."""
+    found = []
+    for _ in range(CLICKS):
+        _click(driver, "Pause")
+        time.sleep(1.0)
+        _click(driver, "Play")
+        _until(driver, "return window.uploads.length")
+        found.append(driver.execute_script("return window.uploads[0][0] - window.clicked"))
+    return {"median": round(statistics.median(found)), "worst": round(max(found))}
+
+
+def _click(driver, words: str) -> None:
+    button = f"[...document.querySelectorAll('button')].find(each => each.innerText.trim() === '{words}')"
+    _until(driver, f"return {button} !== undefined")
+    driver.execute_script(f"window.uploads = []; window.clicked = performance.now(); {button}.click()")
+
+
+def _pictures(driver) -> list[float]:
+    """Times of uploads of different vertices; normals have as many numbers, and lie between -1 and 1 with length 1."""
+    seen, times = set(), []
+    for moment, *first in driver.execute_script("return window.uploads"):
+        if abs(sum(part * part for part in first) - 1) > 1e-3 and tuple(first) not in seen:
+            seen.add(tuple(first))
+            times.append(moment)
+    return times
+
+
+def _until(driver, script: str) -> None:
+    ends = time.monotonic() + 60
+    while not driver.execute_script(script):
+        if time.monotonic() > ends:
+            raise TimeoutError(script)
+        time.sleep(0.02)
+
+
+if __name__ == "__main__":
+    print(json.dumps(measured(sys.argv[1] if len(sys.argv) > 1 else "cape"), indent=1))
