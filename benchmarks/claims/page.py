@@ -19,7 +19,7 @@ from hemline.cli.view import Arguments, shelf_of
 from hemline.view import Page, stage
 
 SECONDS = 8.0
-CLICKS = 12
+CLICKS = 6
 FLAGS = ("--headless", "--no-sandbox", "--no-first-run", "--window-size=1366,900", "--disable-background-networking")
 COUNT = """
 window.uploads = [];

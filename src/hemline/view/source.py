@@ -1,6 +1,6 @@
 """Where frames come from: a player that steps an animator, or a take that was simulated."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -15,6 +15,9 @@ from hemline.motions import Motion, Pose
 from hemline.playback import Frame, Player
 
 from .wind import blown
+
+NOT_PROJECTED = ProjectionReport(0, float("nan"), np.zeros(0, np.int32), np.zeros((0, 3), np.float32), None, False)
+"""Of frames that come from the simulation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +133,6 @@ class Simulated:
     garment: Garment
     body: ShapedBody
     """At the take's betas."""
-    _report: ProjectionReport = field(
-        default_factory=lambda: ProjectionReport(0, float("nan"), np.zeros(0, np.int32), None, False), repr=False
-    )
 
     @property
     def motion(self) -> Motion:
@@ -142,7 +142,7 @@ class Simulated:
     def first(self, index: int, pose: Pose) -> Kept:
         """A frame of the take."""
         cloth = self.take.vertices[index]
-        return Kept(None, Frame(cloth, cloth, cloth, self.body.posed(self.motion[index]), self._report, {}))
+        return Kept(None, Frame(cloth, cloth, cloth, self.body.posed(self.motion[index]), NOT_PROJECTED, {}))
 
     def after(self, kept: Kept, index: int, pose: Pose) -> Kept:
         """A frame of the take."""

@@ -38,7 +38,7 @@ class Stage:
 
     def __init__(self, source: Source):
         self.source = source
-        self.shift, self.hand = Shift(), Shift()
+        self.shift = self.hand = Shift()
         self.index = self.goal = 0
         self._kept: dict[int, Kept] = {}
         self._begin(0)
