@@ -6,7 +6,6 @@ import io
 import socket
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Self
@@ -18,6 +17,7 @@ from hemline.errors import BadInput, HemlineError, MissingExtra
 from .bands import STRETCH
 from .downloads import clip_of, file_of
 from .measures import Judged, judged, worst_frames
+from .pace import Pace
 from .panel import NONE_YET, Panel
 from .scene import PAINTS, Look, Scene
 from .shelf import Choice, Shelf
@@ -33,8 +33,8 @@ SWINGS = 2.0
 """So long a garment swings out after the body was dragged in a pause [s]."""
 QUIET = 0.5
 """So long after a hand was on the slider of frames the program leaves it alone [s]."""
-IDLE, LATE = 0.1, 0.1
-"""How long it waits for wishes where nothing moves; how much time that was lost is made up for [s]."""
+IDLE, SOON, LATE = 0.1, 0.004, 0.1
+"""How long it waits for wishes where nothing moves, and for a browser; how much lost time is made up for [s]."""
 LOOKS = tuple(Look.__dataclass_fields__)
 
 
@@ -71,9 +71,9 @@ class Page:
         self._held: tuple[np.ndarray, Shift] | None = None
         self._judged: list[Judged] | None = None
         self._swings_until = self._slid = self._said = 0.0
-        self._drawn: deque[float] = deque(maxlen=90)
         with contextlib.redirect_stdout(io.StringIO()):
             self._server = viser.ViserServer(HOST, port, label="hemline", verbose=False)
+        self.pace, self._stale = Pace(self._server), True
         if self._server.get_port() != port:
             self.close()
             raise _taken(port, "another program took it")
@@ -81,9 +81,7 @@ class Page:
         self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
         self.scene = Scene(self._server)
         self.panel = Panel(self._server, shelf, self.choice, self.wishes.put)
-        self.scene.handle.on_update(lambda event: event.client and self.wishes.put("hand", _place(event.target)))
-        self.scene.handle.on_drag_start(lambda _: self.wishes.put("grip", True))
-        self.scene.handle.on_drag_end(lambda _: self.wishes.put("grip", False))
+        self.scene.handle.on_update(self._dragged)
         self._renew()
 
     def __enter__(self) -> Self:
@@ -96,7 +94,8 @@ class Page:
         """Play and draw, until `close` is called from another thread or this one is interrupted."""
         due = time.perf_counter()
         while not self._ended.is_set():
-            wishes = self.wishes.taken(max(due - time.perf_counter(), 0.0) if self._busy else IDLE)
+            wait = max(due - time.perf_counter(), 0.0) if self._busy else IDLE
+            wishes = self.wishes.taken(min(wait, SOON) if self._stale else wait)
             with self._turn:
                 if self._ended.is_set():
                     return
@@ -105,11 +104,14 @@ class Page:
                 if self._busy and (time.perf_counter() >= due or not self.stage.arrived):
                     due = max(due + 1 / (self.stage.fps * self.speed), time.perf_counter() - LATE)
                     self._try(self._on)
+                if self._stale and self.pace.clear:
+                    self._draw()
                 self._say()
 
     def close(self) -> None:
         """End, from any thread; a browser that still looks keeps the last picture."""
         self._ended.set()
+        self.pace.end()
         with self._turn, contextlib.redirect_stdout(io.StringIO()):
             self._server.stop()
 
@@ -134,13 +136,14 @@ class Page:
             stage.move()
         elif self._swinging:
             stage.hold()
-        self._draw()
+        self._stale = True
 
     def _draw(self) -> None:
+        self._stale = False
         with self._server.atomic():
             self.scene.draw(self.stage, self.look)
         self._server.flush()
-        self._drawn.append(time.perf_counter())
+        self.pace.sent()
 
     def _try(self, do: Callable[[], None]) -> None:
         """What cannot be done is said; what was shown stays."""
@@ -153,6 +156,11 @@ class Page:
             self.report(self.trouble)
             self._say(now=True)
 
+    def _dragged(self, event: Any) -> None:
+        if event.client is not None:
+            moves = event.phase == "update"
+            self.wishes.put(*(("hand", _place(event.target)) if moves else ("grip", event.phase == "start")))
+
     def _fulfil(self, name: str, value: Any) -> None:
         if name in LOOKS:
             self.look = replace(self.look, **{name: value})
@@ -160,7 +168,7 @@ class Page:
         else:
             self.trouble = ""
             getattr(self, f"_wish_{name}")(value)
-        self._draw()
+        self._stale = True
         self._say(now=True)
 
     def _wish_toggle(self, _: None) -> None:
@@ -239,7 +247,7 @@ class Page:
         self.panel.frame.max, self.panel.frame.value = self.stage.count - 1, 0
         self.panel.worst.options = (NONE_YET,)
         self._legend()
-        self._draw()
+        self._stale = True
         self._say(now=True)
 
     def _judge(self) -> None:
@@ -271,12 +279,13 @@ class Page:
         panel.play.label = "Pause" if self.playing else "Play"
         if moment - self._slid > QUIET:
             panel.frame.value = stage.index
-        recent = [each for each in self._drawn if moment - each < 1.0]
+        pictures, late = self.pace.figures()
         spans = stage.frame.milliseconds
         total = f"{sum(spans.values()):.1f} ms" if spans else "simulated"
         panel.said.content = self.trouble or (
             f"**{self.choice.model}**, {len(stage.frame.vertices):,} vertices  \n"
-            f"frame {stage.index} of {stage.count - 1}, made in {total}; {len(recent)} a second are sent"
+            f"frame {stage.index} of {stage.count - 1}, made in {total}  \n"
+            f"the browser shows {pictures} a second, {late:.0f} ms after they are sent"
         )
         rows = "".join(f"| {name} | {ms:.2f} |\n" for name, ms in spans.items())
         panel.times.content, panel.times.visible = f"| stage | ms |\n|---|---|\n{rows}", bool(spans)
