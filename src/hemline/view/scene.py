@@ -152,14 +152,13 @@ class Scene:
 
     def _bones(self, stage: Stage, cloth: Vertices, visible: bool) -> None:
         source = stage.source
-        visible = visible and isinstance(source, Played) and isinstance(source.player.animator, AnimatorRopes)
-        if not visible or not isinstance(source, Played):
+        animator = source.player.animator if visible and isinstance(source, Played) else None
+        if not isinstance(animator, AnimatorRopes):
             if "bones" in self._meshes:
                 self._meshes.pop("bones").remove()
                 self._meshes["cloth"].opacity = None
             return
-        self._meshes["cloth"].opacity = THIN
-        ropes = source.player.animator.ropes
+        self._meshes["cloth"].opacity, ropes = THIN, animator.ropes
         nodes, below = ropes.embedded(cloth), np.flatnonzero(ropes.parents >= 0)
         lines = np.stack([nodes[ropes.parents[below]], nodes[below]], axis=1).astype(np.float32)
         if "bones" in self._meshes and self._meshes["bones"].points.shape == lines.shape:

@@ -170,9 +170,8 @@ class Stage:
         self._forget()
 
     def _begin(self, index: int) -> None:
-        self._kept.clear()
-        self._keep(index, self.source.first(index, self._pose(index)))
-        self.goal = index
+        self._kept = {index: self.source.first(index, self._pose(index))}
+        self.index = self.goal = index
 
     def _keep(self, index: int, kept: Kept) -> None:
         self._kept[index] = kept
