@@ -242,6 +242,7 @@ class Page:
         """What depends on model and clip."""
         source = self.stage.source
         fixed = not isinstance(source, Played) or source.take is not None
+        self.scene.look_from(self.stage)
         self.panel.of_body(None if fixed else source.body)
         self.panel.windy(self.shelf.windy(self.choice))
         self.panel.frame.max, self.panel.frame.value = self.stage.count - 1, 0
@@ -285,7 +286,7 @@ class Page:
         panel.said.content = self.trouble or (
             f"**{self.choice.model}**, {len(stage.frame.vertices):,} vertices  \n"
             f"frame {stage.index} of {stage.count - 1}, made in {total}  \n"
-            f"the browser shows {pictures} a second, {late:.0f} ms after they are sent"
+            + (f"the browser shows {pictures} a second, {late:.0f} ms after they are sent" if pictures else "paused")
         )
         rows = "".join(f"| {name} | {ms:.2f} |\n" for name, ms in spans.items())
         panel.times.content, panel.times.visible = f"| stage | ms |\n|---|---|\n{rows}", bool(spans)

@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline.animators.ropes import AnimatorRopes
 from hemline.arrays import Vertices
-from hemline.pictures import BODY, CLOTH, TRUTH
+from hemline.pictures import BODY, CLOTH, TRUTH, clearest_view, view_axes
 
 from .bands import COLOURS, ERROR, STRETCH, Scale, split
 from .measures import SHOWN, cloth_of, errors, marked, stretches
@@ -17,13 +17,15 @@ from .stage import Stage
 PLAIN, BODIES = "one colour", ("solid", "see-through", "hidden")
 PAINTS: dict[str, Scale | None] = {PLAIN: None, "stretch": STRETCH, "error to the simulation": ERROR}
 """What colours the garment."""
-BESIDE = np.array([1.3, 0.0, 0.0])
+BESIDE = np.array([-1.2, 0.0, 0.0])
 """Where the truth stands [m]."""
 THIN = 0.35
 """Opacity of what is seen through."""
 RED, BONE = (255, 0, 0), (30, 30, 40)
 POINT, LINE = 0.012, 3.0
 """Size of the red marks [m], width of the bones [pixels]."""
+AWAY, ASIDE = 3.9, 0.4
+"""How far the camera is, and how far right of the body it looks [m]."""
 FLOOR, TILES = (205, 205, 205), 10
 """Its colour; so many tiles of one metre lie on each side of the middle."""
 HANDLE = 0.35
@@ -58,10 +60,10 @@ class Scene:
         self._api.configure_environment_map(None)
         self._api.configure_default_lights(cast_shadow=False)
         self._api.add_light_ambient("/sky", color=(255, 255, 255), intensity=1.0)
-        server.initial_camera.position, server.initial_camera.look_at = (1.9, 1.5, 3.4), (0.35, 0.9, -0.15)
-        server.initial_camera.fov = 0.6
+        self._camera = server.initial_camera
+        self._camera.fov = 0.6
         self.world = self._api.add_frame("/world", show_axes=False)
-        self._api.add_line_segments("/world/floor", floor(), FLOOR, thickness=1.0)
+        self._api.add_line_segments("/world/floor", floor(), FLOOR, thickness=1.0, thickness_units="screen")
         self.handle = self._api.add_transform_controls(
             "/world/handle", scale=HANDLE, disable_sliders=True, depth_test=False, visible=False
         )
@@ -69,6 +71,14 @@ class Scene:
         """Whether a hand holds the handle."""
         self._meshes: dict[str, Any] = {}
         self._made_of: Any = None
+
+    def look_from(self, stage: Stage) -> None:
+        """Put the camera where most of the garment is seen, the body left of the panel; of pages opened from now on."""
+        frame, garment = stage.frame, stage.source.garment
+        body = frame.body.vertices, frame.body.faces
+        right, _, back = view_axes(clearest_view([([(frame.vertices, garment.faces)], [body])]))
+        middle = np.array([0.0, 0.9, 0.0]) + ASIDE * right
+        self._camera.look_at, self._camera.position = middle, middle + AWAY * back
 
     def draw(self, stage: Stage, look: Look) -> None:
         """Show the frame that a stage is at."""
@@ -164,7 +174,9 @@ class Scene:
         if "bones" in self._meshes and self._meshes["bones"].points.shape == lines.shape:
             self._meshes["bones"].points = lines
         else:
-            self._meshes["bones"] = self._api.add_line_segments("/world/bones", lines, BONE, thickness=LINE)
+            self._meshes["bones"] = self._api.add_line_segments(
+                "/world/bones", lines, BONE, thickness=LINE, thickness_units="screen"
+            )
 
 
 def floor() -> np.ndarray:
