@@ -119,6 +119,19 @@ def test_what_cannot_be_done_is_said_and_what_was_shown_stays(tmp_path):
         assert page.trouble == "" and page.stage.truth is not None
 
 
+def test_the_body_is_dragged_by_the_handle_in_a_pause_and_put_back():
+    with serving(Page(shelf(), playing=False)) as page:
+        before, upright = page.stage.frame.body.joints[0].astype(np.float64), np.array([1.0, 0, 0, 0])
+        page.wishes.put("grip", True)
+        until(lambda: page.scene.held, "the handle is held")
+        page.wishes.put("hand", (before + [0.3, 0.0, 0.0], upright))
+        until(lambda: page.stage.frame.body.joints[0][0] > before[0] + 0.29, "the body follows the hand")
+        page.wishes.put("grip", False)
+        page.wishes.put("back")
+        until(lambda: page.stage.shift.still, "it is put back")
+        assert page.stage.index == 0
+
+
 def test_the_worst_frames_are_found_and_gone_to():
     with serving(Page(shelf(), playing=False)) as page:
         page.wishes.put("look")
