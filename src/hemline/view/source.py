@@ -149,7 +149,7 @@ class Simulated:
         return self.first(index, pose)
 
     def truth(self, index: int) -> Vertices | None:
-        """None: it is what is shown."""
+        """None: the take is what is shown (verts, 3) [m]."""
         return None
 
 
