@@ -4,7 +4,7 @@ import json
 import subprocess
 import sys
 
-HEAVY = ("torch", "numba", "trimesh", "pxr", "PIL", "tyro", "scipy", "rich")
+HEAVY = ("torch", "numba", "trimesh", "pxr", "PIL", "tyro", "scipy", "rich", "viser")
 
 
 def test_importing_hemline_loads_nothing_heavy_and_is_quick():

@@ -20,6 +20,7 @@ VERBS = {
     "animate": "a model on a motion, into a file for Blender, Unity, the web",
     "export": "one simulated take, into any format that animate knows",
     "evaluate": "a model on a motion: milliseconds, millimetres, vertices inside",
+    "view": "a model live on a local page: scrub, other bodies, wind, drag, colours",
     "compare": "clips side by side on a local page, blind; what people answer, and its statistics",
     "demo": "the shipped cape on a shipped run: a file, a picture, figures",
     "bench": "time the shipped models and the simulator on this machine",

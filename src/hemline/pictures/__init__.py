@@ -4,6 +4,7 @@ from .camera import VIEWS_DEG as VIEWS_DEG
 from .camera import Camera as Camera
 from .camera import frame_clip as frame_clip
 from .camera import frame_points as frame_points
+from .camera import view_axes as view_axes
 from .compare import compare as compare
 from .compare import compared as compared
 from .draw import draw as draw
@@ -40,6 +41,7 @@ __all__ = [
     "picture_of",
     "render",
     "side_by_side",
+    "view_axes",
     "write_png",
     "write_webp",
 ]

@@ -1,0 +1,107 @@
+"""The controls of the page, in plain words; each hands its wish on."""
+
+from collections.abc import Callable
+from typing import Any
+
+from hemline.bodies import ShapedBody
+
+from .measures import SHOWN
+from .scene import BODIES, PAINTS
+from .shelf import Choice, Shelf
+
+SPEEDS = ("0.1", "0.25", "0.5", "1", "2")
+NONE_YET = "not looked for yet"
+BETA, BREEZE = 3.0, 6.0
+"""Ends of the sliders of shape [1] and of wind [m/s]."""
+
+
+class Panel:
+    """Buttons, lists and sliders.
+
+    Args:
+        server: The viser server.
+        shelf: What can be chosen.
+        choice: What is chosen at the start.
+        wish: Called with the name of a wish and its value, when a hand on the page asks for something.
+    """
+
+    def __init__(self, server: Any, shelf: Shelf, choice: Choice, wish: Callable[[str, Any], None]):
+        self._gui, self._wish = server.gui, wish
+        gui = self._gui
+        self.said = gui.add_markdown("")
+        self.play = gui.add_button("Pause")
+        self.play.on_click(lambda _: wish("toggle", None))
+        self.frame = self._hand("frame", gui.add_slider("Frame", 0, 1, 1, 0))
+        self.speed = self._hand("speed", gui.add_dropdown("Speed", SPEEDS, initial_value="1"))
+        self.model = self._hand("model", gui.add_dropdown("Garment", shelf.model_names, initial_value=choice.model))
+        self.clip = self._hand("clip", gui.add_dropdown("Motion", shelf.clip_names, initial_value=choice.clip))
+        with gui.add_folder("What is shown"):
+            self._hand("shown", gui.add_dropdown("Stage", SHOWN))
+            self._hand("paint", gui.add_dropdown("Colours", tuple(PAINTS)))
+            self.legend = gui.add_html("")
+            self._hand("mark", gui.add_checkbox("Red: inside the body", False))
+            self._hand("body", gui.add_dropdown("Body", BODIES))
+            self._hand("bones", gui.add_checkbox("Bones", False, hint="Of garments that hang on ropes"))
+            self._hand("follow", gui.add_checkbox("Camera follows", True))
+        with gui.add_folder("Drag the body"):
+            self._hand(
+                "handle", gui.add_checkbox("Handle at the pelvis", False, hint="Pull its arrows, turn its rings")
+            )
+            gui.add_button("Put it back").on_click(lambda _: wish("back", None))
+        self.shape = gui.add_folder("Body shape", expand_by_default=False)
+        self.betas: list[Any] = []
+        self._breeze(gui)
+        with gui.add_folder("Worst frames", expand_by_default=False):
+            gui.add_button("Look for them").on_click(lambda _: wish("look", None))
+            self.worst = self._hand("worst", gui.add_dropdown("Go to", (NONE_YET,)))
+        with gui.add_folder("Download", expand_by_default=False):
+            gui.add_markdown("The frames that were played since the last change, at most 300.")
+            for ending, words in (("glb", "GLB, for Blender and engines"), ("webp", "WebP, to look at")):
+                gui.add_button(words).on_click(lambda event, ending=ending: wish("save", (ending, event.client)))
+        self.times = gui.add_markdown("", visible=False)
+
+    def of_body(self, body: ShapedBody | None) -> None:
+        """Sliders for the shape of a body; none where it keeps its own.
+
+        Args:
+            body: Who wears the garment.
+        """
+        for slider in self.betas:
+            slider.remove()
+        self.betas = []
+        self.shape.visible = body is not None
+        if body is None:
+            return
+        with self.shape:
+            for number, value in enumerate(body.betas.tolist()):
+                start = min(max(round(value, 1), -BETA), BETA)
+                slider = self._gui.add_slider(f"Shape {number + 1}", -BETA, BETA, 0.1, start)
+                slider.on_update(self._shaped)
+                self.betas.append(slider)
+
+    def windy(self, windy: bool) -> None:
+        """Whether there are sliders for wind."""
+        self.wind.visible = windy
+
+    def _breeze(self, gui: Any) -> None:
+        self.wind = gui.add_folder("Wind", expand_by_default=False)
+        with self.wind:
+            self.breeze = [
+                gui.add_slider(words, -BREEZE, BREEZE, 0.5, 0.0) for words in ("To its left, m/s", "Forward, m/s")
+            ]
+        for slider in self.breeze:
+            slider.on_update(self._blown)
+
+    def _hand(self, name: str, control: Any) -> Any:
+        """A control whose value is a wish where a hand, not the program, set it."""
+        control.on_update(lambda event: event.client is not None and self._wish(name, event.target.value))
+        return control
+
+    def _shaped(self, event: Any) -> None:
+        if event.client is not None:
+            self._wish("betas", tuple(float(slider.value) for slider in self.betas))
+
+    def _blown(self, event: Any) -> None:
+        if event.client is not None:
+            left, forward = (float(slider.value) for slider in self.breeze)
+            self._wish("wind", (left, 0.0, forward))

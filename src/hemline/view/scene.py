@@ -1,0 +1,187 @@
+"""The meshes of the page: body, garment, truth beside it, marks; one node holds all, by which the camera follows."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hemline.animators.ropes import AnimatorRopes
+from hemline.arrays import Vertices
+from hemline.pictures import BODY, CLOTH, TRUTH, clearest_view, view_axes
+
+from .bands import COLOURS, ERROR, STRETCH, Scale, split
+from .measures import SHOWN, cloth_of, errors, marked, stretches
+from .source import Played
+from .stage import Stage
+
+PLAIN, BODIES = "one colour", ("solid", "see-through", "hidden")
+PAINTS: dict[str, Scale | None] = {PLAIN: None, "stretch": STRETCH, "error to the simulation": ERROR}
+"""What colours the garment."""
+BESIDE = np.array([-1.2, 0.0, 0.0])
+"""Where the truth stands [m]."""
+THIN = 0.35
+"""Opacity of what is seen through."""
+RED, BONE = (255, 0, 0), (30, 30, 40)
+POINT, LINE = 0.012, 3.0
+"""Size of the red marks [m], width of the bones [pixels]."""
+AWAY, ASIDE = 3.9, 0.4
+"""How far the camera is, and how far right of the body it looks [m]."""
+FLOOR, TILES = (205, 205, 205), 10
+"""Its colour; so many tiles of one metre lie on each side of the middle."""
+HANDLE = 0.35
+"""Size of the handle at the pelvis [m]."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a frame is shown."""
+
+    shown: str = SHOWN[0]
+    paint: str = PLAIN
+    mark: bool = False
+    """Whether vertices inside the body are red."""
+    body: str = BODIES[0]
+    follow: bool = True
+    """Whether the camera goes with the body."""
+    bones: bool = False
+    handle: bool = False
+
+
+class Scene:
+    """What of a stage is drawn on the page.
+
+    Args:
+        server: The viser server.
+    """
+
+    def __init__(self, server: Any):
+        self._api = server.scene
+        self._api.set_up_direction("+y")
+        self._api.configure_environment_map(None)
+        self._api.configure_default_lights(cast_shadow=False)
+        self._api.add_light_ambient("/sky", color=(255, 255, 255), intensity=1.0)
+        self._camera = server.initial_camera
+        self._camera.fov = 0.6
+        self.world = self._api.add_frame("/world", show_axes=False)
+        self._api.add_line_segments("/world/floor", floor(), FLOOR, thickness=1.0, thickness_units="screen")
+        self.handle = self._api.add_transform_controls(
+            "/world/handle", scale=HANDLE, disable_sliders=True, depth_test=False, visible=False
+        )
+        self.held = False
+        """Whether a hand holds the handle."""
+        self._meshes: dict[str, Any] = {}
+        self._made_of: Any = None
+
+    def look_from(self, stage: Stage) -> None:
+        """Put the camera where most of the garment is seen, the body left of the panel; of pages opened from now on."""
+        frame, garment = stage.frame, stage.source.garment
+        body = frame.body.vertices, frame.body.faces
+        right, _, back = view_axes(clearest_view([([(frame.vertices, garment.faces)], [body])]))
+        middle = np.array([0.0, 0.9, 0.0]) + ASIDE * right
+        self._camera.look_at, self._camera.position = middle, middle + AWAY * back
+
+    def draw(self, stage: Stage, look: Look) -> None:
+        """Show the frame that a stage is at."""
+        self._ready(stage)
+        frame, garment = stage.frame, stage.source.garment
+        cloth, truth = cloth_of(frame, look.shown), stage.truth
+        scale = PAINTS[look.paint]
+        values = None
+        if scale is STRETCH:
+            values = stretches(cloth, garment)
+        elif scale is ERROR and truth is not None:
+            values = errors(cloth, truth, garment)
+        self._show("body", frame.body.vertices, look.body != "hidden")
+        self._meshes["body"].opacity = THIN if look.body == "see-through" or look.mark else None
+        self._show("cloth", cloth, values is None)
+        parts = (
+            [None] * len(COLOURS)
+            if values is None or scale is None
+            else split(cloth, garment.faces, scale.bands(values))
+        )
+        for number, part in enumerate(parts):
+            mesh = self._meshes[f"band{number}"]
+            if part is not None:
+                mesh.vertices, mesh.faces = part
+            mesh.visible = part is not None
+        self._show("truth", truth, truth is not None)
+        self._show("truth body", frame.body.vertices, truth is not None and look.body != "hidden")
+        inside = cloth[marked(cloth, frame)] if look.mark else cloth[:0]
+        self._points(inside)
+        self._bones(stage, cloth, look.bones)
+        pelvis = frame.body.joints[0].astype(np.float64)
+        self.handle.visible = look.handle
+        if not self.held:  # a hand that drags it holds on to the ground
+            self.handle.position, self.handle.wxyz = pelvis, (1.0, 0.0, 0.0, 0.0)
+            self.world.position = (-pelvis[0], 0.0, -pelvis[2]) if look.follow else (0.0, 0.0, 0.0)
+
+    def _ready(self, stage: Stage) -> None:
+        """Make meshes anew where garment or body have other triangles."""
+        garment, body = stage.source.garment, stage.source.body.body
+        if self._made_of == (garment.hash, body.name):
+            return
+        for mesh in self._meshes.values():
+            mesh.remove()
+        self._made_of, skin, cloth = (garment.hash, body.name), stage.frame.body.vertices, stage.frame.vertices
+        self._meshes = {
+            "body": self._mesh("body", skin, body.faces, BODY),
+            "cloth": self._mesh("cloth", cloth, garment.faces, CLOTH, side="double"),
+            "truth": self._mesh("truth", cloth, garment.faces, TRUTH, side="double", position=BESIDE),
+            "truth body": self._mesh("truth-body", skin, body.faces, BODY, position=BESIDE),
+        }
+        for number, colour in enumerate(COLOURS):
+            name = f"band{number}"
+            self._meshes[name] = self._mesh(
+                name, cloth[:3], np.array([[0, 1, 2]]), np.divide(colour, 255), side="double", flat_shading=True
+            )
+
+    def _mesh(self, name: str, vertices: np.ndarray, faces: np.ndarray, colour: Any, **how: Any) -> Any:
+        rgb = tuple(round(255 * float(part)) for part in colour)
+        return self._api.add_mesh_simple(
+            f"/world/{name}", vertices, faces, color=rgb, cast_shadow=False, receive_shadow=False, **how
+        )
+
+    def _show(self, name: str, vertices: Vertices | None, visible: bool) -> None:
+        mesh = self._meshes[name]
+        if visible and vertices is not None:
+            mesh.vertices = vertices
+        mesh.visible = visible
+
+    def _points(self, points: np.ndarray) -> None:
+        if "inside" in self._meshes:
+            self._meshes.pop("inside").remove()
+        if len(points):
+            self._meshes["inside"] = self._api.add_point_cloud(
+                "/world/inside",
+                points.astype(np.float32),
+                RED,
+                point_size=POINT,
+                point_shape="circle",
+                precision="float32",
+            )
+
+    def _bones(self, stage: Stage, cloth: Vertices, visible: bool) -> None:
+        source = stage.source
+        animator = source.player.animator if visible and isinstance(source, Played) else None
+        if not isinstance(animator, AnimatorRopes):
+            if "bones" in self._meshes:
+                self._meshes.pop("bones").remove()
+                self._meshes["cloth"].opacity = None
+            return
+        self._meshes["cloth"].opacity, ropes = THIN, animator.ropes
+        nodes, below = ropes.embedded(cloth), np.flatnonzero(ropes.parents >= 0)
+        lines = np.stack([nodes[ropes.parents[below]], nodes[below]], axis=1).astype(np.float32)
+        if "bones" in self._meshes and self._meshes["bones"].points.shape == lines.shape:
+            self._meshes["bones"].points = lines
+        else:
+            self._meshes["bones"] = self._api.add_line_segments(
+                "/world/bones", lines, BONE, thickness=LINE, thickness_units="screen"
+            )
+
+
+def floor() -> np.ndarray:
+    """Lines of the ground, (lines, 2, 3) float32 [m]: much cheaper to draw than a grid that the screen computes."""
+    across = np.arange(-TILES, TILES + 1, dtype=np.float32)
+    ends = np.zeros((len(across), 2, 3), np.float32)
+    ends[:, :, 0], ends[:, 0, 2], ends[:, 1, 2] = across[:, None], -TILES, TILES
+    return np.concatenate([ends, ends[:, :, ::-1]])

@@ -1,0 +1,139 @@
+"""Colours, marks, the list of the worst frames, files."""
+
+import numpy as np
+import pytest
+from view_samples import clip, shelf, shirt, stage, take
+
+from hemline.collide import inside
+from hemline.errors import BadInput
+from hemline.view import Choice, Played, Shelf, Simulated
+from hemline.view.bands import COLOURS, ERROR, STRETCH, split
+from hemline.view.downloads import clip_of, file_of
+from hemline.view.measures import (
+    SHOWN,
+    Judged,
+    cloth_of,
+    errors,
+    judged,
+    marked,
+    stretches,
+    worst_frames,
+)
+from hemline.view.shelf import NO_MODEL
+from hemline.view.wishes import Wishes
+
+
+def test_bands_are_the_mesh_taken_apart():
+    garment = shirt().garment
+    rng = np.random.default_rng(0)
+    bands = rng.integers(0, len(COLOURS), len(garment.faces))
+    parts = split(garment.vertices, garment.faces, bands)
+    for band, part in enumerate(parts):
+        assert part is not None
+        vertices, faces = part
+        assert np.array_equal(vertices[faces], garment.vertices[garment.faces[bands == band]])
+    assert split(garment.vertices, garment.faces, np.zeros(len(garment.faces), int))[1:] == [None] * 4
+
+
+def test_bands_begin_where_the_legend_says():
+    assert STRETCH.bands(np.array([0.0, 4.9, 5.0, 19.9, 30.0, 99.0])).tolist() == [0, 0, 1, 2, 4, 4]
+    assert [words for _, words in ERROR.legend] == [
+        "below 5 mm",
+        "5 to 10 mm",
+        "10 to 20 mm",
+        "20 to 50 mm",
+        "above 50 mm",
+    ]
+
+
+def test_stretch_and_error_of_a_garment_that_was_scaled_and_moved():
+    garment = shirt().garment
+    wide = stretches(1.5 * garment.vertices, garment)
+    assert (
+        np.allclose(1 + wide / 100, 1.5 * (1 + stretches(garment.vertices, garment) / 100), atol=0.02)
+        or (wide >= stretches(garment.vertices, garment)).all()
+    )
+    moved = garment.vertices + np.float32([0, 0.003, 0.004])
+    assert np.allclose(errors(moved, garment.vertices, garment), 5.0, atol=1e-3)
+
+
+def test_without_the_projection_one_sees_what_the_animator_made():
+    frame = stage().frame
+    assert cloth_of(frame, "finished") is frame.vertices
+    assert cloth_of(frame, "before the projection") is frame.held
+    assert cloth_of(frame, "the animator's own") is frame.animated
+    assert len(SHOWN) == 3
+
+
+def test_what_is_red_is_inside():
+    frame = stage().frame
+    held = marked(frame.animated, frame)
+    assert np.array_equal(held, inside(frame.body.vertices, frame.body.faces, frame.animated))
+    after = marked(frame.vertices, frame)
+    after[frame.report.pinched] = False
+    assert not after.any()
+    found = judged(0, frame, shirt().garment)
+    assert found.inside == np.count_nonzero(marked(frame.held, frame)) and found.stretch > 0
+
+
+def test_the_worst_frames_come_first():
+    rows = worst_frames([Judged(0, 3.0, 0), Judged(1, 41.0, 7), Judged(2, 8.0, 0)])
+    assert [index for index, _ in rows] == [1, 2, 0, 1]
+    assert rows[0][1] == "frame 1: an edge 41 % too long" and rows[-1][1] == "frame 1: 7 inside before the projection"
+
+
+def test_what_is_downloaded_is_what_was_played():
+    shown = stage()
+    shown.go(2)
+    shown.arrive()
+    gathered = clip_of(shown)
+    assert gathered.frame_count == 3 and np.array_equal(gathered.vertices[2], shown.frame.vertices)
+    assert file_of(gathered, "glb")[:4] == b"glTF"
+
+
+def test_a_shelf_lists_models_clips_and_takes(tmp_path):
+    shown = shelf(tmp_path / "takes")
+    assert shown.model_names == ("shirt", NO_MODEL)
+    assert shown.clip_names == ("take: takes/walk", "walk", "turn")
+    assert isinstance(shown.source(shown.first()), Simulated)
+    played = shown.source(Choice("shirt", "take: takes/walk"))
+    assert isinstance(played, Played) and np.array_equal(played.truth(1), take().vertices[1])
+    assert shelf().first() == Choice("shirt", "walk")
+    assert not shown.windy(shown.first())
+
+
+REFUSED = {
+    "model": (Choice("trousers", "walk"), "there is no model of that name; got 'trousers'; choose one of shirt"),
+    "clip": (Choice("shirt", "swim"), "there is no clip of that name; got 'swim'; choose one of"),
+    "no model": (Choice(NO_MODEL, "walk"), "a clip alone moves no garment; got 'walk'"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_not_on_the_shelf_is_refused(name, tmp_path):
+    choice, said = REFUSED[name]
+    with pytest.raises(BadInput, match=said):
+        shelf(tmp_path / "takes").source(choice)
+
+
+def test_a_take_of_another_garment_is_refused(tmp_path):
+    from hemline import animators
+
+    whole = shelf(tmp_path / "takes")
+    other = Shelf({"cape": lambda: animators.load("cape")}, {"walk": clip}, whole.datasets)
+    with pytest.raises(BadInput, match="model 'cape' wears another garment than this take"):
+        other.source(Choice("cape", other.clip_names[0]))
+
+
+def test_an_empty_shelf_is_refused():
+    with pytest.raises(BadInput, match="there is nothing to play"):
+        Shelf({}, {"walk": clip})
+
+
+def test_of_many_wishes_of_a_name_the_last_counts_in_its_place():
+    wishes = Wishes()
+    wishes.put("frame", 1)
+    wishes.put("play")
+    wishes.put("frame", 2)
+    assert list(wishes.taken().items()) == [("play", None), ("frame", 2)]
+    assert wishes.taken() == {}

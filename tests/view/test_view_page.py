@@ -1,0 +1,190 @@
+"""The page in a real browser: it shows the garment, plays, stops, takes what hands ask for; and how it ends."""
+
+import io
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from view_samples import serving, shelf
+
+viser = pytest.importorskip("viser", reason="viser is not installed: pip install 'hemline[view]'")
+sys.path.insert(0, str(Path(__file__).parents[1] / "study"))
+from browser import browsing  # noqa: E402
+
+from hemline.cli import main  # noqa: E402
+from hemline.errors import BadInput, MissingExtra  # noqa: E402
+from hemline.view import Page  # noqa: E402
+from hemline.view import page as page_module  # noqa: E402
+
+DEADLINE = 90.0
+
+
+def until(what: Callable[[], object], why: str):
+    """Wait for something to be true; its value."""
+    ends = time.monotonic() + DEADLINE
+    while not (found := what()):
+        assert time.monotonic() < ends, why
+        time.sleep(0.05)
+    return found
+
+
+class Seen:
+    """The page as somebody sees it."""
+
+    def __init__(self, driver):
+        self.driver = driver
+
+    def picture(self) -> np.ndarray:
+        """What lies left of the panel, (height, width, 3)."""
+        picture = Image.open(io.BytesIO(self.driver.get_screenshot_as_png())).convert("RGB")
+        return np.asarray(picture)[:, : int(0.65 * picture.width)].astype(int)
+
+    def red(self) -> np.ndarray:
+        """Where the shirt is."""
+        red, green, blue = np.moveaxis(self.picture(), -1, 0)
+        return (red > 90) & (red > 2 * green) & (red > 2 * blue)
+
+    def shirt(self) -> np.ndarray:
+        """The same, once there is a shirt."""
+        until(lambda: self.red().sum() > 2000, "no garment on the page")
+        return self.red()
+
+    def click(self, words: str) -> None:
+        button = f"[...document.querySelectorAll('button')].find(each => each.innerText.trim() === '{words}')"
+        until(lambda: self.driver.execute_script(f"return {button} !== undefined"), f"no button '{words}'")
+        self.driver.execute_script(f"{button}.click()")
+
+
+@pytest.fixture(scope="module")
+def driver() -> Iterator:
+    with browsing() as driver:
+        driver.set_window_size(800, 500)
+        yield driver
+
+
+@pytest.fixture
+def seen(driver) -> Iterator[Seen]:
+    yield Seen(driver)
+    driver.get("about:blank")
+
+
+def test_play_moves_the_garment_pause_stops_it_and_a_browser_may_come_back(seen):
+    with serving(Page(shelf(), playing=False)) as page:
+        seen.driver.get(page.url)
+        first = seen.shirt()
+        seen.click("Play")
+        until(lambda: page.playing and page.stage.index, "a click on Play plays")
+        until(lambda: (seen.red() != first).sum() > 200, "the garment moves")
+        seen.click("Pause")
+        until(lambda: not page.playing, "a click on Pause pauses")
+        index, frame = page.stage.index, page.stage.frame
+        seen.driver.get("about:blank")
+        until(lambda: page.pace.clear, "a browser that left is not waited for")
+        seen.driver.get(page.url)
+        seen.shirt()
+        assert page.stage.index == index and page.stage.frame is frame, "pausing keeps the frame"
+
+
+def test_what_hands_ask_for_is_seen(seen):
+    """Controls are moved on the server's side of a browser's messages; what they change is looked at in the browser."""
+    with serving(Page(shelf(), playing=False)) as page:
+        seen.driver.get(page.url)
+        thin = seen.shirt()
+        betas = (2.5, *page.stage.source.body.betas[1:].tolist())
+        page.wishes.put("betas", betas)
+        until(lambda: (seen.red() != thin).sum() > 200, "a slider changes the body and the garment on it")
+        assert page.stage.source.body.betas[0] == np.float32(2.5)
+        page.wishes.put("paint", "stretch")
+        until(lambda: seen.red().sum() < 0.5 * thin.sum(), "stretch has colours of its own")
+        assert "below 5 %" in seen.driver.find_element("tag name", "body").text
+
+
+def test_what_cannot_be_done_is_said_and_what_was_shown_stays(tmp_path):
+    said = []
+    with serving(Page(shelf(tmp_path / "takes"), playing=False, report=said.append)) as page:
+        choice, source = page.choice, page.stage.source
+        page.wishes.put("clip", "walk")
+        until(lambda: said, "a clip without a model is refused")
+        assert said == [page.trouble] and "a clip alone moves no garment" in page.trouble
+        assert page.choice == choice and page.stage.source is source
+        page.wishes.put("model", "shirt")
+        until(lambda: page.choice.model == "shirt", "the next wish is fulfilled")
+        assert page.trouble == "" and page.stage.truth is not None
+
+
+def test_the_body_is_dragged_by_the_handle_in_a_pause_and_put_back():
+    with serving(Page(shelf(), playing=False)) as page:
+        before, upright = page.stage.frame.body.joints[0].astype(np.float64), np.array([1.0, 0, 0, 0])
+        page.wishes.put("grip", True)
+        until(lambda: page.scene.held, "the handle is held")
+        page.wishes.put("hand", (before + [0.3, 0.0, 0.0], upright))
+        until(lambda: page.stage.frame.body.joints[0][0] > before[0] + 0.29, "the body follows the hand")
+        page.wishes.put("grip", False)
+        page.wishes.put("back")
+        until(lambda: page.stage.shift.still, "it is put back")
+        assert page.stage.index == 0
+
+
+def test_the_worst_frames_are_found_and_gone_to():
+    with serving(Page(shelf(), playing=False)) as page:
+        page.wishes.put("look")
+        until(lambda: len(page.panel.worst.options) > 1, "a list of frames")
+        worst = page.panel.worst.options[0]
+        index = int(worst.split()[1].rstrip(":"))
+        until(lambda: page.stage.index == index, "the worst one is shown")
+        assert worst.endswith("% too long") and page.stage.known == range(page.stage.count)
+
+
+@pytest.mark.parametrize("port, said", [(70000, "a port lies from 0 to 65535; got 70000"), (None, "got it is in use")])
+def test_a_port_that_cannot_be_had_is_refused(port, said):
+    with socket.socket() as other:
+        other.bind((page_module.HOST, 0))
+        other.listen()
+        with pytest.raises(BadInput, match=said):
+            Page(shelf(), port=other.getsockname()[1] if port is None else port)
+
+
+def test_without_viser_the_cure_is_said(monkeypatch):
+    monkeypatch.setitem(sys.modules, "viser", None)
+    with pytest.raises(MissingExtra, match=r"needs viser; it is not installed; run: pip install 'hemline\[view\]'"):
+        Page(shelf())
+
+
+REFUSED = {
+    "no such model": (["trousers"], "trousers"),
+    "no such clip": (["tshirt-light", "-m", "swim"], "no motion of that name ships; got 'swim'"),
+    "a folder without takes": (["folder"], "folder is no dataset; got no garment.safetensors in it"),
+    "no port": (["tshirt-light", "--port", "99999"], "a port lies from 0 to 65535; got 99999"),
+    "a port in words": (["tshirt-light", "--port", "x"], "--port must be a whole number; got x"),
+    "too many betas": (["tshirt-light", "--betas", *["0"] * 17], "17"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_shown_is_one_line_and_status_two(name, tmp_path, monkeypatch, capsys):
+    words, said = REFUSED[name]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    assert main(["view", *words, "--no-browser"]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.startswith("hemline: ") and err.count("\n") == 1 and said in err, err
+
+
+def test_ctrl_c_ends_it_cleanly():
+    words = ["view", "tshirt-light", "-m", "walk", "--port", "0", "--no-browser"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hemline", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("http://127.0.0.1:")
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=DEADLINE)
+    assert process.returncode == 0 and out == ""
+    assert err.splitlines() == ["Ctrl-C ends it", "ended"]
