@@ -180,8 +180,12 @@ class Scene:
 
 
 def floor() -> np.ndarray:
-    """Lines of the ground, (lines, 2, 3) float32 [m]: much cheaper to draw than a grid that the screen computes."""
-    across = np.arange(-TILES, TILES + 1, dtype=np.float32)
-    ends = np.zeros((len(across), 2, 3), np.float32)
-    ends[:, :, 0], ends[:, 0, 2], ends[:, 1, 2] = across[:, None], -TILES, TILES
+    """Lines of the ground, (lines, 2, 3) float32 [m]: much cheaper to draw than a grid that the screen computes.
+
+    Each is as long as a tile: a browser gives a long line that goes on behind the camera a wrong depth.
+    """
+    at = np.arange(-TILES, TILES + 1, dtype=np.float32)
+    ends = np.zeros((len(at), len(at) - 1, 2, 3), np.float32)
+    ends[..., 0], ends[:, :, 0, 2], ends[:, :, 1, 2] = at[:, None, None], at[:-1], at[1:]
+    ends = ends.reshape(-1, 2, 3)
     return np.concatenate([ends, ends[:, :, ::-1]])
