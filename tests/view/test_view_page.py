@@ -179,12 +179,20 @@ def test_what_cannot_be_shown_is_one_line_and_status_two(name, tmp_path, monkeyp
 
 def test_ctrl_c_ends_it_cleanly():
     words = ["view", "tshirt-light", "-m", "walk", "--port", "0", "--no-browser"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "hemline", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    assert process.stdout.readline().startswith("http://127.0.0.1:")
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=DEADLINE)
+    with subprocess.Popen(
+        [sys.executable, "-m", "hemline", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # what a shell started in the background does not hear of Ctrl-C, and hands that on
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    ) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline().startswith("http://127.0.0.1:")
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=DEADLINE)
+        finally:
+            process.kill()
     assert process.returncode == 0 and out == ""
     assert err.splitlines() == ["Ctrl-C ends it", "ended"]

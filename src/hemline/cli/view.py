@@ -44,11 +44,11 @@ def run(arguments: Arguments) -> int:
     shelf = shelf_of(arguments)
     choice = replace(shelf.first(), betas=arguments.betas)
     with Page(shelf, choice, port=arguments.port, report=lambda line: note(f"hemline: {line}")) as page:
-        print(page.url, flush=True)
-        note("Ctrl-C ends it")
-        if arguments.browser:
-            threading.Thread(target=webbrowser.open, args=(page.url,), daemon=True).start()  # some wait for its end
         try:
+            note("Ctrl-C ends it")
+            print(page.url, flush=True)
+            if arguments.browser:
+                threading.Thread(target=webbrowser.open, args=(page.url,), daemon=True).start()  # some wait for its end
             page.serve_forever()
         except KeyboardInterrupt:
             note("ended")
