@@ -94,6 +94,11 @@ def principal_of_rows(
     return coefficients.T @ rows / (sizes**2)[:, None], coefficients
 
 
+def deviations_of(coefficients: Float[np.ndarray, "rows modes"]) -> Float[np.ndarray, " modes"]:
+    """How large each coefficient is: its root mean square over the rows."""
+    return np.sqrt((coefficients**2).mean(axis=0))
+
+
 def _strips(rows: int) -> Iterator[slice]:
     for first in range(0, rows, STRIP):
         yield slice(first, min(first + STRIP, rows))

@@ -13,7 +13,7 @@ from hemline.datasets.take import take_metadata
 from hemline.errors import BadDataset
 from hemline.garments.garment import Garment
 from hemline.learning.packed_basis import pack_basis
-from hemline.learning.pca import principal_of_rows
+from hemline.learning.pca import deviations_of, principal_of_rows
 
 from .anchor_set import AnchorSet
 from .config import AgentDressConfig
@@ -117,7 +117,7 @@ def fit_anchors(
     tell("shapes", 0, 1)
     shapes = fit_shapes(anchors, distances[:count, :, :count], regions, config)
     tell("shapes", 1, 1)
-    deviations = np.concatenate([_rms(outputs), shapes.deviations])
+    deviations = np.concatenate([deviations_of(outputs), shapes.deviations])
     tables = Tables(
         indices=binding.indices,
         weights=binding.weights,
@@ -184,10 +184,6 @@ def _influence(
     scale = np.median(apart, axis=1)
     scale = np.where(scale > LEAST_APART, scale, apart.mean(axis=1))
     return influence / np.where(scale > LEAST_APART, scale, 1.0)[:, None]
-
-
-def _rms(coefficients: Float[np.ndarray, "rows modes"]) -> Float[np.ndarray, " modes"]:
-    return np.sqrt((coefficients**2).mean(axis=0))
 
 
 def _best_kernel(

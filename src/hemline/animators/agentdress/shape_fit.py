@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hemline.arrays import Float
-from hemline.learning.pca import principal_of_rows
+from hemline.learning.pca import deviations_of, principal_of_rows
 
 from .anchor_set import AnchorSet
 from .config import AgentDressConfig
@@ -77,20 +77,16 @@ def _by_kernel(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, c
         "shape_change_left_out_mm": missed_mm,
         "shape_change_mm": 1e3 * float(np.linalg.norm(changes.reshape(len(changes), -1, 3), axis=2).mean()),
     }
-    return ShapeFit(basis, _rms(outputs.reshape(len(changes), -1)), found.effects, found.width, figures)
+    return ShapeFit(basis, deviations_of(outputs.reshape(len(changes), -1)), found.effects, found.width, figures)
 
 
 def _by_anchor(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, config: AgentDressConfig) -> ShapeFit:
     """A `ShapeModel` of each anchor, as in the paper."""
     models = shape_models(anchors, config)
     basis, outputs = principal_of_rows(np.concatenate([model.effects for model in models]), config.shape_modes)
-    deviations = _rms(np.concatenate([model.at(anchors.betas) for model in models]) @ basis.T)
+    deviations = deviations_of(np.concatenate([model.at(anchors.betas) for model in models]) @ basis.T)
     effects = outputs.reshape(len(models), -1, len(basis)).transpose(1, 0, 2)[:, None]
     return ShapeFit(basis, deviations, effects, 1.0, {})
-
-
-def _rms(coefficients: Float[np.ndarray, "rows modes"]) -> Float[np.ndarray, " modes"]:
-    return np.sqrt((coefficients**2).mean(axis=0))
 
 
 _WAYS: Mapping[str, Callable[[AnchorSet, np.ndarray, np.ndarray, AgentDressConfig], ShapeFit]] = {

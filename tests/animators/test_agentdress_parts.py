@@ -1,0 +1,128 @@
+"""Laws of the parts of AgentDress, each without a fit: regions, binding, distances, weights, regressions."""
+
+import dressed_by_formula as made
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hemline.animators.agentdress.distances import anchor_weights, region_distances, turns_between
+from hemline.animators.agentdress.pose_model import fit_kernel, kernel
+from hemline.animators.agentdress.regions import region_weights
+from hemline.animators.agentdress.rest_model import corrected
+from hemline.animators.agentdress.shape_model import ShapeModel
+from hemline.motions.quaternions import from_axis_angle
+
+
+def test_regions_share_each_vertex():
+    regions = region_weights(made.binding())
+    np.testing.assert_allclose(regions.sum(axis=1), 1, atol=1e-6)
+    assert 5 <= regions.shape[1] <= 10 and (regions.mean(axis=0) >= 0.01).all()
+
+
+def test_offsets_and_posing_are_each_other_s_inverse():
+    pose = made.random_pose(55)
+    transforms, offsets = made.body().posed(pose).transforms, made.formula(pose, ())
+    there = made.binding().posed(transforms, made.base(), offsets)
+    np.testing.assert_allclose(made.binding().offsets(transforms, made.base(), there), offsets, atol=1e-9)
+
+
+def test_what_is_carried_is_what_skinning_carries_nearest():
+    """Skinned garments are found again; and with something added, no other garment is nearer."""
+    poses = [made.random_pose(number) for number in range(5)]
+    transforms = np.array([made.body().posed(pose).transforms for pose in poses], np.float64)
+    binding, random = made.binding(), np.random.default_rng(0)
+    plain = np.array([binding.posed(each, made.base()) for each in transforms])
+    np.testing.assert_allclose(binding.carried(transforms, plain), made.base(), atol=1e-9)
+    added = plain + random.normal(scale=0.01, size=plain.shape)
+    found = binding.carried(transforms, added)
+
+    def missed(rest):
+        return sum(
+            ((binding.posed(each, rest) - there) ** 2).sum() for each, there in zip(transforms, added, strict=True)
+        )
+
+    for _ in range(3):
+        way = random.normal(scale=1e-3, size=found.shape)
+        assert missed(found) < missed(found + way) and missed(found) < missed(found - way)
+
+
+def test_vertices_turn_with_their_bones_however_far():
+    """Arm turned by 150 degrees: the blended transform shrinks, the frame of a vertex stays a rotation."""
+    pose = made.turned((made.SHOULDER, (0.0, 0.0, -2.6)))
+    transforms, binding = made.body().posed(pose).transforms, made.binding()
+    found = binding.rotations(transforms)
+    np.testing.assert_allclose(
+        np.einsum("vij,vkj->vik", found, found), np.tile(np.eye(3), (len(found), 1, 1)), atol=1e-9
+    )
+    shrunk = np.linalg.svd(binding.matrices(transforms)[:, :, :3], compute_uv=False)[:, 2]
+    assert shrunk.min() < 0.6
+    # where bones differ little, the mean rotation of another library
+    bent = made.body().posed(made.turned((made.SHOULDER, (0.0, 0.3, -0.5)), (made.SPINE, (0.2, 0.0, 0.0)))).transforms
+    found = binding.rotations(bent)
+    for vertex in range(0, len(found), 40):
+        bones = Rotation.from_matrix(bent[binding.indices[vertex], :, :3].astype(np.float64))
+        mean = bones.mean(np.maximum(binding.weights[vertex], 1e-9))
+        np.testing.assert_allclose(found[vertex], mean.as_matrix(), atol=5e-3)
+
+
+def test_the_shape_model_is_a_ridge_regression_with_a_free_constant():
+    """By another route: least squares with rows for the ridge."""
+    random = np.random.default_rng(0)
+    betas, garments = random.normal(size=(17, 4)), random.normal(size=(17, 60))
+    model = ShapeModel.fitted(garments, betas, components=5, ridge=0.2)
+    left, sizes, right = np.linalg.svd(garments - garments.mean(axis=0), full_matrices=False)
+    features = np.hstack([betas, betas**2, np.ones((17, 1))])
+    penalty = np.sqrt(0.2) * np.eye(9)
+    penalty[8] = 0
+    weights = np.linalg.lstsq(
+        np.vstack([features, penalty]), np.vstack([left[:, :5] * sizes[:5], np.zeros((9, 5))]), rcond=None
+    )[0]
+    at = random.normal(size=(3, 4))
+    wanted = garments.mean(axis=0) + np.hstack([at, at**2, np.ones((3, 1))]) @ weights @ right[:5]
+    np.testing.assert_allclose(model.at(at), wanted, atol=1e-10)
+    assert model.explained == pytest.approx((sizes[:5] ** 2).sum() / (sizes**2).sum())
+    plain = ShapeModel.fitted(garments, betas, components=5, ridge=0.2, squares=False)
+    np.testing.assert_allclose(plain.at(at) + plain.at(-at), 2 * plain.at(0 * at), atol=1e-10)
+
+
+def test_what_is_left_out_is_what_a_fit_without_it_misses():
+    random = np.random.default_rng(1)
+    points, outputs = random.normal(size=(12, 3)), random.normal(size=(12, 4))
+    distances = ((points[:, None] - points) ** 2).sum(axis=2)[:, None]
+    whole = fit_kernel(distances, outputs, width=1.3, ridge=1e-2)
+    for out in (0, 5):
+        kept = np.arange(12) != out
+        part = fit_kernel(distances[np.ix_(kept, [0], kept)], outputs[kept], width=1.3, ridge=1e-2)
+        told = kernel(distances[out, 0, kept], 1.3) @ part.weights[0]
+        np.testing.assert_allclose(outputs[out] - told, whole.left_out[0, out], atol=1e-9)
+
+
+def test_weights_are_those_of_the_paper():
+    distances = np.array([[0.5, 0.1, 2.0, 0.3]])
+    weights = anchor_weights(distances, neighbours=3, power=3.0, floor=0.02)
+    plain = np.array([1 / (d + 0.02) ** 3 if d < 1 else 0.0 for d in distances[0]])
+    np.testing.assert_allclose(weights[0], plain / plain.sum(), rtol=1e-12)
+    assert anchor_weights(np.zeros((1, 2)), neighbours=5, power=3.0, floor=0.02).tolist() == [[0.5, 0.5]]
+    tiny = anchor_weights(np.array([[1e-30, 1.0]]), neighbours=2, power=200.0, floor=1e-12)
+    assert np.isfinite(tiny).all() and tiny[0, 0] == pytest.approx(1)
+
+
+def test_distances_are_sums_over_the_angles():
+    random = np.random.default_rng(2)
+    rotations = from_axis_angle(random.normal(size=(2, 24, 3)) * 0.5)
+    influence = random.uniform(size=(3, 72))
+    found = region_distances(turns_between(rotations[:1], rotations[1:]), influence)[0, :, 0]
+    way = Rotation.from_quat(rotations[1][:, [1, 2, 3, 0]]).inv() * Rotation.from_quat(rotations[0][:, [1, 2, 3, 0]])
+    np.testing.assert_allclose(found, influence @ way.as_rotvec().ravel() ** 2, rtol=1e-9)
+
+
+def test_the_correction_of_a_shape_model_is_what_it_lacks():
+    """All of it at no ridge, none of it at a large one; ridge regression solved the other way round."""
+    random = np.random.default_rng(3)
+    betas, model = random.normal(size=(9, 6)), ShapeModel(random.normal(size=12), random.normal(size=(12, 12)), 1.0)
+    lacking = random.normal(size=(6, 12))
+    garments = model.at(betas) + betas @ lacking
+    np.testing.assert_allclose(corrected(model, garments, betas, 1e-9).at(betas), garments, atol=1e-6)
+    np.testing.assert_allclose(corrected(model, garments, betas, 1e9).effects, model.effects, atol=1e-6)
+    added = corrected(model, garments, betas, 0.7).effects[:6] - model.effects[:6]
+    np.testing.assert_allclose(added, np.linalg.solve(betas.T @ betas + 0.7 * np.eye(6), betas.T @ betas @ lacking))
