@@ -19,13 +19,13 @@ import numpy as np
 from hemline import bodies
 from hemline.animators.live import Live, LiveConfig
 from hemline.animators.live.config import LEVELS
-from hemline.animators.live.embedding import Embedding
-from hemline.animators.live.proxy import proxy_of
 from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody, skin_points
 from hemline.compiled import threads
 from hemline.datasets import Take, open_dataset
 from hemline.garments import Garment
+from hemline.garments.embedding import Embedding
+from hemline.garments.proxy import ProxySize, proxy_of
 from hemline.motions import JOINT_NAMES
 
 RESULTS = Path(__file__).parents[1] / "results" / "live_claims.jsonl"
@@ -42,7 +42,7 @@ def carried_mm(garment: Garment, take: Take) -> dict[int, float]:
     """What is missed of a take that its own vertices carry, by their number [mm]."""
     found = {}
     for size in SIZES:
-        coarse, kept = proxy_of(garment, LiveConfig(fewest=size, most=size))
+        coarse, kept = proxy_of(garment, ProxySize(fewest=size, most=size))
         embedding = Embedding.of(garment, coarse, kept)
         worn = [take.vertices[frame] for frame in take.clip_frames]
         found[size] = float(

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
+from hemline.garments.proxy import ProxySize
 from hemline.options import check_options, not_negative, positive
 from hemline.sim.settings import SimSettings
 
@@ -65,6 +66,11 @@ class LiveConfig:
 
     def __post_init__(self) -> None:
         check_options(self)
+
+    @property
+    def size(self) -> ProxySize:
+        """Of the garment that is simulated."""
+        return ProxySize(self.edge, self.fewest, self.most)
 
     def level(self, vertices: int) -> Level:
         """What a frame of a garment of so many vertices is simulated with."""

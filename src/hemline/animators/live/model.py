@@ -15,11 +15,11 @@ from hemline.bodies import PosedBody, ShapedBody
 from hemline.errors import BadInput, BadModel
 from hemline.files.contents import AGAIN, array_of, entry, refused
 from hemline.garments import Garment
+from hemline.garments.embedding import Embedding
+from hemline.garments.proxy import proxy_of
 from hemline.options import options_of
 
 from .config import LiveConfig
-from .embedding import Embedding
-from .proxy import proxy_of
 from .state import LiveState
 from .worn_proxy import WornProxy
 
@@ -58,7 +58,7 @@ class AnimatorLive:
             SimulationFailed: It could not be settled.
         """
         worn = garment.dressed(body)
-        coarse, _ = proxy_of(worn, config)
+        coarse, _ = proxy_of(worn, config.size)
         settled = WornProxy(coarse, body, config.settings(len(coarse.vertices))).rest
         return cls(worn, settled.astype(np.float32), body.body.name, body.body.hash, config)
 
@@ -76,7 +76,7 @@ class AnimatorLive:
     @cached_property
     def coarse(self) -> tuple[Garment, Int[np.ndarray, " coarse"]]:
         """The coarse garment, and which vertex of the garment each of its vertices is."""
-        return proxy_of(self.garment, self.config)
+        return proxy_of(self.garment, self.config.size)
 
     def start(self, posed: PosedBody) -> LiveState:
         """At rest on a body of any shape in its first pose; on a new shape the garment settles first.
@@ -163,6 +163,6 @@ class AnimatorLive:
         garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
         config = options_of(LiveConfig, entry(metadata, "config", dict), error=BadModel)
         with refused("the model's garment"):
-            count = len(proxy_of(garment, config)[1])
+            count = len(proxy_of(garment, config.size)[1])
         rest = array_of(arrays, "rest", "float32", (count, 3))
         return cls(garment, rest, entry(body, "name", str), entry(body, "hash", str), config)

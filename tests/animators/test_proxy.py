@@ -4,10 +4,9 @@ import made_coarse as made
 import numpy as np
 import pytest
 
-from hemline.animators.live.config import LiveConfig
-from hemline.animators.live.embedding import Embedding, _frames
-from hemline.animators.live.frame_kernels import carry, turned_frames
-from hemline.animators.live.proxy import proxy_of
+from hemline.garments.embedding import Embedding, _frames
+from hemline.garments.embedding_kernels import carry, turned_frames
+from hemline.garments.proxy import ProxySize, proxy_of
 from hemline.meshes import vertex_normals
 from hemline.motions.quaternions import from_axis_angle, to_matrix
 
@@ -16,7 +15,7 @@ pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loo
 
 @pytest.fixture(scope="module")
 def coarse():
-    return proxy_of(made.skirt(), LiveConfig(fewest=300, edge=0.06))
+    return proxy_of(made.skirt(), ProxySize(fewest=300, edge=0.06))
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +31,7 @@ def waved(points):
 
 @pytest.mark.parametrize(("edge", "least", "most"), [(0.035, 1300, 1500), (0.05, 600, 750), (0.2, 500, 500)])
 def test_the_coarse_garment_has_a_vertex_for_each_bit_of_cloth(edge, least, most):
-    coarse, kept = proxy_of(made.skirt(), LiveConfig(edge=edge))
+    coarse, kept = proxy_of(made.skirt(), ProxySize(edge=edge))
     assert least <= len(coarse.vertices) <= most
     np.testing.assert_array_equal(coarse.vertices, made.skirt().vertices[kept])
     lengths = np.linalg.norm(coarse.rest_edges, axis=1)
@@ -41,8 +40,8 @@ def test_the_coarse_garment_has_a_vertex_for_each_bit_of_cloth(edge, least, most
 
 
 def test_a_garment_with_fewer_vertices_is_its_own_coarse_one():
-    small, _ = proxy_of(made.skirt(), LiveConfig(fewest=300, edge=0.06))
-    again, kept = proxy_of(small, LiveConfig())
+    small, _ = proxy_of(made.skirt(), ProxySize(fewest=300, edge=0.06))
+    again, kept = proxy_of(small, ProxySize())
     assert again is small
     points = waved(small.vertices)
     np.testing.assert_allclose(Embedding.of(small, again, kept).carried(points), points, atol=1e-4)

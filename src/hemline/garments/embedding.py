@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hemline.arrays import Faces, Float, Int, Vertices
-from hemline.garments import Garment
 from hemline.meshes import SurfaceWays, vertex_normals
 
-from .frame_kernels import carry, turned_frames
+from .embedding_kernels import carry, turned_frames
+from .garment import Garment
 
 NEAR = 6
 """Coarse vertices that carry each fine one."""
