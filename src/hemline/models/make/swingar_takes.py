@@ -1,0 +1,163 @@
+"""Simulate what `swingar` learns from: `python -m hemline.models.make.swingar_takes CLIPS -o FOLDER GARMENT...`.
+
+CLIPS is the folder of `fit.clips`. Each garment is simulated as its proxy, in some takes of a few seconds: clips,
+stretches, speeds and bodies are dealt out by a seed so that all clips come equally often. Each garment gets a dataset of
+its own; what is there is kept, so a killed run goes on.
+"""
+
+import argparse
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from hemline import bodies, motions
+from hemline.datasets import Row
+from hemline.errors import HemlineError
+from hemline.garments import open_garment
+from hemline.garments.proxy import ProxySize, proxy_of
+from hemline.sim import Clip, produce, random_shapes
+from hemline.sim.takes.processes import Report, in_processes
+
+FIT_CLIPS = Path(__file__).parents[1] / "fit.clips"
+BODY = "anny24"
+BODIES = 9
+"""The mean body and random ones."""
+BODIES_EACH = 2
+"""Of which a garment is worn by so many."""
+SPEEDS = (1.0, 1.0, 0.8, 1.25)
+"""How fast the clips are played, in turn."""
+SHORTEST = 1.5
+"""Clips without so long a stretch without jumps are left out [s]."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A stretch of a clip on a body."""
+
+    clip: Path
+    first: float
+    """Where it begins, as a share of what is longer than the stretch."""
+    speed: float
+    betas: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One garment and what it is simulated in."""
+
+    garment: str
+    folder: Path
+    size: ProxySize
+    seconds: float
+    parts: tuple[Part, ...]
+
+
+def main() -> None:
+    """Make what is missing; say what failed."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("clips", type=Path)
+    parser.add_argument("garments", nargs="+")
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--only", nargs="*", default=None, help="clips, instead of those of fit.clips")
+    parser.add_argument("--takes", type=int, default=8, help="takes of each garment")
+    parser.add_argument("--seconds", type=float, default=4.0)
+    parser.add_argument("--edge", type=float, default=ProxySize().edge, help="length of the proxy's edges [m]")
+    parser.add_argument("--most", type=int, default=ProxySize().most, help="vertices of a proxy at most")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=1)
+    given = parser.parse_args()
+    names = given.only or FIT_CLIPS.read_text().split()
+    size = ProxySize(edge=given.edge, most=given.most, fewest=min(given.most, ProxySize().fewest))
+    dealt = parts([given.clips / name for name in names], len(given.garments), given.takes, given.seed)
+    jobs = [
+        Job(name, given.output / folder_of(name), size, given.seconds, each)
+        for name, each in zip(given.garments, dealt, strict=True)
+    ]
+    began = time.monotonic()
+    for job, said in zip(jobs, in_processes(made, jobs, given.jobs, _quiet), strict=True):
+        print(f"{job.garment:<28} {said}")
+    print(f"{time.monotonic() - began:.0f} s")
+
+
+def folder_of(garment: str) -> str:
+    """A folder's name for a garment: its own, or that of its file."""
+    stem = Path(garment).stem if "/" in garment else garment
+    return stem.replace(":", "-").replace(" ", "_")
+
+
+def parts(clips: Sequence[Path], garments: int, takes: int, seed: int) -> list[tuple[Part, ...]]:
+    """What each garment is simulated in.
+
+    Args:
+        clips: All clips; they are shuffled and dealt out round by round.
+        garments: Number of garments.
+        takes: Takes of each.
+        seed: Another one deals otherwise.
+    """
+    random = np.random.default_rng(seed)
+    body = bodies.load(BODY)
+    shapes = [tuple(0.0 for _ in range(len(body.shapedirs))), *random_shapes(body, BODIES - 1, seed)]
+    rounds = -(-garments * takes // len(clips))
+    order = np.concatenate([random.permutation(len(clips)) for _ in range(rounds)])
+    firsts, dealt = random.random(len(order)), []
+    for garment in range(garments):
+        mine = range(garment * takes, (garment + 1) * takes)
+        dealt.append(
+            tuple(
+                Part(
+                    clips[order[each]],
+                    float(firsts[each]),
+                    SPEEDS[each % len(SPEEDS)],
+                    shapes[(garment * BODIES_EACH + (each % takes) * BODIES_EACH // takes) % len(shapes)],
+                )
+                for each in mine
+            )
+        )
+    return dealt
+
+
+def made(job: Job, report: Report) -> str:
+    """Simulate one garment; what to say of it."""
+    try:
+        garment, _ = proxy_of(open_garment(job.garment), job.size)
+    except HemlineError as error:
+        return f"left out: {error}"
+    rows: list[Row] = []
+    reasons: list[str] = []
+    for betas in dict.fromkeys(part.betas for part in job.parts):
+        clips = [stretch(part, job.seconds) for part in job.parts if part.betas == betas]
+        try:
+            rows += produce(job.folder, garment, [each for each in clips if each], betas=betas, report=report)
+        except HemlineError as error:
+            reasons.append(str(error))
+    reasons += [str(row.failed) for row in rows if row.failed]
+    frames = sum(row.clip_frames for row in rows)
+    said = f"{len(garment.vertices)} vertices, {len(rows)} takes, {frames} frames"
+    print(f"{time.strftime('%H:%M:%S')} {job.garment}: {said}", flush=True)
+    return said + "".join(f"; failed: {each}" for each in reasons)
+
+
+def stretch(part: Part, seconds: float) -> Clip | None:
+    """The stretch as a clip; None where the clip has none without jumps that is long enough."""
+    motion = motions.read(part.clip)
+    first, last = motions.longest_clean(motion)
+    clean = motion[first:last]
+    if clean.seconds < SHORTEST:
+        return None
+    length = round(seconds * part.speed * motion.fps) + 1
+    start = int(part.first * max(0, len(clean) - length))
+    cut = clean[start : start + length]
+    if part.speed == 1:
+        return Clip(cut, motions.subject_of(motion))
+    return Clip(replace(cut, fps=cut.fps * part.speed, name=f"{cut.name} x{part.speed:g}"), motions.subject_of(motion))
+
+
+def _quiet(name: str, done: int, total: int) -> None:
+    pass
+
+
+if __name__ == "__main__":
+    main()
