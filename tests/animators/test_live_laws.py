@@ -6,7 +6,7 @@ import pytest
 
 from hemline import motions
 from hemline.animators.live import Live, LiveConfig
-from hemline.animators.live.leaps import Rigid, leaps
+from hemline.animators.leaps import Rigid, leaps
 from hemline.errors import SimulationFailed
 from hemline.meshes import edge_strains
 from hemline.motions.motion import Pose

@@ -39,7 +39,7 @@ INNER = {
 ARRAYS_ONLY = {"metrics", "pictures", "export"}
 CLIPS_ONLY = {"study"}
 """Rooms that see files of clips only."""
-FROM_SIM = {"animators/live"}
+FROM_SIM = {"animators/live", "animators/swingar"}
 """The one animator that may import the simulator."""
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
 FILES = files()

@@ -14,6 +14,7 @@ OURS = {
     "agentdress": "hemline.animators.agentdress.kind:KIND",
     "live": "hemline.animators.live:KIND",
     "ropes": "hemline.animators.ropes:KIND",
+    "swingar": "hemline.animators.swingar:KIND",
 }
 """Where the kinds of this package are; no entry point replaces one."""
 

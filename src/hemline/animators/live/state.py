@@ -6,7 +6,7 @@ from hemline.collide import ProjectorState
 from hemline.motions.motion import Pose
 from hemline.sim.step.state import ClothState
 
-from .leaps import Rigid
+from hemline.animators.leaps import Rigid
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState
 
-from .leaps import Rigid, leaps
+from hemline.animators.leaps import Rigid, leaps
 from .state import LiveState
 
 FRAME = 1 / 30

@@ -1,8 +1,9 @@
 """Simulate what `swingar` learns from: `python -m hemline.models.make.swingar_takes CLIPS -o FOLDER GARMENT...`.
 
 CLIPS is the folder of `fit.clips`. Each garment is simulated as its proxy, in some takes of a few seconds: clips,
-stretches, speeds and bodies are dealt out by a seed so that all clips come equally often. Each garment gets a dataset of
-its own; what is there is kept, so a killed run goes on.
+stretches, speeds and bodies are dealt out by a seed so that all clips come equally often. Each garment gets a dataset
+of its own; what is there is kept, so a killed run goes on. A garment is a name or a file; a mesh that does not sit on
+the body is tried on. With `--only CLIP...`, `--edge` and `--most`, it makes the takes that a model is judged by, too.
 """
 
 import argparse
@@ -16,10 +17,10 @@ import numpy as np
 from hemline import bodies, motions
 from hemline.datasets import Row
 from hemline.errors import HemlineError
-from hemline.garments import open_garment
 from hemline.garments.proxy import ProxySize, proxy_of
 from hemline.sim import Clip, produce, random_shapes
 from hemline.sim.takes.processes import Report, in_processes
+from hemline.tryon import open_worn
 
 FIT_CLIPS = Path(__file__).parents[1] / "fit.clips"
 BODY = "anny24"
@@ -122,7 +123,8 @@ def parts(clips: Sequence[Path], garments: int, takes: int, seed: int) -> list[t
 def made(job: Job, report: Report) -> str:
     """Simulate one garment; what to say of it."""
     try:
-        garment, _ = proxy_of(open_garment(job.garment), job.size)
+        worn = open_worn(job.garment, bodies.load(BODY).shaped(), job.folder, dressed=False)
+        garment, _ = proxy_of(worn, job.size)
     except HemlineError as error:
         return f"left out: {error}"
     rows: list[Row] = []

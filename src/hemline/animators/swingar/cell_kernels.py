@@ -1,0 +1,35 @@
+"""Means over the cells of a garment, and back, compiled."""
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+
+@kernel
+def mean_of_cells(values, cell, means_out):
+    # in: values (verts, width), cell (verts,)   out: means (cells, width)
+    count = np.zeros(len(means_out), np.float32)
+    means_out[...] = 0
+    for v in range(len(values)):
+        count[cell[v]] += 1
+        for k in range(values.shape[1]):
+            means_out[cell[v], k] += values[v, k]
+    for c in range(len(means_out)):
+        scale = 1 / max(count[c], np.float32(1))
+        for k in range(means_out.shape[1]):
+            means_out[c, k] *= scale
+
+
+@kernel
+def hear(cells, near, shares, bias, values_out):
+    # in: cells (cells, width); near, shares (verts, near); bias (width,)
+    # out: values (verts, width), added to and rectified
+    for v in range(len(values_out)):
+        for k in range(values_out.shape[1]):
+            values_out[v, k] += bias[k]
+        for i in range(near.shape[1]):
+            share, c = shares[v, i], near[v, i]
+            for k in range(values_out.shape[1]):
+                values_out[v, k] += share * cells[c, k]
+        for k in range(values_out.shape[1]):
+            values_out[v, k] = max(values_out[v, k], np.float32(0))

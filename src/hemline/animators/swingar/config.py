@@ -1,0 +1,55 @@
+"""Options of the fit of `swingar`."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from hemline.garments.proxy import ProxySize
+from hemline.options import check_options, not_negative, positive
+
+Learner = Literal["lag"]
+
+
+@dataclass(frozen=True)
+class SwingarConfig:
+    """Options.
+
+    Raises:
+        BadInput: A value that makes no sense, such as a width of 0.
+    """
+
+    edge: float = positive(ProxySize().edge)
+    """Length of the edges of the proxy [m]."""
+    fewest: int = positive(ProxySize().fewest)
+    """Vertices that it has at least."""
+    most: int = positive(ProxySize().most)
+    """Vertices that it has at most."""
+    width: int = positive(128)
+    """Units of the hidden layers."""
+    epochs: int = positive(30)
+    """Passes over the training set."""
+    rate: float = positive(1e-3)
+    """First learning rate."""
+    frames: int = positive(8)
+    """Frames of a garment that are shown together."""
+    vertices: int = positive(384)
+    """Vertices of each that are learned from at a time: the ends of half as many edges."""
+    garments: int = positive(2)
+    """Garments in a batch."""
+    stride: int = positive(3)
+    """Every so many frames of a take are learned from."""
+    edge_weight: float = not_negative(0.3)
+    """Weight of the error of edge vectors, in edges, beside that of vertices."""
+    mirrored: bool = True
+    """Whether half of the frames are shown with left and right exchanged."""
+    held_out: float = positive(0.15)
+    """Share of subjects and of garments that epochs are chosen by."""
+    threads: int = positive(1)
+    """Threads of torch."""
+
+    def __post_init__(self) -> None:
+        check_options(self)
+
+    @property
+    def size(self) -> ProxySize:
+        """Of proxies."""
+        return ProxySize(self.edge, self.fewest, self.most)

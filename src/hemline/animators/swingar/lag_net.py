@@ -1,0 +1,66 @@
+"""The lag network at run time: what each vertex is told becomes its displacement, without torch."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hemline.arrays import Float
+
+from .cell_kernels import hear, mean_of_cells
+from .proxy_on_body import Cells
+
+
+def layer_sizes(inputs: int, width: int) -> dict[str, tuple[int, int]]:
+    """Inputs and outputs of each layer."""
+    return {
+        "first": (inputs, width),
+        "second": (width, width),
+        "cell": (width, width),
+        "all_cells": (2 * width, width),
+        "third": (2 * width, width),
+        "fourth": (width, 3),
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class LagNet:
+    r"""Two layers on each vertex, one on the mean of each cell, one on each cell and the mean of all, one on what the
+    vertex hears from the cells near it; rectified, each with a weight $W$ and a bias $b$:
+
+    $$h = r(W_2 r(W_1 f)) \quad c = r(W_4 [r(W_3 \bar h), \overline{r(W_3 \bar h)}]) \quad u = W_6 r(W_5 [h, S c])$$
+
+    $f$ are the features of a vertex, $\bar h$ means of cells, $S$ the shares of the cells near it, $u$ its displacement
+    from where skinning puts it, in its turned frame [m].
+    """
+
+    weights: Mapping[str, Float[np.ndarray, "inputs outputs"]]
+    biases: Mapping[str, Float[np.ndarray, " outputs"]]
+
+    def static(self, features: Float[np.ndarray, "verts static"]) -> Float[np.ndarray, "verts width"]:
+        """The part of the first layer that does not change from frame to frame."""
+        return features @ self.weights["first"][: features.shape[1]] + self.biases["first"]
+
+    def displacements(
+        self, static: Float[np.ndarray, "verts width"], told: Float[np.ndarray, "verts dynamic"], cells: Cells
+    ) -> Float[np.ndarray, "verts 3"]:
+        """Displacements of one frame, in the turned frames [m]."""
+        h = told @ self.weights["first"][-told.shape[1] :]
+        h += static
+        np.maximum(h, 0, out=h)
+        h = self._layer("second", h)
+        means = np.empty((cells.count, h.shape[1]), np.float32)
+        mean_of_cells(h, cells.cell, means)
+        c = self._layer("cell", means)
+        c = self._layer("all_cells", np.concatenate([c, np.broadcast_to(c.mean(axis=0), c.shape)], axis=1))
+        # what is heard is linear in the cells, so their part of the layer is done before it is shared out
+        width = h.shape[1]
+        third = self.weights["third"]
+        out = h @ third[:width]
+        hear(c @ third[width:], cells.near, cells.shares, self.biases["third"], out)
+        return out @ self.weights["fourth"] + self.biases["fourth"]
+
+    def _layer(self, name: str, inputs: np.ndarray) -> np.ndarray:
+        out = inputs @ self.weights[name]
+        out += self.biases[name]
+        return np.maximum(out, 0, out=out)

@@ -1,0 +1,207 @@
+"""A garment that nobody trained on, worn by the network."""
+
+import threading
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from hemline.animators.leaps import Rigid, leaps
+from hemline.animators.model_file import garment_of, save_model
+from hemline.arrays import Float, Int, Vertices
+from hemline.bodies import PosedBody, ShapedBody
+from hemline.errors import BadInput
+from hemline.files.contents import array_of, entry, refused
+from hemline.garments import Garment
+from hemline.garments.embedding import Embedding
+from hemline.garments.proxy import proxy_of
+
+from .feature_kernels import displace
+from .proxy_on_body import ProxyOnBody
+from .state import SwingarState
+from .trail import Trail
+from .weights import Weights
+
+
+@dataclass(frozen=True, eq=False)
+class _Worn:
+    """On one shape of the body."""
+
+    proxy: ProxyOnBody
+    embedding: Embedding
+    static: Float[np.ndarray, "verts width"]
+    """What the first layer makes of the features that do not change."""
+    pins: Int[np.ndarray, " pins"]
+    """Numbers of pins that hold fast."""
+    fine: Garment
+
+
+@dataclass(frozen=True, eq=False)
+class AnimatorSwingar:
+    """A garment whose coarse copy is moved by a network that was trained on other garments, and which rides on it.
+
+    Attributes:
+        garment: The garment.
+        rest: The coarse garment settled on the body that the garment is made on [m].
+        body_name: Name of that body.
+        body_hash: Its hash.
+        weights: The network, its options and its figures.
+    """
+
+    garment: Garment
+    rest: Float[np.ndarray, "coarse 3"]
+    body_name: str
+    body_hash: str
+    weights: Weights
+
+    _worn: dict[bytes, _Worn] = field(default_factory=dict, init=False, repr=False)
+    """On each shape of the body, made when it is first asked for."""
+    _making: Any = field(default_factory=threading.Lock, init=False, repr=False)
+
+    @classmethod
+    def on(cls, garment: Garment, body: ShapedBody, weights: Weights) -> Self:
+        """Make a garment ready on a body: a few seconds, in which its coarse copy settles.
+
+        Raises:
+            BadGarment: It was made on another body.
+            SimulationFailed: It could not be settled.
+        """
+        worn = garment.dressed(body)
+        coarse, _ = proxy_of(worn, weights.config.size)
+        return cls(worn, settled(coarse, body).astype(np.float32), body.body.name, body.body.hash, weights)
+
+    @property
+    def name(self) -> str:
+        """Name of its kind."""
+        return "swingar"
+
+    @property
+    def figures(self) -> Mapping[str, float]:
+        """What the fit reached, and vertices of the coarse garment."""
+        return {**self.weights.figures, "proxy_vertices": float(len(self.rest))}
+
+    @cached_property
+    def coarse(self) -> tuple[Garment, Int[np.ndarray, " coarse"]]:
+        """The coarse garment, and which vertex of the garment each of its vertices is."""
+        return proxy_of(self.garment, self.weights.config.size)
+
+    def start(self, posed: PosedBody) -> SwingarState:
+        """On a body that has always stood in its first pose.
+
+        Raises:
+            BadInput: The body is another one than that of the garment.
+            SimulationFailed: The garment could not be settled on that shape.
+        """
+        shaped = posed.shaped
+        if shaped.body.hash != self.body_hash:
+            raise BadInput(
+                f"the model of '{self.garment.name}' was fitted on body {self.body_name} ({self.body_hash})",
+                f"{shaped.body.name} ({shaped.body.hash})",
+                "use that body, or give it the garment again",
+            )
+        return SwingarState(Trail.start(self._on(shaped).proxy, posed), posed.pose)
+
+    def step(self, state: SwingarState, posed: PosedBody, dt: float) -> tuple[SwingarState, Vertices]:
+        """Advance to a pose.
+
+        Args:
+            state: The State before; it is not changed.
+            posed: The body now.
+            dt: Time since the State [s]; any.
+
+        Returns:
+            The State after, and the vertices in the world (verts, 3) [m].
+        """
+        worn, trail = self._on(posed.shaped), state.trail
+        if leaps(state.pose, posed.pose, dt):
+            trail = _moved_along(trail, worn.proxy, state.pose, posed)
+        after = SwingarState(trail.stepped(worn.proxy, posed, dt), posed.pose)
+        vertices = worn.embedding.carried(self._proxy_vertices(worn, after.trail, posed).astype(np.float64))
+        pins = worn.fine.pins
+        vertices[pins.vertices[worn.pins]] = pins.on(posed)[worn.pins]
+        return after, vertices
+
+    def proxy_vertices(self, state: SwingarState, posed: PosedBody) -> Float[np.ndarray, "coarse 3"]:
+        """The coarse garment of a State whose pose is that of the body [m]."""
+        return self._proxy_vertices(self._on(posed.shaped), state.trail, posed)
+
+    def _proxy_vertices(self, worn: _Worn, trail: Trail, posed: PosedBody) -> Float[np.ndarray, "coarse 3"]:
+        moved = self.weights.net.displacements(worn.static, trail.told(worn.proxy, posed), worn.proxy.cells)
+        out = np.empty_like(trail.skinned)
+        displace(trail.skinned, trail.turns, moved, out)
+        pins = worn.proxy.garment.pins
+        fast = np.isinf(pins.stiffness)
+        out[pins.vertices[fast]] = pins.on(posed)[fast]
+        return out
+
+    def _on(self, shaped: ShapedBody) -> _Worn:
+        key = np.asarray(shaped.betas, np.float32).tobytes()
+        with self._making:
+            if key not in self._worn:
+                self._worn[key] = self._made(shaped)
+        return self._worn[key]
+
+    def _made(self, shaped: ShapedBody) -> _Worn:
+        (coarse, kept), own = self.coarse, self.garment.is_on(shaped)
+        fine, coarse = self.garment.dressed(shaped), coarse.dressed(shaped)
+        rest = self.rest if own else settled(coarse, shaped).astype(np.float32)
+        proxy = ProxyOnBody.of(coarse, rest, shaped)
+        static = self.weights.net.static(proxy.static)
+        fast = np.flatnonzero(np.isinf(fine.pins.stiffness))
+        return _Worn(proxy, Embedding.of(fine, coarse, kept), static, fast, fine)
+
+    def save(self, path: str | Path) -> None:
+        """Write a model file, whole or not at all: the network, the garment, its coarse copy settled.
+
+        Raises:
+            BadOutput: The path cannot be written.
+        """
+        save_model(
+            path,
+            self.name,
+            {"rest": self.rest} | self.weights.arrays(),
+            garment=self.garment,
+            body={"name": self.body_name, "hash": self.body_hash},
+            config=asdict(self.weights.config),
+            figures=self.weights.figures,
+            licences=self.weights.licences,
+            extra=self.weights.extra(),
+        )
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+        """Make one from what a model file holds.
+
+        Raises:
+            BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype
+                or shape than the garment or the options ask.
+        """
+        weights, garment, body = (
+            Weights.of(arrays, metadata),
+            garment_of(arrays, metadata),
+            entry(metadata, "body", dict),
+        )
+        with refused("the model's garment"):
+            count = len(proxy_of(garment, weights.config.size)[1])
+        rest = array_of(arrays, "rest", "float32", (count, 3))
+        return cls(garment, rest, entry(body, "name", str), entry(body, "hash", str), weights)
+
+
+def settled(coarse: Garment, shaped: ShapedBody) -> Float[np.ndarray, "coarse 3"]:
+    """The coarse garment at rest on a body in its rest pose [m]; raises SimulationFailed."""
+    from hemline.sim.rest.settle import rest_state
+    from hemline.sim.settings import SimSettings
+
+    return rest_state(coarse, shaped, SimSettings()).positions
+
+
+def _moved_along(trail: Trail, proxy: ProxyOnBody, pose: Any, posed: PosedBody) -> Trail:
+    """The Trail where the body was put: all of it turned and moved with the pelvis."""
+    there = replace(posed.pose, rotations=pose.rotations.copy(), clip=None)
+    there.rotations[0] = posed.pose.rotations[0]
+    before = proxy.shaped.posed(pose)
+    now = proxy.shaped.posed(there)
+    return trail.moved(Rigid.between(before.transforms[0], now.transforms[0]))

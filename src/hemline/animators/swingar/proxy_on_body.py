@@ -1,0 +1,189 @@
+"""A garment's proxy on one shape of the body: what does not change while it is played."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from hemline.arrays import Faces, Float, Int, Vertices
+from hemline.collide.primitives.proxy import BodyProxy, Colliders
+from hemline.garments import Garment
+from hemline.meshes import ClosestTree, SurfaceWays, vertex_normals
+from hemline.motions.motion import JOINT_NAMES
+
+from .feature_kernels import describe
+from .memory import LAGS, SWINGS
+from .soft_weights import SoftWeights, soft_weights
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+POINTS = tuple(
+    JOINT_NAMES.index(name)
+    for name in (
+        *("pelvis", "spine2", "neck", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle"),
+        *("left_shoulder", "right_shoulder", "left_elbow", "right_elbow"),
+    )
+)
+"""Joints whose place each vertex is told."""
+PARTS = ("trunk", "left arm", "right arm", "left leg", "right leg")
+"""Parts of the body whose nearness each vertex is told."""
+TOUCHING = 0.012
+"""Cloth as near to the skin as this at rest lies upon it [m]."""
+LONG = 1.0
+"""Ways along the cloth are told up to this [m]."""
+CELLS = 64
+"""Cells that a garment is cut into, at most."""
+CELL_EDGE = 0.1
+"""Spacing of cells that is aimed at [m]."""
+NEAR_CELLS = 4
+"""Cells that a vertex hears from."""
+STATIC = 3 + 1 + 3 + 3 + 3 + len(JOINT_NAMES)
+"""Features of a vertex that do not change."""
+TRAILS = 3 * (len(LAGS) + 2 * len(SWINGS))
+DYNAMIC = 2 * TRAILS + 3 + 3 + 2 * 4 * len(PARTS) + 3 * len(POINTS)
+"""Features of a vertex that change from frame to frame."""
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A garment cut into cells of about 0.1 m, through which far parts of it hear of each other."""
+
+    cell: Int[np.ndarray, " verts"]
+    """The cell of each vertex."""
+    near: Int[np.ndarray, "verts near"]
+    """Cells that it hears from."""
+    shares: Float[np.ndarray, "verts near"]
+    """How much of each; rows add up to 1."""
+
+    @property
+    def count(self) -> int:
+        """Number of cells."""
+        return int(self.cell.max()) + 1
+
+    @classmethod
+    def of(cls, garment: Garment) -> Self:
+        """Cut a garment by ways along its cloth."""
+        one, two = garment.rest_edges[:, :, 0], garment.rest_edges[:, :, 1]
+        area = 0.5 * float(np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]).sum())
+        count = int(min(CELLS, max(NEAR_CELLS + 1, area / CELL_EDGE**2)))
+        ways = SurfaceWays.of(garment.vertices, garment.faces, garment.rest_edges)
+        near, distances = ways.nearest(ways.spread(count), NEAR_CELLS + 1, np.inf)
+        found = near >= 0
+        far = np.where(found, distances, 0).max(axis=1, keepdims=True) + 1e-6
+        shares = np.where(found, 1 - distances / far, 0)[:, :NEAR_CELLS] + 1e-6 * found[:, :NEAR_CELLS]
+        near = np.where(found, near, near[:, :1])[:, :NEAR_CELLS]
+        shares /= shares.sum(axis=1, keepdims=True)
+        return cls(near[:, 0].astype(np.int64), near.astype(np.int64), shares.astype(np.float32))
+
+
+@dataclass(frozen=True, eq=False)
+class ProxyOnBody:
+    """The settled proxy, its skin weights, and what each vertex is told once."""
+
+    garment: Garment
+    rest: Vertices
+    """The garment settled on this body in its rest pose [m]."""
+    shaped: "ShapedBody"
+    skin: SoftWeights
+    key: int
+    """The joint that carries the garment."""
+    cells: Cells
+    static: Float[np.ndarray, "verts static"]
+    """Features that do not change: normal, distance to the skin and its direction, ways along the cloth to where it
+    lies on the body and to its rims, place beside the key joint, skin weights."""
+    offsets: Float[np.ndarray, "verts points 3"]
+    """Where `POINTS` are at rest, as `describe` tells it."""
+    colliders: Colliders
+    parts: tuple[Int[np.ndarray, " prims"], Int[np.ndarray, " parts"]]
+
+    @classmethod
+    def of(cls, garment: Garment, rest: Vertices, shaped: "ShapedBody") -> Self:
+        """Make it ready.
+
+        Args:
+            garment: The proxy, on this shape of the body.
+            rest: It settled in the rest pose [m].
+            shaped: The body.
+        """
+        skin, key = soft_weights(rest, shaped), JOINT_NAMES.index(garment.key_joint)
+        proxy = BodyProxy.fit(shaped)
+        parts = (_parts(proxy.joints), np.arange(len(PARTS)))
+        made = cls(
+            garment,
+            np.ascontiguousarray(rest, np.float32),
+            shaped,
+            skin,
+            key,
+            Cells.of(garment),
+            _static(garment, rest, shaped, skin, key),
+            np.zeros((len(rest), len(POINTS), 3), np.float32),
+            proxy.colliders,
+            parts,
+        )
+        still = np.zeros((len(rest), len(LAGS) + 2 * len(SWINGS) + 1, 3), np.float32)
+        turns = np.tile(np.array([1, 0, 0, 0], np.float32), (len(rest), 1))
+        told = np.empty((len(rest), DYNAMIC), np.float32)
+        frames = np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1))
+        made.describe(made.rest, turns, made.rest, still, still, frames, shaped.joints, told)
+        made.offsets[...] = told[:, -3 * len(POINTS) :].reshape(len(rest), -1, 3)
+        return made
+
+    def describe(self, positions, turns, carried, trails, carried_trails, frames, joints, out) -> None:
+        """`feature_kernels.describe` with this garment and body."""
+        points = np.ascontiguousarray(joints[list(POINTS)], np.float32)
+        rates = np.array([1 / omega for omega, _ in SWINGS], np.float32)
+        describe(
+            positions,
+            turns,
+            carried,
+            trails,
+            carried_trails,
+            rates,
+            self.colliders,
+            frames,
+            self.parts,
+            points,
+            self.offsets,
+            out,
+        )
+
+
+def _parts(joints: Int[np.ndarray, " prims"]) -> Int[np.ndarray, " prims"]:
+    """Part of the body that carries each primitive."""
+    arm, leg = ("shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foot")
+    found = []
+    for joint in joints:
+        side, _, what = JOINT_NAMES[joint].partition("_")
+        limb = "arm" if what in arm else "leg" if what in leg else ""
+        found.append(PARTS.index(f"{side} {limb}") if limb else 0)
+    return np.array(found, np.int64)
+
+
+def _static(garment: Garment, rest: Vertices, shaped: "ShapedBody", skin: SoftWeights, key: int) -> np.ndarray:
+    tree = ClosestTree(shaped.vertices, shaped.body.faces)
+    closest = tree.closest(rest)
+    distances = np.asarray(closest.distances, np.float64)
+    away = (rest - closest.positions) / np.maximum(distances, 1e-4)[:, None]
+    held = np.union1d(garment.pins.vertices, np.flatnonzero(distances < TOUCHING))
+    ways = SurfaceWays.of(rest, garment.faces, garment.rest_edges)
+    to_body, to_rim = (_way(ways, each) for each in (held, _rim(garment.faces)))
+    hung = np.tanh(np.stack([distances / 0.1, distances / 0.3, to_body], axis=1))
+    place = rest - shaped.joints[key]
+    normals = vertex_normals(rest, garment.faces)
+    parts = [normals, np.tanh(to_rim / 0.3)[:, None], away, hung, place, skin.dense()]
+    return np.ascontiguousarray(np.concatenate(parts, axis=1), np.float32)
+
+
+def _way(ways: SurfaceWays, sources: np.ndarray) -> np.ndarray:
+    """Way along the cloth from the nearest of some vertices [m], at most `LONG`."""
+    if not len(sources):
+        return np.full(ways.vertex_count, LONG)
+    return np.minimum(ways.nearest(sources, 1, LONG)[1][:, 0], LONG)
+
+
+def _rim(faces: Faces) -> np.ndarray:
+    """Vertices on edges of one triangle only."""
+    sides = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    found, counts = np.unique(sides, axis=0, return_counts=True)
+    return np.unique(found[counts == 1])

@@ -1,0 +1,89 @@
+"""Takes as samples: for frames of a garment, what each vertex is told, and how far the truth is from skinning."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hemline import bodies
+from hemline.arrays import Float, Int
+from hemline.datasets import Take
+from hemline.datasets.collection import Collection, Entry
+from hemline.meshes import edges
+from hemline.motions.quaternions import rotate
+
+from .proxy_on_body import ProxyOnBody
+from .trail import Trail
+
+
+@dataclass(frozen=True, eq=False)
+class GarmentSamples:
+    """Frames of one garment on one body."""
+
+    garment: int
+    """Number of its dataset."""
+    proxy: ProxyOnBody
+    edges: Int[np.ndarray, "edges 2"]
+    told: Float[np.ndarray, "frames verts dynamic"]
+    """Features, float16."""
+    turns: Float[np.ndarray, "frames verts 4"]
+    """How vertices are turned, float16; takes displacements back into the world."""
+    apart: Float[np.ndarray, "frames verts 3"]
+    """Where the truth is, from where skinning puts each vertex, in its turned frame, float16 [m]."""
+    entries: Int[np.ndarray, " frames"]
+    """Number of the take of each frame."""
+
+
+def gather(
+    data: Collection, entries: Sequence[Entry], stride: int, progress: Callable[[int, int], None] = lambda *_: None
+) -> list[GarmentSamples]:
+    """Read takes.
+
+    Args:
+        data: The datasets.
+        entries: The takes, each of which is walked through frame by frame.
+        stride: Every so many frames become samples.
+        progress: Called with the takes read and in all.
+
+    Returns:
+        Samples garment by garment and body by body.
+    """
+    groups: dict[tuple[int, tuple[float, ...]], list[int]] = {}
+    for number, entry in enumerate(entries):
+        groups.setdefault((entry.dataset, tuple(entry.row.betas)), []).append(number)
+    found, read = [], 0
+    for (dataset, betas), numbers in groups.items():
+        proxy, parts = proxy_of_dataset(data, dataset, betas), []
+        for number in numbers:
+            parts.append((number, *frames_of(proxy, data.take(entries[number]), stride)))
+            read += 1
+            progress(read, len(entries))
+        told, turns, apart = (np.concatenate([part[k] for part in parts]) for k in (1, 2, 3))
+        own = np.concatenate([np.full(len(part[1]), part[0]) for part in parts])
+        found.append(GarmentSamples(dataset, proxy, edges(proxy.garment.faces), told, turns, apart, own))
+    return found
+
+
+def proxy_of_dataset(data: Collection, number: int, betas: Sequence[float]) -> ProxyOnBody:
+    """The garment of a dataset on a body, settled."""
+    dataset = data.datasets[number]
+    shaped = bodies.load(dataset.garment.body_name).shaped(betas)
+    rest = dataset.rest(shaped.betas).vertices[0]
+    return ProxyOnBody.of(dataset.garment.dressed(shaped), rest, shaped)
+
+
+def frames_of(proxy: ProxyOnBody, take: Take, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Features, turns and what is missed of every so many frames of a take, float16."""
+    told, turns, apart = [], [], []
+    trail: Trail | None = None
+    for frame in range(len(take.motion)):
+        posed = proxy.shaped.posed(take.motion[frame])
+        trail = trail.stepped(proxy, posed, 1 / take.motion.fps) if trail else Trail.start(proxy, posed)
+        if take.lead_in[frame] or frame % stride:
+            continue
+        told.append(trail.told(proxy, posed).astype(np.float16))
+        turns.append(trail.turns.astype(np.float16))
+        missed = (take.vertices[frame] - trail.skinned).astype(np.float64)
+        back = trail.turns.astype(np.float64) * np.array([1, -1, -1, -1])
+        apart.append(rotate(back, missed).astype(np.float16))
+    return np.array(told), np.array(turns), np.array(apart)

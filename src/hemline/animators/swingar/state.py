@@ -1,0 +1,17 @@
+"""All that moves of a garment that nobody trained on."""
+
+from dataclasses import dataclass
+
+from hemline.motions.motion import Pose
+
+from .trail import Trail
+
+
+@dataclass(frozen=True, eq=False)
+class SwingarState:
+    """At the end of a frame; never changed in place."""
+
+    trail: Trail
+    """How the proxy moved."""
+    pose: Pose
+    """The body's."""

@@ -1,0 +1,71 @@
+"""The memory of how a proxy moved: where skinning put its vertices, and how their filters trail."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from hemline.animators.leaps import Rigid
+from hemline.arrays import Float, Transforms
+
+from .feature_kernels import remember, skin_and_turn
+from .memory import LAGS, SWINGS, Step
+from .proxy_on_body import DYNAMIC, ProxyOnBody
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody
+
+
+@dataclass(frozen=True, eq=False)
+class Trail:
+    """All that is remembered of a proxy; float32, never changed in place."""
+
+    skinned: Float[np.ndarray, "verts 3"]
+    """Where skinning puts it [m]."""
+    turns: Float[np.ndarray, "verts 4"]
+    """How each vertex is turned, wxyz."""
+    carried: Float[np.ndarray, "verts 3"]
+    """Carried rigidly with the key joint [m]."""
+    trails: Float[np.ndarray, "verts filters 3"]
+    carried_trails: Float[np.ndarray, "verts filters 3"]
+
+    @classmethod
+    def start(cls, proxy: ProxyOnBody, posed: "PosedBody") -> Self:
+        """On a body that has always stood so."""
+        still = np.zeros((len(proxy.rest), len(LAGS) + 2 * len(SWINGS) + 1, 3), np.float32)
+        return cls(*_placed(proxy, posed.transforms), still, still)
+
+    def stepped(self, proxy: ProxyOnBody, posed: "PosedBody", dt: float) -> Self:
+        """After the body moved on into a pose, in a time `dt` [s]."""
+        skinned, turns, carried = _placed(proxy, posed.transforms)
+        step, trails = Step.of(dt), [np.empty_like(self.trails), np.empty_like(self.trails)]
+        before = ((self.skinned, skinned, self.trails), (self.carried, carried, self.carried_trails))
+        for (one, other, memory), out in zip(before, trails, strict=True):
+            remember(one, other, np.float32(dt), step.lags, step.swings, memory, out)
+        return type(self)(skinned, turns, carried, *trails)
+
+    def moved(self, way: Rigid) -> Self:
+        """Turned and moved as a whole."""
+        points = (way.points(each.astype(np.float64)).astype(np.float32) for each in (self.skinned, self.carried))
+        skinned, carried = points
+        turned = (
+            way.vectors(each.astype(np.float64)).astype(np.float32) for each in (self.trails, self.carried_trails)
+        )
+        return type(self)(skinned, self.turns, carried, *turned)
+
+    def told(self, proxy: ProxyOnBody, posed: "PosedBody") -> Float[np.ndarray, "verts dynamic"]:
+        """The features of this frame."""
+        out = np.empty((len(self.skinned), DYNAMIC), np.float32)
+        frames = np.ascontiguousarray(posed.transforms, np.float64)
+        proxy.describe(
+            self.skinned, self.turns, self.carried, self.trails, self.carried_trails, frames, posed.joints, out
+        )
+        return out
+
+
+def _placed(proxy: ProxyOnBody, transforms: Transforms) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    transforms = np.ascontiguousarray(transforms, np.float32)
+    skinned, turns = np.empty_like(proxy.rest), np.empty((len(proxy.rest), 4), np.float32)
+    skin_and_turn(proxy.rest, *proxy.skin, transforms, skinned, turns)
+    key = transforms[proxy.key]
+    return skinned, turns, (proxy.rest @ key[:, :3].T + key[:, 3]).astype(np.float32)

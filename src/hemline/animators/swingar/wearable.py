@@ -1,0 +1,72 @@
+"""`swingar` before it is given a garment: the network, and nothing else."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from hemline.animators.model_file import save_model
+from hemline.bodies import ShapedBody
+from hemline.garments import Garment
+
+from .model import AnimatorSwingar
+from .weights import Weights
+
+
+@dataclass(frozen=True, eq=False)
+class Swingar:
+    """Moves whatever it is given to wear.
+
+    Example:
+        >>> import hemline
+        >>> body = hemline.bodies.load("anny24").shaped()
+        >>> skirt = hemline.load("swingar").worn_by(hemline.garments.load("skirt-light"), body)
+        >>> skirt.name
+        'swingar'
+    """
+
+    weights: Weights
+
+    @property
+    def name(self) -> str:
+        """Name of its kind."""
+        return "swingar"
+
+    @property
+    def figures(self) -> Mapping[str, float]:
+        """What the fit reached."""
+        return self.weights.figures
+
+    def worn_by(self, garment: Garment, body: ShapedBody) -> AnimatorSwingar:
+        """The animator of one garment on one body: a few seconds, in which the garment settles.
+
+        Raises:
+            BadGarment: The garment was made on another body.
+            SimulationFailed: The garment could not be settled.
+        """
+        return AnimatorSwingar.on(garment, body, self.weights)
+
+    def save(self, path: str | Path) -> None:
+        """Write a model file, whole or not at all.
+
+        Raises:
+            BadOutput: The path cannot be written.
+        """
+        save_model(
+            path,
+            self.name,
+            self.weights.arrays(),
+            garment=None,
+            body={},
+            config=asdict(self.weights.config),
+            figures=self.weights.figures,
+            licences=self.weights.licences,
+            extra=self.weights.extra(),
+        )
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+        """Make one from what a model file holds; raises BadModel as `Weights.of`."""
+        return cls(Weights.of(arrays, metadata))

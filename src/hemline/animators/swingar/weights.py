@@ -1,0 +1,61 @@
+"""What was learned: the network, the options of its fit and its figures, as model files hold them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from hemline.errors import BadModel
+from hemline.files.contents import AGAIN, array_of, entry
+from hemline.options import options_of
+
+from .config import SwingarConfig
+from .lag_net import LagNet, layer_sizes
+from .proxy_on_body import DYNAMIC, STATIC
+
+VERSION = 1
+"""Of what a model file holds under `swingar`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """The network and where it comes from."""
+
+    config: SwingarConfig
+    net: LagNet
+    figures: Mapping[str, float]
+    licences: Sequence[str]
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """By name, in half precision, which is all that they are worth."""
+        found = {f"weight.{name}": array.astype(np.float16) for name, array in self.net.weights.items()}
+        return found | {f"bias.{name}": array.astype(np.float32) for name, array in self.net.biases.items()}
+
+    def extra(self) -> dict[str, Any]:
+        """Metadata of the animator's own."""
+        return {"swingar": {"version": VERSION}}
+
+    def rounded(self) -> Self:
+        """As a file gives them back."""
+        metadata = {"config": asdict(self.config), "figures": dict(self.figures), "licences": list(self.licences)}
+        return self.of(self.arrays(), metadata | self.extra())
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+        """From a model file.
+
+        Raises:
+            BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype
+                or shape than the options ask.
+        """
+        version = entry(metadata, "swingar", dict).get("version")
+        if version != VERSION:
+            raise BadModel(f"this hemline reads version {VERSION} of swingar", f"version {version}", AGAIN)
+        config = options_of(SwingarConfig, entry(metadata, "config", dict), error=BadModel)
+        weights, biases = {}, {}
+        for name, (inputs, outputs) in layer_sizes(STATIC + DYNAMIC, config.width).items():
+            weights[name] = array_of(arrays, f"weight.{name}", "float16", (inputs, outputs)).astype(np.float32)
+            biases[name] = array_of(arrays, f"bias.{name}", "float32", (outputs,))
+        licences = [str(each) for each in entry(metadata, "licences", list)]
+        return cls(config, LagNet(weights, biases), entry(metadata, "figures", dict), licences)
