@@ -12,6 +12,8 @@ FAR = 0.3
 """Distance from the body beyond which it is not felt [m]."""
 LONGEST = 0.5
 """Length to which vectors are softly limited [m]."""
+TINY = np.float32(1e-20)
+"""What is smaller is nothing: denormal numbers are slow."""
 
 
 @kernel(inline="always")
@@ -92,12 +94,15 @@ def remember(before, after, dt, lags, swings, memory, memory_out):
         for axis in range(3):
             velocity = (after[v, axis] - before[v, axis]) / dt
             for k in range(count):
-                memory_out[v, k, axis] = lags[k, 0] * memory[v, k, axis] - lags[k, 1] * velocity
+                trail = lags[k, 0] * memory[v, k, axis] - lags[k, 1] * velocity
+                memory_out[v, k, axis] = trail if abs(trail) > TINY else np.float32(0)
             for k in range(len(swings)):
                 at = count + 2 * k
                 trail, ending = memory[v, at, axis], memory[v, at + 1, axis] - velocity
-                memory_out[v, at, axis] = swings[k, 0] * trail + swings[k, 1] * ending
-                memory_out[v, at + 1, axis] = swings[k, 2] * trail + swings[k, 3] * ending + velocity
+                went = swings[k, 0] * trail + swings[k, 1] * ending
+                memory_out[v, at, axis] = went if abs(went) > TINY else np.float32(0)
+                went = swings[k, 2] * trail + swings[k, 3] * ending + velocity
+                memory_out[v, at + 1, axis] = went if abs(went) > TINY else np.float32(0)
             memory_out[v, last, axis] = velocity
 
 
