@@ -12,6 +12,7 @@ from hemline.motions.motion import JOINT_NAMES
 
 from .cape import LIGHT_VERTEX_COUNT, PAPER_VERTEX_COUNT, make_cape
 from .garment import Garment
+from .generate import garment_of_spec, is_spec
 from .pins import Pins
 from .read import read
 from .skirt import LIGHT_SIZE, PAPER_SIZE, make_skirt
@@ -37,7 +38,8 @@ def load(name: str = "cape") -> Garment:
 
     Args:
         name: `cape` (12,690 vertices), `cape-light` (4,000), `skirt` (18,546), `skirt-light` (3,978); `tshirt`,
-            `longsleeve`, `trousers`, `dress`, each of which has four times the triangles of `tshirt-light` and so on.
+            `longsleeve`, `trousers`, `dress`, each of which has four times the triangles of `tshirt-light` and so on;
+            or a generated one, `KIND:SEED` or `KIND:SEED@EDGE`, such as `dress:7` and `dress:7@35` (edges of 35 mm).
 
     Raises:
         BadGarment: Unknown name.
@@ -49,6 +51,8 @@ def load(name: str = "cape") -> Garment:
 
 def _made(name: str, shaped: "ShapedBody") -> Garment:
     """A garment by name, made on a body."""
+    if is_spec(name):
+        return garment_of_spec(name, shaped)
     if name not in _NAMES:
         near = get_close_matches(name, _NAMES, 1, 0.0)[0]
         raise BadGarment("unknown garment", f"'{name}'", f"did you mean '{near}'; or name a file")
@@ -64,7 +68,7 @@ def open_garment(name_or_path: str | Path, body: "ShapedBody | None" = None, *, 
     """A garment by name, or from a file as `read` does, on a body.
 
     Args:
-        name_or_path: A name of `names()`, or a path with a known ending.
+        name_or_path: A name of `names()`, a generated one such as `dress:7`, or a path with a known ending.
         body: The body to wear it; None: the one it was made on. A garment by name is made anew on another body than
             `anny24`.
         dressed: Whether it is moved onto `body`; otherwise it stays on the shape that it was made on, as in `read`.

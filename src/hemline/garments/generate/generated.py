@@ -1,0 +1,90 @@
+"""A garment made from its measures, on any shape of a body."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.arrays import Faces, Vertices
+from hemline.errors import BadInput
+from hemline.garments.clearance import cleared
+from hemline.garments.dressing import CLEARANCE, body_tree
+from hemline.garments.garment import Garment
+from hemline.garments.material import Material
+from hemline.garments.pin_rules import NO_PINS
+from hemline.garments.pins import Pins
+from hemline.garments.rest_metric import rest_edges_of_mesh
+from hemline.meshes import subdivided
+
+from .design import Design
+from .even_mesh import even_mesh
+from .lines import lines_of
+from .solid import SPACING
+from .surface import half_surface
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+SHORTEST, LONGEST = 0.008, 0.05
+"""Edge lengths that can be asked for [m]."""
+
+
+def generated(design: Design, shaped: "ShapedBody", *, edge: float = 0.02, name: str | None = None) -> Garment:
+    """A garment without a seam, its left half the mirror image of its right one.
+
+    It is cut from the surface of a solid: convex level sections of the body made wider by the ease, cones below the
+    waist, tubes around arms and legs, blended where they meet. That surface, smooth and at rest, is its cut. Skirts
+    and trousers are pinned along the waistband, all others rest on the shoulders.
+
+    Args:
+        design: Its measures.
+        shaped: The body to wear it, any shape.
+        edge: Length of its edges [m].
+        name: Its name; None: its kind.
+
+    Returns:
+        The garment at its start: outside the body by at least 3 mm.
+
+    Raises:
+        BadInput: `edge` is not from 0.008 to 0.05 m.
+        BadGarment: The edges are too long for the shape, or the body has no waist.
+    """
+    if not SHORTEST <= edge <= LONGEST:
+        raise BadInput(f"edges of a generated garment must be from {SHORTEST} to {LONGEST} m", edge, "use 0.02")
+    lines = lines_of(design, shaped)
+    fine, triangles = half_surface(design, shaped, lines)
+    if edge < 3 * SPACING:
+        faces, ends = subdivided(triangles, len(fine))
+        fine, triangles = np.concatenate([fine, fine[ends].mean(axis=1)]), faces
+    vertices, faces = mirrored(*even_mesh(fine, triangles, edge, fine[:, 0] <= 1e-9))
+    tree = body_tree(shaped)
+    rest_edges = rest_edges_of_mesh(vertices.round(6), faces)
+    laid = cleared(vertices, tree, CLEARANCE + 0.0002)
+    pins = NO_PINS
+    if not design.has_top:
+        ids = np.flatnonzero(vertices[:, 1] > lines.top - 1e-6).astype(np.int32)
+        pins = Pins.bound(ids, laid[ids], tree, shaped.normals)
+        laid[ids] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
+    return Garment(
+        name=name or design.kind,
+        vertices=laid.round(6).astype(np.float32),
+        faces=faces,
+        rest_edges=rest_edges,
+        material=Material.of(design.material),
+        pins=pins,
+        key_joint="pelvis",
+        body_name=shaped.body.name,
+        body_betas=np.array(shaped.betas, np.float32),
+        flat_rest=True,
+        notes=(f"generated: {design}",),
+    )
+
+
+def mirrored(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
+    """A half at x >= 0 and its mirror image, joined where x is 0."""
+    own = np.where(vertices[:, 0] <= 1e-9, 0, vertices[:, 0])
+    vertices = np.concatenate([own[:, None], vertices[:, 1:]], axis=1)
+    off = np.flatnonzero(own > 0)
+    image = np.arange(len(vertices))
+    image[off] = len(vertices) + np.arange(len(off))
+    both = np.concatenate([vertices, vertices[off] * [-1, 1, 1]])
+    return both, np.concatenate([faces, image[faces][:, ::-1]]).astype(np.int32)

@@ -1,0 +1,75 @@
+"""The left half of a garment as a fine mesh, cut at neckline, sleeves, waistband and hem."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hemline.arrays import Faces, Points, Vertices
+from hemline.garments.body_lines import joint
+from hemline.meshes import components
+
+from .clipped import clipped, compacted
+from .design import Design
+from .lines import Lines
+from .marching import zero_surface
+from .solid import SPACING, Arm, solid
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+_POWERS = {"v": 1.0, "round": 2.0, "square": 5.0}
+
+
+def half_surface(design: Design, shaped: "ShapedBody", lines: Lines) -> tuple[Vertices, Faces]:
+    """The half at x >= 0; where it is cut in the middle, x is 0.
+
+    Args:
+        design: Its measures.
+        shaped: The body.
+        lines: Heights on that body.
+    """
+    grid, arm = solid(design, shaped, lines)
+    vertices, faces = zero_surface(grid.values, grid.origin, SPACING)
+    vertices, faces = clipped(vertices, faces, lines.hem - vertices[:, 1])
+    if not design.has_top:
+        return _largest(*clipped(vertices, faces, vertices[:, 1] - lines.top))
+    vertices, faces = clipped(vertices, faces, _neckline(vertices, design, shaped, lines))
+    sleeve = _sleeve_end if design.sleeve > 0 else _armhole
+    return _largest(*clipped(vertices, faces, sleeve(vertices, design, arm, lines)))
+
+
+def _neckline(points: Points, design: Design, shaped: "ShapedBody", lines: Lines) -> np.ndarray:
+    """Positive where the neckline is cut out: above 1 - (|x / half width|^p + (depth)^p)^(1/p)."""
+    middle = float(joint(shaped, "neck")[2]) - 0.02
+    front = np.clip((points[:, 2] - middle) / 0.06 + 0.5, 0, 1)
+    front = front * front * (3 - 2 * front)
+    depth = design.neck_back + front * (design.neck_front - design.neck_back)
+    power = 2.0 + front * (_POWERS[design.neckline] - 2.0)
+    above = np.maximum(points[:, 1] - lines.shoulder, 0)
+    across = np.maximum(np.abs(points[:, 0]) - above, 0) / (design.neck_width / 2)
+    down = np.maximum(lines.shoulder - points[:, 1], 0) / depth
+    return (design.neck_width / 2) * (1 - (across**power + down**power) ** (1 / power))
+
+
+def _sleeve_end(points: Points, design: Design, arm: Arm, lines: Lines) -> np.ndarray:
+    way, height = arm.nearest(points)
+    return np.minimum(way - design.sleeve, 0.03 - height)
+
+
+def _armhole(points: Points, design: Design, arm: Arm, lines: Lines) -> np.ndarray:
+    """Beyond a plane from the end of the strap to the side of the trunk below the armpit, and all of the arm."""
+    way, height = arm.nearest(points)
+    low = lines.armpit - 0.02
+    side = (np.abs(points[:, 1] - low) < 0.01) & (height > 0.02)
+    inner = points[side, 0].max(initial=arm.points[0, 0])
+    shoulder = design.neck_width / 2 + design.strap
+    share = (points[:, 1] - low) / (lines.shoulder - low)
+    beyond = points[:, 0] - inner - share * (shoulder - inner)
+    return np.maximum(np.minimum(beyond, points[:, 1] - low), np.minimum(way - 0.1, 0.02 - height))
+
+
+def _largest(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
+    """The largest connected part."""
+    labels = components(faces, len(vertices))
+    best = np.bincount(labels[faces[:, 0]]).argmax()
+    return compacted(vertices, faces[labels[faces[:, 0]] == best])
