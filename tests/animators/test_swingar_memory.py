@@ -46,9 +46,7 @@ def test_filters_are_their_differential_equations():
     for number, (omega, zeta) in enumerate(SWINGS):
 
         def swing(t, y, omega=omega, zeta=zeta):
-            return np.concatenate(
-                [y[3:], omega**2 * (at(t) - y[:3]) + 2 * zeta * omega * (velocity(t) - y[3:])]
-            )
+            return np.concatenate([y[3:], omega**2 * (at(t) - y[:3]) + 2 * zeta * omega * (velocity(t) - y[3:])])
 
         start = np.concatenate([points[0], np.zeros(3)])
         found = solve_ivp(swing, (0, times[-1]), start, rtol=1e-8, atol=1e-10, max_step=1 / 120).y[:, -1]

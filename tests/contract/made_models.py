@@ -18,6 +18,10 @@ from hemline.animators.ropes import AnimatorRopes, RopesConfig
 from hemline.animators.ropes.body_inputs import COUNT
 from hemline.animators.ropes.layout import lay_out
 from hemline.animators.ropes.learned_bones import LearnedBones
+from hemline.animators.swingar import AnimatorSwingar, Swingar, SwingarConfig
+from hemline.animators.swingar.lag_net import LagNet, layer_sizes
+from hemline.animators.swingar.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.swingar.weights import Weights
 from hemline.bodies import ShapedBody
 from hemline.garments import coarser_garment
 from hemline.garments.garment import Garment
@@ -167,12 +171,29 @@ def live_model() -> AnimatorLive:
     return Live().worn_by(small_cape(), body())
 
 
+def swingar_weights(width: int = 16, seed: int = 3) -> Weights:
+    """Weights drawn by chance, so small that no vertex moves by more than some centimetres."""
+    random, config = np.random.default_rng(seed), SwingarConfig(width=width)
+    sizes = layer_sizes(STATIC + DYNAMIC, width)
+    drawn = {name: random.normal(size=size).astype(np.float32) * (2 / size[0]) ** 0.5 for name, size in sizes.items()}
+    drawn["fourth"] *= 0.02
+    biases = {name: np.zeros(size[1], np.float32) for name, size in sizes.items()}
+    return Weights(config, LagNet(drawn, biases), {"train_mm": 1.0}, ["a licence"]).rounded()
+
+
+@cache
+def swingar_model() -> AnimatorSwingar:
+    """The small cape, moved by weights that were drawn by chance."""
+    return Swingar(swingar_weights()).worn_by(small_cape(), body())
+
+
 ANIMATORS = {
     "agentdress": agentdress_model,
     "agentdress, rigged": rigged_model,
     "live": live_model,
     "ropes": ropes_model,
     "ropes, learned bones": learned_model,
+    "swingar": swingar_model,
 }
 """Every animator; each runs through every law."""
 

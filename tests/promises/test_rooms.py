@@ -40,7 +40,7 @@ ARRAYS_ONLY = {"metrics", "pictures", "export"}
 CLIPS_ONLY = {"study"}
 """Rooms that see files of clips only."""
 FROM_SIM = {"animators/live", "animators/swingar"}
-"""The one animator that may import the simulator."""
+"""Animators whose garments settle, or move, by the simulator while they are prepared or shown."""
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
 FILES = files()
 

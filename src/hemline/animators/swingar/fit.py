@@ -15,7 +15,7 @@ from hemline.errors import BadDataset
 from hemline.files import content_hash
 
 from .config import SwingarConfig
-from .samples import GarmentSamples, gather
+from .lag_samples import GarmentSamples, gather
 
 if TYPE_CHECKING:
     from .wearable import Swingar

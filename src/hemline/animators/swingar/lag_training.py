@@ -10,7 +10,7 @@ from torch import nn
 from .lag_net import LagNet, layer_sizes
 from .mirror import VECTOR, dynamic_mirror, static_mirror
 from .proxy_on_body import DYNAMIC, STATIC, Cells
-from .samples import GarmentSamples
+from .lag_samples import GarmentSamples
 
 Ends = np.ndarray | slice
 

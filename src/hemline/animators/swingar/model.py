@@ -100,7 +100,7 @@ class AnimatorSwingar:
             raise BadInput(
                 f"the model of '{self.garment.name}' was fitted on body {self.body_name} ({self.body_hash})",
                 f"{shaped.body.name} ({shaped.body.hash})",
-                "use that body, or give it the garment again",
+                "use that body, or fit the garment again",
             )
         return SwingarState(Trail.start(self._on(shaped).proxy, posed), posed.pose)
 
