@@ -26,7 +26,8 @@ class Descriptor:
     """
 
     eigenvalues: Float[np.ndarray, " descriptor"]
-    """Descending [1], float32; zeros fill up where the garment has fewer vertices."""
+    """Descending [1], float32; their sum is the number of points, some are below zero, as ways along edges are not straight.
+    Zeros fill up where the garment has fewer vertices."""
     samples: Int[np.ndarray, " samples"]
     """Vertex ids of the points, in the order in which they were chosen."""
 
@@ -68,16 +69,15 @@ class Descriptor:
         lengths = _edge_lengths(vertices, faces)
         samples, distances = _spread(lengths, min(size, len(vertices)))
         if len(samples) < size:
-            what, got = f"a spectral descriptor of {size} numbers has zeros at its end", f"{len(samples)} vertices"
+            what, got = f"a spectral descriptor of {size} numbers is filled up with zeros", f"{len(samples)} vertices"
             warnings.warn(HemlineWarning(what, got, "use a finer mesh"), stacklevel=2)
         between = distances[:, samples]
         if distance == "euclidean":
             points = np.asarray(vertices, np.float64)[samples]
             between = np.linalg.norm(points[:, None] - points[None], axis=2)
-        found = np.linalg.eigvalsh(affinity(0.5 * (between + between.T)))[::-1]
-        eigenvalues = np.zeros(size, np.float32)
-        eigenvalues[: len(found)] = found.clip(0)
-        return cls(eigenvalues, samples)
+        found = np.linalg.eigvalsh(affinity(0.5 * (between + between.T)))
+        filled = np.concatenate([found, np.zeros(size - len(found))])
+        return cls(np.sort(filled)[::-1].astype(np.float32), samples)
 
     def distance(self, other: "Descriptor") -> float:
         """How different two garments are [1]: the distance of their sorted eigenvalues.

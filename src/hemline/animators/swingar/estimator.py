@@ -41,7 +41,7 @@ class Estimator(nn.Module):
     Differs: heads of a layer stay apart up to the 24 joints; the last layers of the fully connected encoders are
         linear; logits of the dynamic weights start at those of skinning; lag features, where there are any, reach the
         state encoder and the blend shape; displacements are scaled by a small learned factor, that of the corrective
-        one beginning at zero; the descriptor's logarithm is encoded.
+        one beginning at zero; the inverse hyperbolic sine of the descriptor is encoded.
     """
 
     def __init__(self, config: EstimatorConfig | None = None):
@@ -61,14 +61,14 @@ class Estimator(nn.Module):
         self.blend_first = GatLn(c.state, c.blend, 3, alpha=alpha, extra=c.lag)
         self.blend_second = GatLn(c.blend, c.blend_last, 3, alpha=alpha)
         self.blend_motion = nn.Linear(c.motion, c.blend_last) if c.motion != c.blend_last else nn.Identity()
-        self.blend_scale = nn.Parameter(torch.tensor(START))
+        self.blend_scale = nn.Parameter(torch.full((1,), START))
         heads = 4 * c.corrective_heads
         self.mesh_gates = GatLn(CORRECTIVE_WIDTH, c.corrective, heads, groups=4, alpha=alpha)
         self.hidden_gates = GatLn(c.corrective, c.corrective, heads, groups=4, alpha=alpha)
         self.peepholes = nn.Parameter(torch.zeros(3, c.corrective))
         self.corrective_first = GatLn(c.corrective, c.corrective, 1, alpha=alpha)
         self.corrective_second = GatLn(c.corrective, 3, 1, alpha=alpha)
-        self.corrective_scale = nn.Parameter(torch.zeros(()))
+        self.corrective_scale = nn.Parameter(torch.zeros(1))
         with torch.no_grad():
             self.weight.weight.mul_(FAINT)
 
@@ -93,7 +93,7 @@ class Estimator(nn.Module):
         """
         encoded = self.graph_second(graph, self.graph_first(graph, features[None, None]))
         if self.config.global_shape == "spectral":
-            shape = self.shape(torch.log1p(descriptor.clamp(min=0)))
+            shape = self.shape(torch.asinh(descriptor))
         elif self.config.global_shape == "pooled":
             shape = self.shape(encoded[0].mean(0)).amax(0)
         else:

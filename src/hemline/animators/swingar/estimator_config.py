@@ -1,6 +1,7 @@
 """The sizes of the estimator."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 from hemline.errors import BadInput
@@ -66,3 +67,48 @@ class EstimatorConfig:
     def scale(self) -> float | None:
         """The scale of scores as a layer takes it: None where they are not normalised."""
         return self.alpha if self.lipschitz else None
+
+
+def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
+    """Shape of each array of weights by its name, which is that of `Estimator.state_dict()`; none knows a vertex count.
+
+    Args:
+        config: The sizes.
+    """
+    c, heads = config, 4 * config.corrective_heads
+    found: dict[str, tuple[int, ...]] = {
+        "blend_scale": (1,),
+        "peepholes": (3, c.corrective),
+        "corrective_scale": (1,),
+        "motion.weight_ih_l0": (4 * c.motion, POSE_WIDTH),
+        "motion.weight_hh_l0": (4 * c.motion, c.motion),
+        "motion.bias_ih_l0": (4 * c.motion,),
+        "motion.bias_hh_l0": (4 * c.motion,),
+        "weight.weight": (1, c.state),
+    }
+    layers = {
+        "graph_first": (JOINTS, VERTEX_WIDTH, 0, c.graph),
+        "graph_second": (JOINTS, c.graph, 0, c.motion),
+        "state": (JOINTS, c.motion, c.lag, c.state),
+        "blend_first": (3, c.state, c.lag, c.blend),
+        "blend_second": (3, c.blend, 0, c.blend_last),
+        "mesh_gates": (heads, CORRECTIVE_WIDTH, 0, c.corrective),
+        "hidden_gates": (heads, c.corrective, 0, c.corrective),
+        "corrective_first": (1, c.corrective, 0, c.corrective),
+        "corrective_second": (1, c.corrective, 0, 3),
+    }
+    for name, (count, inputs, extra, outputs) in layers.items():
+        found[f"{name}.weights"] = (count, inputs, outputs)
+        found[f"{name}.extra_weights"] = (count, extra, outputs)
+        found[f"{name}.vectors"] = (count, 2, outputs)
+    connected = {"body": (c.body, 256, 128, c.corrective)}
+    if c.global_shape == "spectral":
+        connected["shape"] = (c.descriptor, 256, 128, JOINTS)
+    for name, sizes in connected.items():
+        for i, (inputs, outputs) in enumerate(pairwise(sizes)):
+            found[f"{name}.{2 * i}.weight"], found[f"{name}.{2 * i}.bias"] = (outputs, inputs), (outputs,)
+    single = {"shape": (c.motion, JOINTS)} if c.global_shape == "pooled" else {}
+    single |= {"blend_motion": (c.motion, c.blend_last)} if c.motion != c.blend_last else {}
+    for name, (inputs, outputs) in single.items():
+        found[f"{name}.weight"], found[f"{name}.bias"] = (outputs, inputs), (outputs,)
+    return found
