@@ -12,10 +12,31 @@ from hemline.animators.swingar.product_kernels import product
 from hemline.errors import BadMesh
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.animators.swingar.layers import GatLn, condensed, dense_attention  # noqa: E402  # after the skip
+from hemline.animators.swingar.layers import GatLn, condensed, gathered_attention  # noqa: E402  # after the skip
 
 GRAPH = graph_of()
 VERTS = GRAPH.vertex_count
+
+
+def dense_attention(layer, graph, x, scale=None, extra=None):
+    """A layer in plain torch, on matrices of all pairs of vertices."""
+    mask = torch.zeros((graph.vertex_count, graph.vertex_count), dtype=torch.bool)
+    mask[torch.from_numpy(graph.looking.astype(np.int64)), torch.from_numpy(graph.ring.astype(np.int64))] = True
+    x = x if scale is None else x * scale[:, None, None, :]
+    projected = torch.einsum("thvf,hfd->thvd", x.expand(-1, len(layer.weights), -1, -1), layer.weights)
+    if extra is not None:
+        projected = projected + torch.einsum("tvl,hld->thvd", extra, layer.extra_weights)
+    looks, looked_at = torch.einsum("thvd,hkd->kthv", projected, layer.vectors)
+    scores = looks[..., :, None] + looked_at[..., None, :]
+    if layer.alpha is not None:
+        squares = projected.square().sum(-1)
+        most = squares[..., None, :].expand_as(scores).masked_fill(~mask, 0.0).amax(-1)
+        length = layer.vectors.square().sum((1, 2)).sqrt()[None, :, None]
+        norms = scores.masked_fill(~mask, 0.0).square().sum(-1).sqrt()
+        scores = layer.alpha * scores / torch.maximum(norms, length * (most + squares).sqrt())[..., None]
+    scores = torch.nn.functional.leaky_relu(scores, 0.2).masked_fill(~mask, -torch.inf)
+    gathered = scores.softmax(-1) @ projected
+    return torch.tanh(gathered.unflatten(1, (layer.groups, -1)).mean(2))
 
 
 def test_a_ring_is_the_vertex_and_its_neighbours():
@@ -24,6 +45,9 @@ def test_a_ring_is_the_vertex_and_its_neighbours():
     assert rings == [[0, 1, 2], [0, 1, 2, 3], [0, 1, 2, 3], [1, 2, 3], [4]]
     assert graph.looking.tolist() == [0] * 3 + [1] * 4 + [2] * 4 + [3] * 3 + [4]
     assert graph.start.dtype == graph.ring.dtype == np.int32
+    ring, held = graph.padded
+    assert [row[there > 0].tolist() for row, there in zip(ring, held, strict=True)] == rings
+    assert ring[4].tolist() == [4] * 4
 
 
 def test_a_triangle_of_no_vertex_is_refused():
@@ -74,6 +98,7 @@ def test_values_and_gradients_are_those_of_dense_matrices(case):
     extra = torch.randn(3, VERTS, more) if more else None
     found, plain = layer(GRAPH, x, scale=scale, extra=extra), dense_attention(layer, GRAPH, x, scale, extra)
     assert (found - plain).abs().max() < 1e-5
+    assert (gathered_attention(layer, GRAPH, x, scale, extra) - plain).abs().max() < 1e-5
     back = torch.randn_like(plain)
     given = [each for each in (x, scale, *layer.parameters()) if each is not None and each.numel()]
     ours, theirs = (torch.autograd.grad((out * back).sum(), given) for out in (found, plain))

@@ -30,7 +30,9 @@ def test_terms_are_their_closed_forms():
     assert float(losses.edge_loss(moved, truth, edges)) == pytest.approx(0, abs=1e-9)
     lengths = (truth[:, edges[:, 0]] - truth[:, edges[:, 1]]).norm(dim=-1)
     assert float(losses.edge_loss(1.5 * truth, truth, edges)) == pytest.approx(float((lengths / 2).square().mean()))
-    assert float(losses.gravity_loss(moved, torch.full((42,), 0.01)) - losses.gravity_loss(truth, torch.full((42,), 0.01))) == pytest.approx(9.8 * 0.42 * 0.3, rel=1e-4)  # fmt: skip
+    mass = torch.full((42,), 0.01)
+    lifted = losses.gravity_loss(moved, mass) - losses.gravity_loss(truth, mass)
+    assert float(lifted) == pytest.approx(9.8 * 0.42 * 0.3, rel=1e-4)
     heights = torch.tensor([[-0.01, 0.001, 0.02]])
     assert float(losses.collision_loss(heights, 0.002)) == pytest.approx((0.012**2 + 0.001**2) / 3)
 
@@ -98,7 +100,8 @@ def test_all_terms_are_used_where_the_body_is_known():
 def test_the_present_mesh_of_the_corrective_predictor_is_the_coarse_one():
     torch.manual_seed(0)
     estimator, samples = Estimator(CONFIG), Swaying.made()
-    stages = [each(estimator, samples, Groups(4, 2, 6), losses.LossWeights()) for each in (CoarseObjective, CorrectiveObjective)]  # fmt: skip
+    given = estimator, samples, Groups(4, 2, 6), losses.LossWeights()
+    stages = CoarseObjective(*given), CorrectiveObjective(*given)
     assert stages[0].errors() == pytest.approx(stages[1].errors(), abs=1e-4)  # its output begins at zero; float16
 
 

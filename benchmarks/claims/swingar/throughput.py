@@ -21,7 +21,7 @@ from hemline.animators.swingar.runtime import PlayedEstimator
 from hemline.compiled import use_threads
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "animators"))
-from swingar_samples import graph_of, inputs  # noqa: E402
+from swingar_samples import graph_of, inputs
 
 FRAMES, LAG = 10, 12
 MEMORY = {"MALLOC_MMAP_MAX_": "0", "MALLOC_TOP_PAD_": "500000000", "MALLOC_TRIM_THRESHOLD_": "100000000000"}
@@ -65,7 +65,9 @@ def training(config: EstimatorConfig, rows: int, columns: int, runs: int) -> dic
 
     steps = encode, coarse, back("coarse"), still, corrective, back("corrective")
     names = "garment", "coarse", "coarse, back", "-", "corrective", "corrective, back"
-    found = {name: 1e3 * each / FRAMES for name, each in zip(names, least(runs, time.process_time, *steps), strict=True)}
+    found = {
+        name: 1e3 * each / FRAMES for name, each in zip(names, least(runs, time.process_time, *steps), strict=True)
+    }
     del found["-"]
     found["coarse frames/s"] = 1e3 / (found["garment"] + found["coarse"] + found["coarse, back"])
     found["corrective frames/s"] = 1e3 / (found["corrective"] + found["corrective, back"])
@@ -102,12 +104,15 @@ def main() -> None:
         work = sum(flops for part, (_, flops) in parts.items() if part not in ("graph_first", "graph_second", "shape"))
         weights = sum(number for number, _ in parts.values())
         print(f"{name}: {weights:,} weights, {work / 1e9:.2f} GFLOP a frame of {count} vertices")
+        print("  weights; MFLOP: " + ", ".join(f"{part} {n:,}; {flops / 1e6:.0f}" for part, (n, flops) in parts.items()))
         use_threads(1)
         shown = training(config, options.rows, options.columns, options.runs)
         print("  training, ms a frame, one thread: " + ", ".join(f"{part} {each:.1f}" for part, each in shown.items()))
         for threads in sorted({1, os.cpu_count() or 1}):
             shown = playing(config, options.rows, options.columns, 3 * options.runs, threads)
-            print(f"  playing, ms, threads {threads}: " + ", ".join(f"{part} {each:.1f}" for part, each in shown.items()))
+            print(
+                f"  playing, ms, threads {threads}: " + ", ".join(f"{part} {each:.1f}" for part, each in shown.items())
+            )
 
 
 if __name__ == "__main__":

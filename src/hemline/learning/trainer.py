@@ -61,7 +61,7 @@ class Schedule:
     clip: float = math.inf
     """Longest gradient; a longer one is shortened to it."""
     patience: int = 0
-    """The training ends once the validation loss has not fallen by `gain` in so many epochs; 0: never before its end."""
+    """It ends once the validation loss has not fallen by `gain` in so many epochs; 0: never before its end."""
     gain: float = 0.02
     """What counts as falling, as a share."""
 

@@ -1,4 +1,4 @@
-"""Compiled: exponential and hyperbolic tangent of many float32 numbers, without a branch, so that they become vectors."""
+"""Compiled: exponential and hyperbolic tangent of many float32 numbers, without a branch, as vectors."""
 
 import llvmlite.ir as ir
 import numpy as np

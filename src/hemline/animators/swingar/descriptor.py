@@ -26,8 +26,8 @@ class Descriptor:
     """
 
     eigenvalues: Float[np.ndarray, " descriptor"]
-    """Descending [1], float32; their sum is the number of points, some are below zero, as ways along edges are not straight.
-    Zeros fill up where the garment has fewer vertices."""
+    """Descending [1], float32; their sum is the number of points; some are below zero, as ways along edges are not
+    straight. Zeros fill up where the garment has fewer vertices."""
     samples: Int[np.ndarray, " samples"]
     """Vertex ids of the points, in the order in which they were chosen."""
 
@@ -117,7 +117,7 @@ def eigenvectors(
     Returns:
         Eigenvectors as columns [1], about unit length; the sum of each is positive.
 
-    Source: Fowlkes, Belongie, Chung, Malik, "Spectral grouping using the Nystrom method", 2004, Eq. 7; Li, Shi, Zhu,
+    Source: Fowlkes, Belongie, Chung, Malik, "Spectral grouping using the Nyström method", 2004, Eq. 7; Li, Shi, Zhu,
         Kanai, "SwinGar", 2023, Section III-B.
     """
     samples = descriptor.samples

@@ -97,7 +97,7 @@ class Estimator(nn.Module):
         elif self.config.global_shape == "pooled":
             shape = self.shape(encoded[0].mean(0)).amax(0)
         else:
-            shape = torch.ones(JOINTS)
+            shape = features.new_ones(JOINTS)
         return GarmentCode(graph, features[:, 3:6], encoded, shape, skin_logits)
 
     def coarse(
@@ -137,7 +137,7 @@ class Estimator(nn.Module):
             Displacements of the vertices (frames, verts, 3) [m].
         """
         graph = garment.graph
-        hidden = cell = torch.zeros(())
+        hidden = cell = meshes.new_zeros(())
         for step in range(MESHES):
             mesh = meshes[:, step]
             features = torch.cat([mesh, torch.cdist(mesh, joints[:, step])], dim=-1)

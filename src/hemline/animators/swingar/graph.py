@@ -1,11 +1,12 @@
 """The graph of a garment that attention runs over: each vertex, and who its neighbours are."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 
-from hemline.arrays import Faces, Int
+from hemline.arrays import Faces, Float, Int
 from hemline.errors import BadMesh
 from hemline.meshes.edges import directed_edges
 
@@ -48,3 +49,12 @@ class Graph:
     def looking(self) -> Int[np.ndarray, " edges"]:
         """The vertex in whose ring each entry of `ring` stands, int32."""
         return np.repeat(np.arange(self.vertex_count, dtype=np.int32), np.diff(self.start))
+
+    @cached_property
+    def padded(self) -> tuple[Int[np.ndarray, "verts most"], Float[np.ndarray, "verts most"]]:
+        """Rings as rows of equal length: ids, int64, the vertex's own at the end; and 1 where there is a neighbour."""
+        size = np.diff(self.start)
+        place = np.arange(len(self.ring)) - np.repeat(self.start[:-1], size)
+        ring = np.repeat(np.arange(self.vertex_count, dtype=np.int64)[:, None], size.max(initial=1), axis=1)
+        ring[self.looking, place] = self.ring
+        return ring, (np.arange(ring.shape[1]) < size[:, None]).astype(np.float32)

@@ -1,8 +1,8 @@
 """Compiled: graph attention with Lipschitz-normalised scores, forward and backward, one head of one frame at a time.
 
-The projected features of one head of one frame, a *slab*, stay in the second cache while scores, attention and sums over
-neighbours are made of them. Arrays are laid out (frames, heads, verts, features); edges are those of a `Graph`: the ring
-of vertex i is `ring[start[i]:start[i + 1]]`, itself included.
+The projected features of one head of one frame, a *slab*, stay in the second cache while scores, attention and sums
+over neighbours are made of them. Arrays are laid out (frames, heads, verts, features); edges are those of a `Graph`:
+the ring of vertex i is `ring[start[i]:start[i + 1]]`, itself included.
 """
 
 import numpy as np
@@ -70,7 +70,7 @@ def length_of(vectors):
 
 @kernel(inline="always")
 def divisor_at(i, start, ring, halves, length):
-    """What the scores of a vertex are divided by; which neighbour has the largest norm; whether the norms of features decide.
+    """What the scores of a vertex are divided by; the neighbour of the largest norm; whether norms of features decide.
 
     The larger of the norm of its scores and `length sqrt(max_k |x_k|^2 + |x_i|^2)` (Eq. 4, in one neighbourhood).
     """
@@ -126,7 +126,9 @@ def add_gathered(start, ring, attention, projected, out):
 
 
 @kernel(parallel=True, fastmath=FAST)
-def attend(start, ring, x, scale, weights, extra, extra_weights, vectors, alpha, normalised, keep, slabs, attention_out, out):
+def attend(
+    start, ring, x, scale, weights, extra, extra_weights, vectors, alpha, normalised, keep, slabs, attention_out, out
+):
     """A layer: `tanh(mean over the heads of a group of softmax(scores) x weights)`.
 
     # in:  x (1|frames,1|heads,verts,F); scale (frames,F), or (frames,0) for ones; weights (heads,F,D);
@@ -227,7 +229,9 @@ def halves_to_slab_back(projected, vectors, halves_back, length, length_back, pr
 
 
 @kernel(fastmath=FAST)
-def project_slab_back(x, scale, weights, extra, projected_back, wanted, scale_back, weights_back, extra_weights_back, x_back):
+def project_slab_back(
+    x, scale, weights, extra, projected_back, wanted, scale_back, weights_back, extra_weights_back, x_back
+):
     """Backward of `project_slab`, added; `extra` is data and gets no gradient, `x` where wanted."""
     if scale.shape[0] > 0:
         raw = np.zeros_like(weights)
@@ -255,7 +259,8 @@ def attend_back(
 ):  # fmt: skip
     """Backward of `attend`: adds to gradients, which begin as zeros.
 
-    # in: as `attend`, `slabs` and `attention` as it kept them; out, back (frames,groups,verts,D); wanted: whether x_back is
+    # in: as `attend`, `slabs` and `attention` as it kept them; out, back (frames,groups,verts,D); wanted: whether
+    #     x_back is filled
     # in and out: scale_back (frames,F); with an axis of chunks of frames before their own, to be summed by the caller:
     #      weights_back, extra_weights_back, vectors_back, and x_back where x is one for all frames (else one chunk)
     """
@@ -282,7 +287,15 @@ def attend_back(
                     add_gathered_back(start, ring, attention[frame, head], slab, before, attention_back, slab_back)
                     fill_halves(slab, vectors[head], halves)
                     length_back = attend_slab_back(
-                        start, ring, halves, length, alpha, normalised, attention[frame, head], attention_back, halves_back
+                        start,
+                        ring,
+                        halves,
+                        length,
+                        alpha,
+                        normalised,
+                        attention[frame, head],
+                        attention_back,
+                        halves_back,
                     )
                     halves_to_slab_back(
                         slab, vectors[head], halves_back, length, length_back, slab_back, vectors_back[chunk, head]
@@ -315,7 +328,8 @@ def condense(state, vector, mean_out, scores_out):
 @kernel(parallel=True, fastmath=FAST)
 def condense_back(state, vector, mean_back, scores_back, state_back_out, vector_back):
     """Backward of `condense`; `vector_back` is added to, a row for each frame."""
-    # in: mean_back (frames,verts,D), scores_back (frames,verts,heads); out: state_back_out; in and out: vector_back (frames,D)
+    # in: mean_back (frames,verts,D), scores_back (frames,verts,heads); out: state_back_out
+    # in and out: vector_back (frames,D)
     frames, heads, count, width = state.shape
     share = F(1.0) / F(heads)
     for frame in prange(frames):

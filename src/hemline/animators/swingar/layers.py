@@ -2,16 +2,13 @@
 
 from typing import Any
 
-import numpy as np
 import torch
 from torch import Tensor, nn
 
 from hemline.compiled import threads
 
 from .graph import Graph
-from .layer_kernels import attend, attend_back, condense, condense_back
-
-
+from .layer_kernels import SLOPE, TINY, attend, attend_back, condense, condense_back
 
 
 class _Attention(torch.autograd.Function):
@@ -101,6 +98,8 @@ def condensed(state: Tensor, vector: Tensor) -> tuple[Tensor, Tensor]:
     Returns:
         Mean (frames, verts, width), products (frames, verts, heads).
     """
+    if state.device.type != "cpu":
+        return state.mean(1), (state @ vector).transpose(1, 2)
     return _Condensed.apply(state, vector)
 
 
@@ -127,7 +126,7 @@ class GatLn(nn.Module):
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 2 and 4; Velickovic et al., "Graph attention networks", 2018,
         Eq. 1 to 6 (also: heads are averaged before the nonlinearity); Dasoulas, Scaman, Virmaux, "Lipschitz
-        normalization for self-attention layers", 2021.
+        Normalization for Self-Attention Layers with Application to Graph Neural Networks", 2021.
     Differs: norms are taken over each neighbourhood, not over the whole graph, and per head.
     """
 
@@ -157,6 +156,8 @@ class GatLn(nn.Module):
         Returns:
             Features (frames, groups, verts, outputs), each between -1 and 1.
         """
+        if x.device.type != "cpu":
+            return gathered_attention(self, graph, x, scale, extra)
         scale = x.new_zeros((0, 0)) if scale is None else scale
         extra = x.new_zeros((0, x.shape[2], 0)) if extra is None else extra
         return _Attention.apply(
@@ -164,24 +165,33 @@ class GatLn(nn.Module):
         )
 
 
-def dense_attention(
+def gathered_attention(
     layer: GatLn, graph: Graph, x: Tensor, scale: Tensor | None = None, extra: Tensor | None = None
 ) -> Tensor:
-    """The same layer in plain torch on matrices of all pairs of vertices: what the kernels are compared with."""
-    mask = torch.zeros((graph.vertex_count, graph.vertex_count), dtype=torch.bool)
-    mask[torch.from_numpy(graph.looking.astype(np.int64)), torch.from_numpy(graph.ring.astype(np.int64))] = True
+    """The same layer in plain torch, on rings of equal length: for devices that the kernels are not for.
+
+    Args:
+        layer: The layer.
+        graph: Who looks at whom.
+        x: Features (frames, heads, verts, inputs); an axis of 1 holds for all frames, for all heads.
+        scale: Factors of features (frames, inputs); None: 1.
+        extra: Further features (frames, verts, extra); None: none.
+
+    Returns:
+        Features (frames, groups, verts, outputs), each between -1 and 1.
+    """
+    ring, held = (torch.from_numpy(each).to(x.device) for each in graph.padded)
     x = x if scale is None else x * scale[:, None, None, :]
-    projected = torch.einsum("thvf,hfd->thvd", x.expand(-1, len(layer.weights), -1, -1), layer.weights)
+    projected = x @ layer.weights
     if extra is not None:
-        projected = projected + torch.einsum("tvl,hld->thvd", extra, layer.extra_weights)
-    looks, looked_at = torch.einsum("thvd,hkd->kthv", projected, layer.vectors)
-    scores = looks[..., :, None] + looked_at[..., None, :]
+        projected = projected + extra[:, None] @ layer.extra_weights
+    looks, looked_at = (projected @ layer.vectors.transpose(1, 2)).unbind(-1)
+    scores = looks[..., None] + looked_at[..., ring]
     if layer.alpha is not None:
         squares = projected.square().sum(-1)
-        most = squares[..., None, :].expand_as(scores).masked_fill(~mask, 0.0).amax(-1)
-        length = layer.vectors.square().sum((1, 2)).sqrt()[None, :, None]
-        norms = scores.masked_fill(~mask, 0.0).square().sum(-1).sqrt()
-        scores = layer.alpha * scores / torch.maximum(norms, length * (most + squares).sqrt())[..., None]
-    scores = torch.nn.functional.leaky_relu(scores, 0.2).masked_fill(~mask, -torch.inf)
-    gathered = scores.softmax(-1) @ projected
+        bound = layer.vectors.square().sum((1, 2)).sqrt()[:, None] * (squares[..., ring].amax(-1) + squares).sqrt()
+        norms = (scores * held).square().sum(-1).sqrt()
+        scores = layer.alpha * scores / torch.maximum(norms, bound).clamp(min=float(TINY))[..., None]
+    scores = torch.nn.functional.leaky_relu(scores, float(SLOPE)).masked_fill(held == 0, -torch.inf)
+    gathered = (scores.softmax(-1)[..., None, :] @ projected[:, :, ring])[..., 0, :]
     return torch.tanh(gathered.unflatten(1, (layer.groups, -1)).mean(2))

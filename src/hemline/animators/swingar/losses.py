@@ -66,7 +66,7 @@ def bend_loss(vertices: Tensor, faces: Tensor, beside: Tensor) -> Tensor:
     normals = torch.linalg.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
     normals = torch.nn.functional.normalize(normals, dim=-1, eps=1e-12)
     pairs = torch.cat([beside, beside.flip(1)])
-    count = torch.zeros(len(faces)).index_add_(0, pairs[:, 0], torch.ones(len(pairs)))
+    count = normals.new_zeros(len(faces)).index_add_(0, pairs[:, 0], normals.new_ones(len(pairs)))
     around = torch.zeros_like(normals).index_add(1, pairs[:, 0], normals[:, pairs[:, 1]])
     return (normals - around / count.clamp(min=1)[:, None])[:, count > 0].square().sum(-1).mean()
 

@@ -125,7 +125,7 @@ class CorrectiveObjective(_Stage):
         """The coarse meshes with the displacement added."""
         code = self._codes[self.data.garment_of[chosen[0]]]
         times = np.concatenate([self.data.before[chosen][:, ::-1], chosen[:, None]], axis=1)
-        self._make(np.setdiff1d(times, list(self._known)))
+        self._make(np.array([i for i in np.unique(times).tolist() if i not in self._known], np.int64))
         meshes, joints, heading = (
             torch.from_numpy(np.stack([[self._known[i][part] for i in row] for row in times.tolist()]))
             for part in range(3)
@@ -134,16 +134,18 @@ class CorrectiveObjective(_Stage):
         meshes, joints = (each.float() @ turned.transpose(2, 3) for each in (meshes, joints))
         return meshes[:, -1] + self.estimator.corrective(code, meshes, joints, torch.from_numpy(batch.body))
 
-    def _make(self, missing: np.ndarray) -> None:
+    def _make(self, unknown: np.ndarray) -> None:
         """Make coarse meshes that are not known yet; they are kept as float16."""
-        for members in _by_garment(self.data, missing):
+        for members in _by_garment(self.data, unknown):
             for first in range(0, len(members), self.groups.frames):
                 chosen = members[first : first + self.groups.frames]
                 batch = self.data.frames(chosen)
                 with torch.no_grad():
                     code = self._codes[self.data.garment_of[chosen[0]]]
                     made = _coarse(self.estimator, code, batch).numpy().astype(np.float16)
-                self._known |= dict(zip(chosen.tolist(), zip(made, batch.joints, batch.heading, strict=True), strict=True))
+                self._known |= dict(
+                    zip(chosen.tolist(), zip(made, batch.joints, batch.heading, strict=True), strict=True)
+                )
 
 
 def encoded(estimator: Estimator, garment: GarmentSample) -> GarmentCode:
@@ -187,5 +189,3 @@ class _Sheet:
         same = np.flatnonzero(np.diff(number[order]) == 0)
         beside = np.stack([order[same], order[same + 1]], axis=1) % len(faces)
         return cls(*(torch.from_numpy(each) for each in (faces, found, beside, garment.mass)))
-
-

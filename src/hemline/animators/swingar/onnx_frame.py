@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from hemline.arrays import Float, Int
+from hemline.arrays import Float
 from hemline.errors import MissingExtra
 from hemline.files import written_whole
 
 from .estimator_config import JOINTS, MESHES, POSE_WIDTH, POSES
-from .graph import Graph
 from .onnx_nodes import Nodes
 from .runtime import Garment, PlayedEstimator
 
@@ -66,8 +65,8 @@ def frame_inputs(
     """The inputs of the file by name.
 
     Args:
-        garment: The garment, encoded; `ring` (verts, most) holds the ids of neighbours, filled up with the vertex's own,
-            `mask` is 1 where there is one.
+        garment: The garment, encoded; `ring` (verts, most) holds the ids of neighbours, filled up with the vertex's
+            own, `mask` is 1 where there is one.
         motion: The last poses, as `PlayedEstimator.coarse` takes them.
         lag: Lag features; None where the estimator has none.
         transforms: Skinning transforms of the joints.
@@ -75,7 +74,7 @@ def frame_inputs(
         joints: Positions of the joints at all three times [m].
         body: Betas and axis-angles of the present pose.
     """
-    ring, mask = padded_rings(garment.graph)
+    ring, mask = garment.graph.padded
     found = {
         "ring": ring,
         "mask": mask,
@@ -90,15 +89,6 @@ def frame_inputs(
         "body": body,
     }
     return found if lag is None else found | {"lag": lag}
-
-
-def padded_rings(graph: Graph) -> tuple[Int[np.ndarray, "verts most"], Float[np.ndarray, "verts most"]]:
-    """Neighbours of each vertex as rows of equal length: ids, int64, its own at the end; and 1 where there is one."""
-    size = np.diff(graph.start)
-    place = np.arange(len(graph.ring)) - np.repeat(graph.start[:-1], size)
-    ring = np.repeat(np.arange(graph.vertex_count, dtype=np.int64)[:, None], size.max(initial=1), axis=1)
-    ring[graph.looking, place] = graph.ring
-    return ring, (np.arange(ring.shape[1]) < size[:, None]).astype(np.float32)
 
 
 def _input_shapes(estimator: PlayedEstimator) -> dict[str, list[Any]]:

@@ -50,14 +50,18 @@ class Nodes:
             projected = self.add("Add", projected, more)
         halves = self.add("MatMul", projected, layer.vectors.transpose(0, 2, 1))
         looks = self.add("Slice", halves, self.whole(0), self.whole(1), self.whole(2))
-        looked_at = self.add("Squeeze", self.add("Slice", halves, self.whole(1), self.whole(2), self.whole(2)), self.whole(2))
+        looked_at = self.add(
+            "Squeeze", self.add("Slice", halves, self.whole(1), self.whole(2), self.whole(2)), self.whole(2)
+        )
         scores = self.add("Add", looks, self.add("Gather", looked_at, "ring", axis=1))
         if layer.alpha is not None:
             scores = self.add("Mul", self._normalised(layer, projected, scores), float(layer.alpha))
         scores = self.add("LeakyRelu", scores, alpha=float(SLOPE))
         gaps = self.add("Mul", self.add("Sub", 1.0, "mask"), FAR)
         attention = self.add("Unsqueeze", self.add("Softmax", self.add("Add", scores, gaps), axis=-1), self.whole(2))
-        gathered = self.add("Squeeze", self.add("MatMul", attention, self.add("Gather", projected, "ring", axis=1)), self.whole(2))
+        gathered = self.add(
+            "Squeeze", self.add("MatMul", attention, self.add("Gather", projected, "ring", axis=1)), self.whole(2)
+        )
         heads, _, width = layer.weights.shape
         apart = self.add("Reshape", gathered, self.whole(layer.groups, heads // layer.groups, -1, width))
         return self.add("Tanh", self.add("ReduceMean", apart, self.whole(1), keepdims=0))

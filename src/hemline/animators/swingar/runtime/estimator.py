@@ -7,14 +7,14 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.swingar.estimator_config import JOINTS, MESHES, EstimatorConfig, weight_shapes
+from hemline.animators.swingar.estimator_config import CORRECTIVE_WIDTH, JOINTS, MESHES, EstimatorConfig, weight_shapes
 from hemline.animators.swingar.graph import Graph
 from hemline.arrays import Float, Vertices
 from hemline.compiled import threads
 from hemline.files.contents import array_of
 
 from .layer import Layer
-from .play_kernels import attend_condensed, recall
+from .play_kernels import attend_condensed, fill_mesh_features, pass_gates, recall
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,19 +133,18 @@ class PlayedEstimator:
             body: Betas and axis-angles of the present pose.
         """
         graph, peepholes = garment.graph, self.arrays["peepholes"]
-        hidden = cell = np.zeros((1, 1), np.float32)
+        count, width = graph.vertex_count, self.config.corrective
+        features = np.empty((1, count, CORRECTIVE_WIDTH), np.float32)
+        cell, hidden = np.zeros((count, width), np.float32), np.empty((1, count, width), np.float32)
         for step in range(MESHES):
-            mesh = np.asarray(meshes[step], np.float32)
-            apart = mesh[:, None] - np.asarray(joints[step], np.float32)
-            features = np.concatenate([mesh, np.sqrt(np.einsum("vjc,vjc->vj", apart, apart))], axis=1)
-            gates = self.layers["mesh_gates"](graph, features[None])
+            mesh, places = (np.ascontiguousarray(each[step], np.float32) for each in (meshes, joints))
+            fill_mesh_features(mesh, places, features[0])
+            gates = self.layers["mesh_gates"](graph, features)
             if step:
-                gates += self.layers["hidden_gates"](graph, hidden[None])
-            taken, kept, shown = (_sigmoid(gates[i] + peepholes[i] * cell) for i in range(3))
-            cell = taken * np.tanh(gates[3] + kept * cell)
-            hidden = shown * np.tanh(cell)
+                gates += self.layers["hidden_gates"](graph, hidden)
+            pass_gates(gates, peepholes, cell, hidden[0])
         feature = self._connected("body", np.asarray(body, np.float32))
-        out = self.layers["corrective_first"](graph, hidden[None], feature)
+        out = self.layers["corrective_first"](graph, hidden, feature)
         return self.arrays["corrective_scale"] * self.layers["corrective_second"](graph, out)[0]
 
     @cached_property
@@ -179,10 +178,6 @@ class PlayedEstimator:
 
     def _linear(self, name: str, value: np.ndarray) -> np.ndarray:
         return value @ self.arrays[f"{name}.weight"].T + self.arrays[f"{name}.bias"]
-
-
-def _sigmoid(value: np.ndarray) -> np.ndarray:
-    return np.float32(0.5) + np.float32(0.5) * np.tanh(np.float32(0.5) * value)
 
 
 def _skinned(weights: np.ndarray, transforms: np.ndarray, points: np.ndarray) -> np.ndarray:

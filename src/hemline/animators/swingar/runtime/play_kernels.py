@@ -72,3 +72,33 @@ def recall(given, recurrent, hidden_out):
             shown = half + half * tangent(half * gates[3 * width + k])
             cell[k] = kept * cell[k] + taken * tangent(gates[2 * width + k])
             hidden_out[k] = shown * tangent(cell[k])
+
+
+@kernel(parallel=True, fastmath=FAST)
+def fill_mesh_features(mesh, joints, features_out):
+    """Position of each vertex, and its distance to each joint."""
+    # in: mesh (verts,3), joints (joints,3) [m]; out: features_out (verts,3+joints)
+    for i in prange(mesh.shape[0]):
+        for c in range(3):
+            features_out[i, c] = mesh[i, c]
+        for j in range(joints.shape[0]):
+            square = F(0.0)
+            for c in range(3):
+                square += (mesh[i, c] - joints[j, c]) ** 2
+            features_out[i, 3 + j] = np.sqrt(square)
+
+
+@kernel(parallel=True, fastmath=FAST)
+def pass_gates(gates, peepholes, cell, hidden_out):
+    """One step of the long short-term memory over a graph (Eq. 6)."""
+    # in:  gates (4,verts,D): input, forget, output, new; peepholes (3,D)
+    # in and out: cell (verts,D); out: hidden_out (verts,D)
+    half = F(0.5)
+    for i in prange(cell.shape[0]):
+        for d in range(cell.shape[1]):
+            before = cell[i, d]
+            taken = half + half * tangent(half * (gates[0, i, d] + peepholes[0, d] * before))
+            kept = half + half * tangent(half * (gates[1, i, d] + peepholes[1, d] * before))
+            shown = half + half * tangent(half * (gates[2, i, d] + peepholes[2, d] * before))
+            cell[i, d] = taken * tangent(gates[3, i, d] + kept * before)
+            hidden_out[i, d] = shown * tangent(cell[i, d])
