@@ -188,3 +188,37 @@ def test_a_loss_that_is_not_finite_is_said():
 
     with pytest.raises(BadModel, match="the training of the line diverged; got a loss that is not finite; lower"):
         trained(Diverging())
+
+
+def test_warm_up_and_clipping_shorten_the_first_steps(tmp_path):
+    def moved(**options) -> float:
+        line = Line()
+        Trainer(line, Schedule(epochs=1, batch=40, rate=0.05, seed=3, threads=1, **options))._run_epoch()
+        return float(line.weight.detach().abs().max())
+
+    assert moved(warm_up=10) == pytest.approx(moved() / 10, rel=1e-4)
+    assert moved(clip=1e-9) < 0.99 * moved()  # Adam divides by the length, up to its epsilon
+
+
+def test_it_ends_once_the_validation_loss_has_stopped_falling(tmp_path):
+    patient = Schedule(epochs=400, batch=16, rate=0.05, seed=3, threads=1, patience=10)
+    checkpoint, seen = Checkpoint(tmp_path / "line.safetensors", "mark", 5), []
+    whole = trained(Line(), checkpoint, lambda done, total: seen.append(done), patient)
+    assert 10 < len(seen) < 400
+    again: list[int] = []
+    assert trained(Line(), checkpoint, lambda done, total: again.append(done), patient).bits() == whole.bits()
+    assert again == []
+
+
+def test_a_checkpoint_waits_for_its_time_but_not_at_the_end(straight, tmp_path):
+    checkpoint = Checkpoint(tmp_path / "line.safetensors", "mark", 1, seconds=3600.0)
+
+    def stopped(done, total):
+        if done == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        trained(Line(), checkpoint, stopped)
+    assert not checkpoint.path.exists()
+    assert trained(Line(), checkpoint).bits() == straight
+    assert len(read_tensors(checkpoint.path, "training", error=BadModel)[0]["losses"]) == EPOCHS + 1

@@ -1,6 +1,7 @@
 """The one loop that trains networks: seeded, resumed to the same bits after a kill, the best epoch kept."""
 
 import math
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,6 +56,14 @@ class Schedule:
     """Seed of the order of samples and of all that an objective draws."""
     threads: int
     """Threads of torch; other numbers may give other bits."""
+    warm_up: int = 0
+    """Steps of the optimiser over which the learning rate rises to what the cosine says."""
+    clip: float = math.inf
+    """Longest gradient; a longer one is shortened to it."""
+    patience: int = 0
+    """It ends once the validation loss has not fallen by `gain` in so many epochs; 0: never before its end."""
+    gain: float = 0.02
+    """What counts as falling, as a share."""
 
 
 @dataclass(frozen=True)
@@ -67,10 +76,14 @@ class Checkpoint:
     """Hash of all that the training depends on; a file with another one is not used."""
     epochs: int
     """It is written every so many epochs, and after the last."""
+    seconds: float = 0.0
+    """But no sooner than so long after it was written before [s]; which bits come out does not depend on it."""
 
 
 class Trainer:
     r"""Adam over shuffled batches, with the learning rate $\eta_0 (1 + \cos(\pi e / E)) / 2$ in epoch $e$ of $E$.
+
+    `losses` holds the validation loss at the start and after each epoch.
 
     Each epoch draws from a generator of its own, seeded by the seed and the epoch: a training that is resumed from any
     checkpoint comes to the same bits as one that was never killed.
@@ -86,6 +99,8 @@ class Trainer:
         self.best = [p.detach().clone() for p in self.parameters]
         self.best_loss = math.inf
         self.done = 0
+        self.losses: list[float] = []
+        self._kept_at = time.monotonic()
 
     def run(self, *, checkpoint: Checkpoint | None = None, progress: Callable[[int, int], None]) -> None:
         """Train to the end; the objective's parameters are then those of the best epoch, or of the start.
@@ -99,28 +114,45 @@ class Trainer:
         """
         if not (checkpoint and self._restored(checkpoint)):
             self._remember_best()
-        while self.done < self.schedule.epochs:
+        while not self.ended:
             self._run_epoch()
             self.done += 1
             self._remember_best()
-            if checkpoint and (self.done % checkpoint.epochs == 0 or self.done == self.schedule.epochs):
+            if checkpoint and (self.ended or self._is_due(checkpoint)):
                 self._keep(checkpoint)
             progress(self.done, self.schedule.epochs)
         with torch.no_grad():
             for parameter, best in zip(self.parameters, self.best, strict=True):
                 parameter.copy_(best)
 
+    @property
+    def ended(self) -> bool:
+        """Whether all epochs are done, or the validation loss has stopped falling."""
+        schedule, losses = self.schedule, self.losses
+        if self.done >= schedule.epochs:
+            return True
+        waited = 0 < schedule.patience < len(losses)
+        return waited and min(losses) > (1 - schedule.gain) * min(losses[: -schedule.patience])
+
+    def _is_due(self, checkpoint: Checkpoint) -> bool:
+        waited = time.monotonic() - self._kept_at >= checkpoint.seconds
+        return waited and self.done % checkpoint.epochs == 0
+
     def _run_epoch(self) -> None:
         schedule = self.schedule
-        for group in self.adam.param_groups:
-            group["lr"] = 0.5 * schedule.rate * (1 + math.cos(math.pi * self.done / schedule.epochs))
+        rate = 0.5 * schedule.rate * (1 + math.cos(math.pi * self.done / schedule.epochs))
         random = np.random.default_rng((schedule.seed, self.done))
         order = random.permutation(self.objective.samples)
         loss = torch.zeros(())
-        for first in range(0, len(order), schedule.batch):
+        steps_before = self.done * -(-len(order) // schedule.batch)
+        for step, first in enumerate(range(0, len(order), schedule.batch), steps_before + 1):
+            for group in self.adam.param_groups:
+                group["lr"] = rate * min(1.0, step / max(schedule.warm_up, 1))
             loss = self.objective.loss(np.sort(order[first : first + schedule.batch]), random)
             self.adam.zero_grad()
             loss.backward()
+            if schedule.clip < math.inf:
+                torch.nn.utils.clip_grad_norm_(self.parameters, schedule.clip)
             self.adam.step()
         if not math.isfinite(float(loss.detach())):
             what = f"the training of the {self.objective.name} diverged"
@@ -129,6 +161,7 @@ class Trainer:
     def _remember_best(self) -> None:
         with torch.no_grad():
             loss = float(self.objective.validation_loss(np.random.default_rng(self.schedule.seed)))
+        self.losses.append(loss)
         if loss < self.best_loss:
             self.best_loss = loss
             self.best = [p.detach().clone() for p in self.parameters]
@@ -141,8 +174,10 @@ class Trainer:
             arrays |= {f"first{i}": moments["exp_avg"].numpy(), f"second{i}": moments["exp_avg_sq"].numpy()}
         steps = float(self.adam.state[self.parameters[0]]["step"])
         best = self.best_loss if math.isfinite(self.best_loss) else None
+        arrays["losses"] = np.array(self.losses)
         metadata = {"kind": "training", "mark": checkpoint.mark, "done": self.done, "steps": steps, "best": best}
         write_tensors(checkpoint.path, arrays, metadata)
+        self._kept_at = time.monotonic()
 
     def _restored(self, checkpoint: Checkpoint) -> bool:
         """Go on from a checkpoint of the same training; whether there was one."""
@@ -161,5 +196,6 @@ class Trainer:
                 }
         self.best = [torch.from_numpy(arrays[f"best{i}"]) for i in range(len(self.parameters))]
         self.best_loss = math.inf if metadata["best"] is None else metadata["best"]
+        self.losses = arrays["losses"].tolist() if "losses" in arrays else []
         self.done = int(metadata["done"])
         return True

@@ -1,0 +1,60 @@
+"""The graph of a garment that attention runs over: each vertex, and who its neighbours are."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from hemline.arrays import Faces, Float, Int
+from hemline.errors import BadMesh
+from hemline.meshes.edges import directed_edges
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """Rings of vertices, one after the other: that of vertex i is `ring[start[i]:start[i + 1]]`, ascending."""
+
+    start: Int[np.ndarray, " verts_and_one"]
+    """Where each ring begins, int32."""
+    ring: Int[np.ndarray, " edges"]
+    """Vertex ids: the vertex itself and its neighbours, int32."""
+
+    @classmethod
+    def of(cls, faces: Faces, vertex_count: int) -> Self:
+        """Neighbours along the edges of triangles, and each vertex itself.
+
+        Args:
+            faces: Triangles.
+            vertex_count: Number of vertices; one in no triangle has itself alone.
+
+        Raises:
+            BadMesh: A triangle names a vertex that does not exist.
+        """
+        if faces.size and not 0 <= int(faces.min()) <= int(faces.max()) < vertex_count:
+            what = f"triangles of a graph must name some of {vertex_count} vertices"
+            raise BadMesh(what, f"{faces.min()} to {faces.max()}", "count from 0")
+        edges = directed_edges(faces).astype(np.int64)
+        itself = np.repeat(np.arange(vertex_count), 2).reshape(-1, 2)
+        pairs = np.unique(np.concatenate([edges, edges[:, ::-1], itself]), axis=0)
+        start = np.searchsorted(pairs[:, 0], np.arange(vertex_count + 1))
+        return cls(start.astype(np.int32), np.ascontiguousarray(pairs[:, 1], np.int32))
+
+    @property
+    def vertex_count(self) -> int:
+        """Number of vertices."""
+        return len(self.start) - 1
+
+    @property
+    def looking(self) -> Int[np.ndarray, " edges"]:
+        """The vertex in whose ring each entry of `ring` stands, int32."""
+        return np.repeat(np.arange(self.vertex_count, dtype=np.int32), np.diff(self.start))
+
+    @cached_property
+    def padded(self) -> tuple[Int[np.ndarray, "verts most"], Float[np.ndarray, "verts most"]]:
+        """Rings as rows of equal length: ids, int64, the vertex's own at the end; and 1 where there is a neighbour."""
+        size = np.diff(self.start)
+        place = np.arange(len(self.ring)) - np.repeat(self.start[:-1], size)
+        ring = np.repeat(np.arange(self.vertex_count, dtype=np.int64)[:, None], size.max(initial=1), axis=1)
+        ring[self.looking, place] = self.ring
+        return ring, (np.arange(ring.shape[1]) < size[:, None]).astype(np.float32)
