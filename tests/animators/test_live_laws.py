@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from hemline import motions
-from hemline.animators.live import Live, LiveConfig
 from hemline.animators.leaps import Rigid, leaps
+from hemline.animators.live import Live, LiveConfig
 from hemline.errors import SimulationFailed
 from hemline.meshes import edge_strains
 from hemline.motions.motion import Pose

@@ -11,6 +11,7 @@ from hemline import animators, bodies, garments
 from hemline.animators.swingar import KIND, Swingar, SwingarConfig
 from hemline.animators.swingar.lag_net import LagNet, layer_sizes
 from hemline.animators.swingar.proxy_on_body import DYNAMIC, STATIC, Cells
+from hemline.animators.swingar.relatives import Relatives
 from hemline.animators.swingar.weights import Weights
 from hemline.errors import BadDataset, BadInput, BadModel
 from hemline.files import read_tensors, write_tensors
@@ -23,7 +24,8 @@ def weights(seed: int = 0) -> Weights:
     random, sizes = np.random.default_rng(seed), layer_sizes(STATIC + DYNAMIC, WIDTH)
     drawn = {name: 0.2 * random.normal(size=size).astype(np.float32) for name, size in sizes.items()}
     biases = {name: 0.1 * random.normal(size=size[1]).astype(np.float32) for name, size in sizes.items()}
-    return Weights(SwingarConfig(width=WIDTH), LagNet(drawn, biases), {"train_mm": 2.0}, ["a licence"]).rounded()
+    known = Relatives(["a", "b", "c"], random.normal(size=(3, 256)).astype(np.float32))
+    return Weights(SwingarConfig(width=WIDTH), LagNet(drawn, biases), known, {"train_mm": 2.0}, ["a licence"]).rounded()
 
 
 @pytest.fixture(scope="module")

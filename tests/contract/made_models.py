@@ -21,6 +21,7 @@ from hemline.animators.ropes.learned_bones import LearnedBones
 from hemline.animators.swingar import AnimatorSwingar, Swingar, SwingarConfig
 from hemline.animators.swingar.lag_net import LagNet, layer_sizes
 from hemline.animators.swingar.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.swingar.relatives import Relatives
 from hemline.animators.swingar.weights import Weights
 from hemline.bodies import ShapedBody
 from hemline.garments import coarser_garment
@@ -178,7 +179,8 @@ def swingar_weights(width: int = 16, seed: int = 3) -> Weights:
     drawn = {name: random.normal(size=size).astype(np.float32) * (2 / size[0]) ** 0.5 for name, size in sizes.items()}
     drawn["fourth"] *= 0.02
     biases = {name: np.zeros(size[1], np.float32) for name, size in sizes.items()}
-    return Weights(config, LagNet(drawn, biases), {"train_mm": 1.0}, ["a licence"]).rounded()
+    known = Relatives(["a", "b"], random.normal(size=(2, 256)).astype(np.float32))
+    return Weights(config, LagNet(drawn, biases), known, {"train_mm": 1.0}, ["a licence"]).rounded()
 
 
 @cache

@@ -42,7 +42,9 @@ class Rest:
     @property
     def gap_mm(self) -> float:
         """Mean distance to the skin."""
-        return 1e3 * float(ClosestTree(self.shaped.vertices, self.shaped.body.faces).closest(self.vertices).distances.mean())
+        return 1e3 * float(
+            ClosestTree(self.shaped.vertices, self.shaped.body.faces).closest(self.vertices).distances.mean()
+        )
 
     def baselines(self, take: Take, frames: np.ndarray) -> dict[str, np.ndarray]:
         """Error of each frame by way [m]."""
@@ -138,7 +140,9 @@ def main() -> None:
         if of_kind:
             weights = [row["frames"] for row in of_kind]
             names = [k for k, v in of_kind[0].items() if isinstance(v, float) and k != "gap_mm"]
-            means = {name: round(float(np.average([row[name] for row in of_kind], weights=weights)), 1) for name in names}
+            means = {
+                name: round(float(np.average([row[name] for row in of_kind], weights=weights)), 1) for name in names
+            }
             print(kind, len(of_kind), "garments", sum(weights), "frames", means)
     if given.output:
         given.output.write_text(json.dumps(rows, indent=1) + "\n")

@@ -9,6 +9,7 @@ from .base import Bounded as Bounded
 from .base import Driven as Driven
 from .base import Progress as Progress
 from .base import Redressing as Redressing
+from .base import Related as Related
 from .base import Settled as Settled
 from .base import Wearable as Wearable
 from .model_file import load as load

@@ -1,6 +1,6 @@
 """The contract of an animator: what `play`, `evaluate` and a game loop may rely on."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -119,6 +119,16 @@ class Bounded(Protocol):
 
     def novelty(self, state: Any) -> float:
         """How far the pose that led to a State is from the nearest one of the fit; 1: as far as these are apart."""
+        ...
+
+
+@runtime_checkable
+class Related(Protocol):
+    """An animator of a garment that it was not fitted to, and that knows which of those of its fit are most like it."""
+
+    @property
+    def relatives(self) -> Sequence[tuple[str, float]]:
+        """Their names, the nearest first, and how far each is; 1: as far as one of them is from its nearest one."""
         ...
 
 

@@ -47,7 +47,7 @@ def run(arguments: Arguments) -> int:
     from hemline import export, motions
     from hemline.playback import Frame, level_of, play, record
 
-    from .model import open_model, warn_new_poses
+    from .model import open_model, say_relatives, warn_new_poses
 
     motion = cut(motions.open_motion(arguments.motion), arguments.start, arguments.seconds)
     output = arguments.output or _beside(arguments.motion)
@@ -55,6 +55,7 @@ def run(arguments: Arguments) -> int:
     animator, body = open_model(
         arguments.model, arguments.garment, arguments.body, arguments.betas, clamp=arguments.clamp_betas
     )
+    say_relatives(animator)
     garment = level_of(animator, arguments.detail).garment
     if arguments.explain:
         for line in motion.notes:

@@ -8,14 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.animators import Animator, Bounded, Wearable, load
+from hemline.animators import Animator, Bounded, Related, Wearable, load
 from hemline.bodies import ShapedBody
 from hemline.errors import BadInput, HemlineWarning
 
 from .garment import open_garment
+from .progress import note
 
 if TYPE_CHECKING:
     from hemline.garments import Garment
+
+STRANGE = 4.0
+"""How far from the nearest garment of the fit another one is strange, in their own spacing."""
 
 
 def body_of(model: Animator | Wearable, body: str | None, betas: tuple[float, ...]) -> ShapedBody:
@@ -78,6 +82,23 @@ def _clamped(model: Animator | Wearable, shaped: ShapedBody) -> ShapedBody:
     if not isinstance(model, Bounded):
         raise BadInput("--clamp-betas needs a model that knows its range of betas", model.name, "leave it out")
     return shaped.body.shaped(np.clip(shaped.betas, *model.beta_range))
+
+
+def say_relatives(animator: Animator) -> None:
+    """Say which garments of the fit are most like this one; warn where none is.
+
+    Args:
+        animator: What will play.
+    """
+    if not isinstance(animator, Related) or not animator.relatives:
+        return
+    told = ", ".join(f"{name} ({far:.1f})" for name, far in animator.relatives)
+    note(f"garments of the fit most like '{animator.garment.name}': {told}; 1 is as near as they are to each other")
+    name, far = animator.relatives[0]
+    if far > STRANGE:
+        cure = f"look at it closely, or play it with 'live'; or fit {animator.name} to more garments"
+        what = f"'{animator.garment.name}' is unlike all garments that {animator.name} was fitted to"
+        warnings.warn(HemlineWarning(what, f"{far:.1f} times as far from the nearest, {name}", cure), stacklevel=2)
 
 
 def warn_new_poses(animator: Animator, novelties: Sequence[float | None]) -> None:

@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 
+from hemline.animators.leaps import Rigid
 from hemline.collide import ProjectorState
 from hemline.motions.motion import Pose
 from hemline.sim.step.state import ClothState
-
-from hemline.animators.leaps import Rigid
 
 
 @dataclass(frozen=True, eq=False)

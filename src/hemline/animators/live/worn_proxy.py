@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from hemline.animators.leaps import Rigid, leaps
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.bodies.lead_in import Stance, between
 from hemline.errors import SimulationFailed
@@ -21,7 +22,6 @@ from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState
 
-from hemline.animators.leaps import Rigid, leaps
 from .state import LiveState
 
 FRAME = 1 / 30

@@ -16,6 +16,8 @@ from hemline.files import content_hash
 
 from .config import SwingarConfig
 from .lag_samples import GarmentSamples, gather
+from .proxy_on_body import DYNAMIC, STATIC
+from .relatives import Relatives
 
 if TYPE_CHECKING:
     from .wearable import Swingar
@@ -79,7 +81,8 @@ def fit(
             figures[f"{name}_mm"] = 1e3 * _mean(objective.errors(samples), samples)
             figures[f"{name}_skinned_mm"] = 1e3 * _mean([_skinned(each) for each in samples], samples)
     figures["train_mm"] = 1e3 * _mean(objective.errors(train), train)
-    return Swingar(Weights(config, net.played(), figures, licences_of(data)).rounded())
+    known = Relatives.of_garments([data.garments[each] for each in sorted({each.garment for each in train})])
+    return Swingar(Weights(config, net.played(), known, figures, licences_of(data)).rounded())
 
 
 def licences_of(data: Collection) -> list[str]:
@@ -109,7 +112,8 @@ def id_of(entry: Entry) -> tuple[int, str]:
 
 def scales(samples: Sequence[GarmentSamples]) -> tuple[np.ndarray, np.ndarray]:
     """Mean and spread of each feature, float32; of a feature that is always the same the spread is 1."""
-    sums, squares, count = 0.0, 0.0, 0
+    count, sums = 0, np.zeros(STATIC + DYNAMIC)
+    squares = sums.copy()
     for each in samples:
         told = each.told[:: max(1, len(each.told) // 20)].astype(np.float64)
         frames, verts = told.shape[:2]

@@ -67,7 +67,7 @@ def gather(
 def proxy_of_dataset(data: Collection, number: int, betas: Sequence[float]) -> ProxyOnBody:
     """The garment of a dataset on a body, settled."""
     dataset = data.datasets[number]
-    shaped = bodies.load(dataset.garment.body_name).shaped(betas)
+    shaped = bodies.load(dataset.garment.body_name).shaped(tuple(betas))
     rest = dataset.rest(shaped.betas).vertices[0]
     return ProxyOnBody.of(dataset.garment.dressed(shaped), rest, shaped)
 

@@ -8,9 +8,9 @@ import torch
 from torch import nn
 
 from .lag_net import LagNet, layer_sizes
+from .lag_samples import GarmentSamples
 from .mirror import VECTOR, dynamic_mirror, static_mirror
 from .proxy_on_body import DYNAMIC, STATIC, Cells
-from .lag_samples import GarmentSamples
 
 Ends = np.ndarray | slice
 

@@ -1,7 +1,7 @@
 r"""What a point remembers of how it moved: filters of its path, exact for any time step.
 
-Each filter follows a point $p$ that moves on a straight line within a step, and starts at rest upon it. It remembers how
-far it trails, $h = y - p$:
+Each filter follows a point $p$ that moves on a straight line within a step, and starts at rest upon it. It remembers
+how far it trails, $h = y - p$:
 
 $$\text{lag of } \tau: \quad y' = (p - y) / \tau \qquad\qquad
   \text{swing of } \omega, \zeta: \quad y'' = \omega^2 (p - y) + 2 \zeta \omega (p' - y')$$

@@ -88,6 +88,11 @@ class AnimatorSwingar:
         """The coarse garment, and which vertex of the garment each of its vertices is."""
         return proxy_of(self.garment, self.weights.config.size)
 
+    @cached_property
+    def relatives(self) -> list[tuple[str, float]]:
+        """The garments of the fit that are most like this one, see `Relatives.nearest`."""
+        return self.weights.relatives.nearest(self.coarse[0])
+
     def start(self, posed: PosedBody) -> SwingarState:
         """On a body that has always stood in its first pose.
 

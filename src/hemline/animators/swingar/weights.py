@@ -13,6 +13,7 @@ from hemline.options import options_of
 from .config import SwingarConfig
 from .lag_net import LagNet, layer_sizes
 from .proxy_on_body import DYNAMIC, STATIC
+from .relatives import Relatives
 
 VERSION = 1
 """Of what a model file holds under `swingar`."""
@@ -24,17 +25,20 @@ class Weights:
 
     config: SwingarConfig
     net: LagNet
+    relatives: Relatives
+    """The garments of the fit."""
     figures: Mapping[str, float]
     licences: Sequence[str]
 
     def arrays(self) -> dict[str, np.ndarray]:
         """By name, in half precision, which is all that they are worth."""
         found = {f"weight.{name}": array.astype(np.float16) for name, array in self.net.weights.items()}
-        return found | {f"bias.{name}": array.astype(np.float32) for name, array in self.net.biases.items()}
+        found |= {f"bias.{name}": array.astype(np.float32) for name, array in self.net.biases.items()}
+        return found | self.relatives.arrays()
 
     def extra(self) -> dict[str, Any]:
         """Metadata of the animator's own."""
-        return {"swingar": {"version": VERSION}}
+        return {"swingar": {"version": VERSION, "garments": list(self.relatives.names)}}
 
     def rounded(self) -> Self:
         """As a file gives them back."""
@@ -49,7 +53,8 @@ class Weights:
             BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype
                 or shape than the options ask.
         """
-        version = entry(metadata, "swingar", dict).get("version")
+        own = entry(metadata, "swingar", dict)
+        version = own.get("version")
         if version != VERSION:
             raise BadModel(f"this hemline reads version {VERSION} of swingar", f"version {version}", AGAIN)
         config = options_of(SwingarConfig, entry(metadata, "config", dict), error=BadModel)
@@ -58,4 +63,5 @@ class Weights:
             weights[name] = array_of(arrays, f"weight.{name}", "float16", (inputs, outputs)).astype(np.float32)
             biases[name] = array_of(arrays, f"bias.{name}", "float32", (outputs,))
         licences = [str(each) for each in entry(metadata, "licences", list)]
-        return cls(config, LagNet(weights, biases), entry(metadata, "figures", dict), licences)
+        relatives = Relatives.of(arrays, own)
+        return cls(config, LagNet(weights, biases), relatives, entry(metadata, "figures", dict), licences)

@@ -7,6 +7,7 @@ the body is tried on. With `--only CLIP...`, `--edge` and `--most`, it makes the
 """
 
 import argparse
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -79,8 +80,8 @@ def main() -> None:
     ]
     began = time.monotonic()
     for job, said in zip(jobs, in_processes(made, jobs, given.jobs, _quiet), strict=True):
-        print(f"{job.garment:<28} {said}")
-    print(f"{time.monotonic() - began:.0f} s")
+        _say(f"{job.garment:<28} {said}")
+    _say(f"{time.monotonic() - began:.0f} s")
 
 
 def folder_of(garment: str) -> str:
@@ -138,7 +139,7 @@ def made(job: Job, report: Report) -> str:
     reasons += [str(row.failed) for row in rows if row.failed]
     frames = sum(row.clip_frames for row in rows)
     said = f"{len(garment.vertices)} vertices, {len(rows)} takes, {frames} frames"
-    print(f"{time.strftime('%H:%M:%S')} {job.garment}: {said}", flush=True)
+    _say(f"{time.strftime('%H:%M:%S')} {job.garment}: {said}")
     return said + "".join(f"; failed: {each}" for each in reasons)
 
 
@@ -155,6 +156,11 @@ def stretch(part: Part, seconds: float) -> Clip | None:
     if part.speed == 1:
         return Clip(cut, motions.subject_of(motion))
     return Clip(replace(cut, fps=cut.fps * part.speed, name=f"{cut.name} x{part.speed:g}"), motions.subject_of(motion))
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
 
 
 def _quiet(name: str, done: int, total: int) -> None:
