@@ -1,34 +1,38 @@
 """How far models are from the simulation on garments that they were not fitted to, by class of garment.
 
-    python benchmarks/claims/swingar/unseen.py TAKES... --model swingar --model live -o PAGE.json
+    python benchmarks/claims/swingar/unseen.py TAKES... --model swingar --model live -o benchmarks/results/unseen.json
 
-TAKES are datasets that `python -m hemline.models.make.swingar_takes` made of garments, subjects and bodies apart. Beside
-each model: the settled garment skinned, with the soft weights of the fit and with those of the nearest skin, and carried
-rigidly with the key joint. Errors are of the vertices in the world, mean of the frames, before whole cloth and
-projection; then as it is shown.
+TAKES are datasets that `python -m hemline.models.make.swingar_takes` made of garments, subjects and bodies apart.
+Beside each model: the settled garment skinned with the weights of the nearest skin, with the soft weights of swingar,
+and carried rigidly with the key joint. Models are judged as the player shows them, projection and all.
 """
 
 import argparse
 import json
-import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from hemline import bodies, load
-from hemline.animators import Wearable
+from hemline.animators import Animator
 from hemline.animators.swingar.soft_weights import soft_weights
+from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody, skin_points
-from hemline.datasets import Take, open_dataset
-from hemline.errors import HemlineError
+from hemline.compiled import threads
+from hemline.datasets import Dataset, Take, open_dataset
+from hemline.errors import BadDataset
 from hemline.garments import Garment
-from hemline.meshes import ClosestTree
+from hemline.meshes import ClosestTree, edge_strains
 from hemline.motions import JOINT_NAMES
-from hemline.playback import Player
+from hemline.playback.play import play
+from hemline.playback.tally import Tally
 
-LOOSE_MM = 40.0
-"""Mean distance to the skin at rest from which a garment is called loose."""
+LOOSE_MM = 25.0
+"""Mean distance to the skin at rest from which a garment counts as loose."""
+EVERY = 2
+"""Frames from one that baselines are judged in to the next."""
 
 
 @dataclass(frozen=True)
@@ -42,50 +46,104 @@ class Rest:
     @property
     def gap_mm(self) -> float:
         """Mean distance to the skin."""
-        return 1e3 * float(
-            ClosestTree(self.shaped.vertices, self.shaped.body.faces).closest(self.vertices).distances.mean()
-        )
+        skin = ClosestTree(self.shaped.vertices, self.shaped.body.faces)
+        return 1e3 * float(skin.closest(self.vertices).distances.mean())
 
-    def baselines(self, take: Take, frames: np.ndarray) -> dict[str, np.ndarray]:
-        """Error of each frame by way [m]."""
-        soft = soft_weights(self.vertices, self.shaped)
-        body = self.shaped.body
-        nearest = np.linalg.norm(self.vertices[:, None] - self.shaped.vertices[None, ::4], axis=2).argmin(axis=1) * 4
-        key = JOINT_NAMES.index(self.garment.key_joint)
-        found: dict[str, list[float]] = {"skinned softly": [], "skinned": [], "carried rigidly": []}
-        for frame in frames:
+    def errors_mm(self, take: Take) -> dict[str, list[float]]:
+        """Error of every other frame, by way of carrying."""
+        body, soft = self.shaped.body, soft_weights(self.vertices, self.shaped)
+        near = ClosestTree(self.shaped.vertices, body.faces).closest(self.vertices)
+        nearest = body.faces[near.faces, near.barycentric.argmax(axis=1)]
+        ways = {"skinned": (body.weight_indices[nearest], body.weights[nearest]), "skinned softly": tuple(soft)}
+        found: dict[str, list[float]] = {name: [] for name in (*ways, "carried rigidly")}
+        for frame in take.clip_frames[::EVERY]:
             transforms, truth = self.shaped.posed(take.motion[frame]).transforms, take.vertices[frame]
-            for name, joints, weights in (
-                ("skinned softly", soft.joints, soft.weights),
-                ("skinned", body.weight_indices[nearest], body.weights[nearest]),
-            ):
-                found[name].append(apart(skin_points(transforms, joints, weights, self.vertices), truth))
-            t = transforms[key]
-            found["carried rigidly"].append(apart(self.vertices @ t[:, :3].T + t[:, 3], truth))
-        return {name: np.array(errors) for name, errors in found.items()}
+            for name, (joints, weights) in ways.items():
+                found[name].append(apart_mm(skin_points(transforms, joints, weights, self.vertices), truth))
+            key = transforms[JOINT_NAMES.index(self.garment.key_joint)]
+            found["carried rigidly"].append(apart_mm(self.vertices @ key[:, :3].T + key[:, 3], truth))
+        return found
 
 
-def apart(one: np.ndarray, other: np.ndarray) -> float:
-    """Mean distance of vertices [m]."""
-    return float(np.linalg.norm(one.astype(np.float64) - other, axis=1).mean())
+def apart_mm(one: np.ndarray, other: np.ndarray) -> float:
+    """Mean distance of vertices."""
+    return 1e3 * float(np.linalg.norm(one.astype(np.float64) - other, axis=1).mean())
 
 
-def played(animator, shaped: ShapedBody, take: Take, frames: np.ndarray, shown: bool) -> dict[str, np.ndarray | float]:
-    """Error of each frame [m], and milliseconds of a step."""
-    wanted, errors, spans = set(frames.tolist()), [], []
-    player = Player.prepare(animator, shaped, placed=True) if shown else None
-    state = player.start(take.motion[0]) if player else animator.start(shaped.posed(take.motion[0]))
-    for frame in range(1, len(take.motion)):
-        began = time.perf_counter()
-        if player:
-            state, seen = player.step(state, take.motion[frame], 1 / take.motion.fps)
-            vertices = seen.vertices
-        else:
-            state, vertices = animator.step(state, shaped.posed(take.motion[frame]), 1 / take.motion.fps)
-        spans.append(1e3 * (time.perf_counter() - began))
-        if frame in wanted:
-            errors.append(apart(vertices, take.vertices[frame]))
-    return {"errors": np.array(errors), "ms": float(np.median(spans))}
+def judged(data: Dataset, models: dict[str, Any], most: int) -> dict[str, Any]:
+    """The row of one garment."""
+    garment, clips = data.garment, data.clips()[:most]
+    worn = {name: model.worn_by(garment, bodies.load(garment.body_name).shaped()) for name, model in models.items()}
+    figures: dict[str, list[dict[str, float]]] = {name: [] for name in worn}
+    carried: dict[str, list[float]] = {}
+    gaps = []
+    for row in clips:
+        shaped, take = bodies.load(garment.body_name).shaped(row.betas), data.take(row)
+        rest = Rest(garment.dressed(shaped), shaped, data.rest(shaped.betas).vertices[0])
+        gaps.append(rest.gap_mm)
+        for name, errors in rest.errors_mm(take).items():
+            carried.setdefault(name, []).extend(errors)
+        for name, animator in worn.items():
+            figures[name].append(played(animator, shaped, take))
+    return {
+        "garment": garment.name,
+        "class": "loose" if np.mean(gaps) > LOOSE_MM else "close-fitting",
+        "gap_mm": float(np.mean(gaps)),
+        "vertices": len(garment.vertices),
+        "takes": len(clips),
+        "frames": sum(row.clip_frames for row in clips),
+        "carried_mm": {name: float(np.mean(errors)) for name, errors in carried.items()},
+        "relatives": {name: each.relatives for name, each in worn.items() if hasattr(each, "relatives")},
+        "models": {name: means(each) for name, each in figures.items()},
+    }
+
+
+def means(rows: list[dict[str, float]]) -> dict[str, float]:
+    """Of takes."""
+    return {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
+
+
+def played(animator: Animator, shaped: ShapedBody, take: Take) -> dict[str, float]:
+    """What the player shows of a take, in numbers."""
+    tally = Tally(animator)
+    for index, frame in enumerate(play(animator, shaped, take.motion, fps=None, placed=True)):
+        if not take.lead_in[index]:
+            tally.add(frame, take.vertices[index], take.motion.fps)
+    found = tally.figures()
+    strains = [
+        float(np.percentile(np.maximum(edge_strains(each, animator.garment.faces, animator.garment.rest_edges), 0), 99))
+        for each in take.vertices[take.clip_frames[::EVERY]]
+    ]
+    return {
+        "error_mm": found["vertex_error_mm"]["mean"],
+        "error_p95_mm": found["vertex_error_mm"]["p95"],
+        "normal_deg": found["normal_error_deg"]["mean"],
+        "jerk_ratio": found["jerk_m_s3"]["ratio"],
+        "stretch_p99_percent": found["stretch_percent"]["p99_mean"],
+        "truth_stretch_p99_percent": 100 * float(np.mean(strains)),
+        "inside_before_percent": found["inside_percent"]["before"],
+        "inside_percent": found["inside_percent"]["after"],
+        "animator_ms": found["frame_ms"]["stages"]["animator"],
+        "frame_ms": found["frame_ms"]["median"],
+    }
+
+
+def summary(rows: list[dict[str, Any]]) -> str:
+    """A table of classes, each garment weighing as much as it has frames."""
+    lines = []
+    for kind in ("close-fitting", "loose"):
+        of_kind = [row for row in rows if row["class"] == kind]
+        if not of_kind:
+            continue
+        frames = [row["frames"] for row in of_kind]
+
+        def mean(values: list[float], frames: list[int] = frames) -> str:
+            return f"{np.average(values, weights=frames):.1f}"
+
+        said = {name: mean([row["carried_mm"][name] for row in of_kind]) for name in of_kind[0]["carried_mm"]}
+        said |= {name: mean([row["models"][name]["error_mm"] for row in of_kind]) for name in of_kind[0]["models"]}
+        lines.append(f"{kind}: {len(of_kind)} garments, {sum(frames)} frames, mm: {said}")
+    return "\n".join(lines)
 
 
 def main() -> None:
@@ -93,59 +151,24 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("takes", nargs="+", type=Path)
     parser.add_argument("--model", action="append", default=[])
-    parser.add_argument("--shown", action="store_true", help="as the player shows it, too")
     parser.add_argument("--most", type=int, default=100, help="takes of each garment at most")
     parser.add_argument("-o", "--output", type=Path)
     given = parser.parse_args()
-    models = {name: load(name) for name in given.model}
-    rows = []
+    models, rows = {Path(name).stem: load(name) for name in given.model}, []
     for folder in given.takes:
         try:
             data = open_dataset(folder)
-            clips = data.clips()[: given.most]
-        except HemlineError:
+            if not data.clips():
+                continue
+        except BadDataset:
             continue
-        if not clips:
-            continue
-        garment, found = data.garment, {}
-        gaps: list[float] = []
-        made = {}
-        for row in clips:
-            shaped = bodies.load(garment.body_name).shaped(row.betas)
-            take = data.take(row)
-            frames = take.clip_frames[take.clip_frames > 0][::2]
-            rest = Rest(garment.dressed(shaped), shaped, data.rest(shaped.betas).vertices[0])
-            gaps.append(rest.gap_mm)
-            for name, errors in rest.baselines(take, frames).items():
-                found.setdefault(name, []).append(errors)
-            for name, model in models.items():
-                if name not in made:
-                    assert isinstance(model, Wearable)
-                    made[name] = model.worn_by(garment, bodies.load(garment.body_name).shaped())
-                for shown in (False, True) if given.shown else (False,):
-                    told = played(made[name], shaped, take, frames, shown)
-                    label = f"{name}, shown" if shown else name
-                    found.setdefault(label, []).append(told["errors"])
-                    found.setdefault(f"{label} ms", []).append(np.array([told["ms"]]))
-        row = {"garment": folder.name, "vertices": len(garment.vertices), "takes": len(clips), "gap_mm": np.mean(gaps)}
-        row["class"] = "loose" if row["gap_mm"] > LOOSE_MM else "close"
-        row["frames"] = int(sum(len(each) for each in found["skinned"]))
-        for name, errors in found.items():
-            all_errors = np.concatenate(errors)
-            row[name] = float(all_errors.mean()) * (1 if name.endswith(" ms") else 1e3)
-        rows.append(row)
-        print({k: round(v, 1) if isinstance(v, float) else v for k, v in row.items()}, flush=True)
-    for kind in ("loose", "close"):
-        of_kind = [row for row in rows if row["class"] == kind]
-        if of_kind:
-            weights = [row["frames"] for row in of_kind]
-            names = [k for k, v in of_kind[0].items() if isinstance(v, float) and k != "gap_mm"]
-            means = {
-                name: round(float(np.average([row[name] for row in of_kind], weights=weights)), 1) for name in names
-            }
-            print(kind, len(of_kind), "garments", sum(weights), "frames", means)
-    if given.output:
-        given.output.write_text(json.dumps(rows, indent=1) + "\n")
+        rows.append(judged(data, models, given.most))
+        errors = rows[-1]["carried_mm"] | {name: each["error_mm"] for name, each in rows[-1]["models"].items()}
+        print(rows[-1]["garment"], rows[-1]["class"], {name: round(mm, 1) for name, mm in errors.items()}, flush=True)
+        if given.output:
+            made = {"machine": machine(), "threads": threads(), "commit": commit(), "rows": rows}
+            given.output.write_text(json.dumps(made, indent=1, default=float) + "\n")
+    print(summary(rows))
 
 
 if __name__ == "__main__":
