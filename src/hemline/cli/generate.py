@@ -22,6 +22,8 @@ class Generate:
     """Start from the random design of this seed, as KIND:SEED does; otherwise from plain measures."""
     edge: float = 0.02
     """Length of its edges, 0.008 to 0.05 [m]."""
+    vertices: int | None = None
+    """Number of vertices wanted, in place of --edge: about 600 to 12,000."""
     picture: Path | None = None
     """Where a picture of it on the body is written, .png; none unless given."""
     betas: tuple[float, ...] = ()
@@ -41,7 +43,7 @@ def schema(words: Sequence[str]) -> type:
 def run(arguments: Any) -> int:
     """Generate, and write."""
     from hemline import bodies, garments, pictures
-    from hemline.errors import BadOutput
+    from hemline.errors import BadInput, BadOutput
     from hemline.files import check_writable
     from hemline.garments.generate import Design, generated, write_with_toml
 
@@ -51,9 +53,12 @@ def run(arguments: Any) -> int:
             raise BadOutput(what, path.suffix or "no ending", f"name it {path.stem}{endings[0]}")
         if path is not None:
             check_writable(path)
+    if arguments.seed is not None and arguments.seed < 0:
+        raise BadInput("--seed must not be negative", arguments.seed, "give 0 or more")
     design = Design(arguments.kind, **asdict(arguments.measures))
     shaped = bodies.load(arguments.body).shaped(arguments.betas)
-    garment = generated(design, shaped, edge=arguments.edge, name=arguments.output.stem)
+    size = {"edge": arguments.edge, "vertex_count": arguments.vertices}
+    garment = generated(design, shaped, **size, name=arguments.output.stem)
     note(garments.explain(garment))
     if arguments.output.suffix == ".obj":
         write_with_toml(arguments.output, garment)

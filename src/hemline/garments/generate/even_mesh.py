@@ -12,6 +12,8 @@ from hemline.meshes import ClosestTree, boundary_loops, edges, face_areas, verte
 _ROUNDS = 40
 _SAMPLES = 30
 """Fine vertices for each seed while they are spread."""
+_MANY = 2000
+"""Seeds, beyond which each is chosen among fewer vertices."""
 _TRIES = ((0.6, 1.0), (0.3, 1.0), (0.45, 1.03), (0.3, 1.06), (0.6, 1.1), (0.2, 1.03), (0.4, 1.15))
 """How much of an edge a turn of the normal counts (sheets back to back are far apart), and how many seeds more."""
 
@@ -77,12 +79,13 @@ def _spread(fine: np.ndarray, rim: np.ndarray, count: int, share: np.ndarray) ->
     """Seeds off the rim: the farthest vertex again and again, then each moved to the middle of its cell."""
     stride = max(1, len(fine) // (_SAMPLES * (count + len(rim))))
     fine, share = fine[::stride], share[::stride]
-    away = cKDTree(rim).query(fine)[0] ** 2
-    square, chosen = (fine * fine).sum(axis=1), []
+    thin = fine[:: 1 + count // _MANY]
+    away = cKDTree(rim).query(thin)[0] ** 2
+    square, chosen = (thin * thin).sum(axis=1), []
     for _ in range(count):
         chosen.append(int(away.argmax()))
-        np.minimum(away, square - 2 * (fine @ fine[chosen[-1]]) + square[chosen[-1]], out=away)
-    seeds = fine[chosen]
+        np.minimum(away, square - 2 * (thin @ thin[chosen[-1]]) + square[chosen[-1]], out=away)
+    seeds = thin[chosen]
     for _ in range(_ROUNDS):
         cell = cKDTree(np.concatenate([rim, seeds])).query(fine)[1]
         total = np.bincount(cell, share, len(rim) + count)[len(rim) :]

@@ -84,14 +84,27 @@ def solid(design: Design, shaped: "ShapedBody", lines: Lines) -> tuple[Grid, Arm
         field = (flat @ np.stack([np.cos(_HALF), np.sin(_HALF)]) - trunk[row]).max(axis=1)
         if leg is not None:
             field = _with_legs(field, flat, leg[row], float(y), lines.crotch - design.rise)
-        if design.has_top and y > lines.armpit - 0.6:
+        if design.has_top:
             points = np.stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]], axis=1)
-            field = _union(field, arm.nearest(points)[1], 0.03)
+            _add_arm(field, points, arm)
             near = np.flatnonzero((np.abs(field) < 0.05) & (flat[:, 0] < arm.points[2, 0]))
             if y > lines.armpit - 0.05 and len(near):
                 field[near] = _union(field[near], tree.signed_distances(points[near]) - SKIN, 0.01)
         values[:, row] = field.reshape(len(x), len(z))
     return Grid(values, np.array([0.0, heights[0], z[0]])), arm
+
+
+def _add_arm(field: np.ndarray, points: Points, arm: Arm) -> None:
+    """Unite a field with the sleeve, in place; points of one level, and only those near it."""
+    reach = float(arm.radii.max()) + 0.1
+    near = np.abs(arm.points[:, 1] - points[0, 1]) < reach
+    if not near.any():
+        return
+    first, last = max(int(near.argmax()) - 1, 0), len(near) - int(near[::-1].argmax()) + 1
+    part = Arm(*(each[first:last] for each in (arm.points, arm.radii, arm.ways)))
+    low, high = part.points.min(axis=0) - reach, part.points.max(axis=0) + reach
+    here = np.flatnonzero(((points > low) & (points < high))[:, [0, 2]].all(axis=1))
+    field[here] = _union(field[here], part.nearest(points[here])[1], 0.03)
 
 
 def _union(a: np.ndarray, b: np.ndarray, blend: float) -> np.ndarray:
