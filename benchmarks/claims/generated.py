@@ -105,7 +105,9 @@ def sheet() -> None:
     for number, kind in enumerate(KINDS):
         for seed in SEEDS:
             with np.load(KEPT / f"{kind}-{seed}.npz") as cloth:
-                colour = np.array([[0.75, 0.2, 0.17], [0.2, 0.4, 0.7], [0.2, 0.55, 0.35], [0.85, 0.6, 0.2], [0.5, 0.3, 0.6]])
+                colour = np.array(
+                    [[0.75, 0.2, 0.17], [0.2, 0.4, 0.7], [0.2, 0.55, 0.35], [0.85, 0.6, 0.2], [0.5, 0.3, 0.6]]
+                )
                 mesh = (cloth["vertices"], cloth["faces"], tuple(colour[number].tolist()))
                 tiles.append(picture_of([body, mesh], "front" if seed % 3 else "three_quarter", size=TILE))
     lines = [np.concatenate(tiles[start : start + COLUMNS], axis=1) for start in range(0, len(tiles), COLUMNS)]

@@ -1,7 +1,7 @@
 """`hemline generate KIND -o GARMENT`."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, make_dataclass, fields
+from dataclasses import asdict, dataclass, field, fields, make_dataclass
 from pathlib import Path
 from typing import Annotated, Any
 

@@ -18,7 +18,9 @@ _TRIES = ((0.6, 1.0), (0.3, 1.0), (0.45, 1.03), (0.3, 1.06), (0.6, 1.1), (0.2, 1
 """How much of an edge a turn of the normal counts (sheets back to back are far apart), and how many seeds more."""
 
 
-def even_mesh(vertices: Vertices, faces: Faces, edge: float, middle: Bool[np.ndarray, " verts"]) -> tuple[Vertices, Faces]:
+def even_mesh(
+    vertices: Vertices, faces: Faces, edge: float, middle: Bool[np.ndarray, " verts"]
+) -> tuple[Vertices, Faces]:
     """A coarser mesh of the same surface: seeds spread evenly (Lloyd's algorithm), joined where their cells meet.
 
     Args:

@@ -127,6 +127,9 @@ def _trunk(design: Design, shaped: "ShapedBody", lines: Lines, heights: np.ndarr
     else:
         full = np.clip((lines.top - heights) / 0.12, 0, 1)
         girth = girth * full * full * (3 - 2 * full)
+    if design.has_legs:
+        share = np.clip((lines.waist - heights) / (lines.waist - lines.crotch), 0, 1)
+        girth = girth + share * share * (3 - 2 * share) * (_at_crotch(design) - girth)
     cloth = body + SKIN + np.reshape(girth, (-1, 1)) * np.ones((len(heights), 1))
     begin = lines.waist + (design.waist_height if design.has_top else 1.0)
     slope = 0.0 if design.has_legs else np.tan(design.flare)
@@ -135,6 +138,11 @@ def _trunk(design: Design, shaped: "ShapedBody", lines: Lines, heights: np.ndarr
             cloth[row] = np.maximum(cloth[row], cloth[row + 1] + slope * SPACING)
     smooth = gaussian_filter1d(cloth, 0.012 / SPACING, axis=0, mode="nearest")
     return np.maximum(smooth, body + 0.6 * SKIN)
+
+
+def _at_crotch(design: Design) -> float:
+    """Radius that the ease adds where trunk and legs meet [m]."""
+    return min(design.ease, design.leg_ease) / (2 * np.pi)
 
 
 def _leg(design: Design, shaped: "ShapedBody", lines: Lines, heights: np.ndarray) -> np.ndarray:
@@ -150,7 +158,11 @@ def _leg(design: Design, shaped: "ShapedBody", lines: Lines, heights: np.ndarray
     own[first:] = own[min(first, len(own) - 1)]
     straight = np.maximum.accumulate(own[::-1], axis=0)[::-1]
     taper = design.leg_taper * np.clip((lines.crotch - heights) / (lines.crotch - lines.knee), 0, 1)
-    cloth = straight + taper[:, None] * (own - straight) + SKIN + design.leg_ease / (2 * np.pi)
+    # where the legs begin they are no wider than the trunk, or there would be a ledge around the hips
+    begun = np.clip((lines.crotch + 0.05 - heights) / 0.15, 0, 1)
+    girth = _at_crotch(design)
+    girth = girth + begun * begun * (3 - 2 * begun) * (design.leg_ease / (2 * np.pi) - girth)
+    cloth = straight + taper[:, None] * (own - straight) + SKIN + girth[:, None]
     slope = np.tan(design.flare)
     for row in range(len(heights) - 2, -1, -1):
         if heights[row] < lines.knee:
