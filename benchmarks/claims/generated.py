@@ -1,9 +1,9 @@
 """65 generated garments, 13 of each kind, settled on the mean body: `python benchmarks/claims/generated.py`.
 
 Each random design (seeds 0 to 12) is made with edges of 35 mm, settled by the simulator and judged as `hemline tryon`
-judges. One JSON line a garment goes to benchmarks/results/generated.jsonl, the settled cloth to out/generated. Lines of
-the same design are not made again, so a run that was stopped goes on. `--kinds` limits the kinds, `--table` prints what is there, `--sheet` draws
-docs/generated.webp from it.
+judges. One JSON line a garment goes to benchmarks/results/generated.jsonl, the settled cloth to out/generated. Lines
+of the same design are not made again, so a run that was stopped goes on. `--kinds` limits the kinds, `--table` prints
+what is there, `--sheet` draws docs/generated.webp from it.
 """
 
 import argparse
