@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from hemline.arrays import Bool, Faces, Points, Vertices
 from hemline.errors import BadGarment
@@ -41,16 +41,16 @@ def even_mesh(
     loops = boundary_loops(faces)
     rims = [_seeds_along(vertices, loop, middle, edge) for loop in loops]
     rim, on_rim = np.concatenate(rims), np.concatenate(loops)
-    at_rim = cKDTree(rim).query(vertices[on_rim])[1]
+    at_rim = KDTree(rim).query(vertices[on_rim])[1]
     area = face_areas(vertices, faces)
     wanted = (float(area.sum()) / (np.sqrt(3) / 4 * edge**2) - len(rim)) / 2
     share = np.bincount(faces.reshape(-1), np.repeat(area, 3), len(vertices))
     normals = vertex_normals(vertices, faces)
     for turn, more in _TRIES:
         fine = np.concatenate([vertices, turn * edge * normals], axis=1)
-        own = np.concatenate([rim, fine[cKDTree(vertices).query(rim)[1], 3:]], axis=1)
+        own = np.concatenate([rim, fine[KDTree(vertices).query(rim)[1], 3:]], axis=1)
         inner = _spread(fine, own, max(1, round(wanted * more)), share)
-        cell = cKDTree(np.concatenate([own, inner])).query(fine)[1]
+        cell = KDTree(np.concatenate([own, inner])).query(fine)[1]
         cell[on_rim] = at_rim
         found = _dual(_connected(cell, faces), faces)
         if _is_whole(found, len(rim) + len(inner), [len(each) for each in rims]):
@@ -82,14 +82,14 @@ def _spread(fine: np.ndarray, rim: np.ndarray, count: int, share: np.ndarray) ->
     stride = max(1, len(fine) // (_SAMPLES * (count + len(rim))))
     fine, share = fine[::stride], share[::stride]
     thin = fine[:: 1 + count // _MANY]
-    away = cKDTree(rim).query(thin)[0] ** 2
+    away = KDTree(rim).query(thin)[0] ** 2
     square, chosen = (thin * thin).sum(axis=1), []
     for _ in range(count):
         chosen.append(int(away.argmax()))
         np.minimum(away, square - 2 * (thin @ thin[chosen[-1]]) + square[chosen[-1]], out=away)
     seeds = thin[chosen]
     for _ in range(_ROUNDS):
-        cell = cKDTree(np.concatenate([rim, seeds])).query(fine)[1]
+        cell = KDTree(np.concatenate([rim, seeds])).query(fine)[1]
         total = np.bincount(cell, share, len(rim) + count)[len(rim) :]
         sums = [np.bincount(cell, share * axis, len(rim) + count)[len(rim) :] for axis in fine.T]
         seeds = np.where(total[:, None] > 0, np.stack(sums, axis=1) / np.maximum(total, 1e-12)[:, None], seeds)
