@@ -1,9 +1,6 @@
 """A surface triangulated anew, with triangles close to equilateral of one edge length."""
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
 from hemline.arrays import Bool, Faces, Points, Vertices
 from hemline.errors import BadGarment
@@ -38,6 +35,8 @@ def even_mesh(
     Source: Valette, Chassery, "Approximated Centroidal Voronoi Diagrams for Uniform Polygonal Mesh Coarsening", 2004.
         Differs: seeds on the rims, which stay; cells by distance of position and normal.
     """
+    from scipy.spatial import KDTree
+
     loops = boundary_loops(faces)
     rims = [_seeds_along(vertices, loop, middle, edge) for loop in loops]
     rim, on_rim = np.concatenate(rims), np.concatenate(loops)
@@ -50,7 +49,7 @@ def even_mesh(
         fine = np.concatenate([vertices, turn * edge * normals], axis=1)
         own = np.concatenate([rim, fine[KDTree(vertices).query(rim)[1], 3:]], axis=1)
         inner = _spread(fine, own, max(1, round(wanted * more)), share)
-        cell = KDTree(np.concatenate([own, inner])).query(fine)[1]
+        cell = np.array(KDTree(np.concatenate([own, inner])).query(fine)[1])
         cell[on_rim] = at_rim
         found = _dual(_connected(cell, faces), faces)
         if _is_whole(found, len(rim) + len(inner), [len(each) for each in rims]):
@@ -79,6 +78,8 @@ def _seeds_along(vertices: Vertices, loop: np.ndarray, middle: np.ndarray, edge:
 
 def _spread(fine: np.ndarray, rim: np.ndarray, count: int, share: np.ndarray) -> np.ndarray:
     """Seeds off the rim: the farthest vertex again and again, then each moved to the middle of its cell."""
+    from scipy.spatial import KDTree
+
     stride = max(1, len(fine) // (_SAMPLES * (count + len(rim))))
     fine, share = fine[::stride], share[::stride]
     thin = fine[:: 1 + count // _MANY]
@@ -98,6 +99,9 @@ def _spread(fine: np.ndarray, rim: np.ndarray, count: int, share: np.ndarray) ->
 
 def _connected(cell: np.ndarray, faces: Faces) -> np.ndarray:
     """Cells without their islands, which go to a neighbour."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     start, end = edges(faces).T
     same = cell[start] == cell[end]
     graph = coo_matrix((np.ones(same.sum(), bool), (start[same], end[same])), (len(cell), len(cell)))

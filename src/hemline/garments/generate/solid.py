@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from hemline.arrays import Float, Points
 from hemline.garments.body_lines import joint
@@ -115,6 +114,8 @@ def _union(a: np.ndarray, b: np.ndarray, blend: float) -> np.ndarray:
 
 def _trunk(design: Design, shaped: "ShapedBody", lines: Lines, heights: np.ndarray) -> np.ndarray:
     """Support function of the cloth around trunk, or around trunk and legs, by height and direction."""
+    from scipy.ndimage import gaussian_filter1d
+
     body = tapes(triangles_of(shaped, without=ARMS), heights, _HALF)
     body = _filled(body)
     girth = design.ease / (2 * np.pi)
@@ -147,6 +148,8 @@ def _at_crotch(design: Design) -> float:
 
 def _leg(design: Design, shaped: "ShapedBody", lines: Lines, heights: np.ndarray) -> np.ndarray:
     """Support function of the cloth around the left leg, by height and direction."""
+    from scipy.ndimage import gaussian_filter1d
+
     corners = triangles_of(shaped, without=(*ARMS, *FEET))
     corners = corners[(corners[:, :, 0] > -0.002).all(axis=1)]
     hip, ankle = joint(shaped, "left_hip"), joint(shaped, "left_ankle")
@@ -186,6 +189,8 @@ def _filled(rows: np.ndarray) -> np.ndarray:
 
 
 def _arm(design: Design, shaped: "ShapedBody") -> Arm:
+    from scipy.ndimage import gaussian_filter1d
+
     names = ("left_shoulder", "left_elbow", "left_wrist", "left_hand")
     knots = np.stack([joint(shaped, name) for name in names])
     knot_ways = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))])
