@@ -47,6 +47,11 @@ def folder(tmp_path, monkeypatch):
 
 
 CASES = {
+    "generate of no kind": (["generate", "kilt", "-o", "k.safetensors"], "use one of top"),
+    "generate beyond a limit": (["generate", "skirt", "--flare", "9", "-o", "k.safetensors"], "from 0 to 0.8"),
+    "generate by a negative seed": (["generate", "skirt", "--seed", "-1", "-o", "k.safetensors"], "seed"),
+    "generate into an unknown format": (["generate", "skirt", "-o", "k.stl"], "k.safetensors"),
+    "generated garment misspelt": (["simulate", "dress:x", "-m", "run", "-o", "d"], "KIND:SEED"),
     "no such verb": (["simulat", "x"], "did you mean 'simulate'"),
     "no such flag": (["animate", "cape", "--motions", "run"], "hemline animate"),
     "no motion": (["simulate", "cape-light", "-o", "d"], "hemline simulate"),

@@ -18,7 +18,8 @@ class Arguments:
     """Settle a garment at rest, on bodies of many shapes; and in poses that stand for some clips."""
 
     garment: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="GARMENT")]
-    """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...), or a file."""
+    """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...; generated ones:
+    dress:7, top:1@35 ...), or a file."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The dataset, a folder; made when missing, continued when there."""
     tryon: bool = True

@@ -22,7 +22,8 @@ class Arguments:
     """Simulate a garment against clips."""
 
     garment: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="GARMENT")]
-    """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...), or a file."""
+    """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...; generated ones:
+    dress:7, top:1@35 ...), or a file."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])]
     """Clips: .bvh or AMASS .npz files, or names of shipped ones: run, walk, dance ..."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]

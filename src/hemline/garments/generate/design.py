@@ -1,6 +1,6 @@
 """What a generated garment is: its kind and its measures."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 from hemline.errors import BadInput
@@ -31,16 +31,10 @@ LIMITS = {
 """Least and greatest value of each measure."""
 
 
-@dataclass(frozen=True)
-class Design:
-    """A garment by its measures; what its kind does not use is ignored.
+@dataclass(frozen=True, kw_only=True)
+class Measures:
+    """The measures of a garment; what its kind does not use is ignored."""
 
-    Raises:
-        BadInput: An unknown kind, neckline or material, or a measure outside its limits.
-    """
-
-    kind: Kind
-    """What it is: top, dress, skirt, trousers or jumpsuit."""
     length: float = 0.6
     """From its top down to the hem, measured vertically: from the shoulder beside the neck, or from the waistband of
     skirts and trousers [m]."""
@@ -77,14 +71,26 @@ class Design:
     material: str = "cotton"
     """Name of its material."""
 
+
+@dataclass(frozen=True)
+class Design(Measures):
+    """A garment by its kind and its measures.
+
+    Raises:
+        BadInput: An unknown kind, neckline or material, or a measure outside its limits.
+    """
+
+    kind: Kind
+    """What it is: top, dress, skirt, trousers or jumpsuit."""
+
     def __post_init__(self) -> None:
         _check_choice("kind", self.kind, KINDS)
         _check_choice("neckline", self.neckline, NECKLINES)
         _check_choice("material", self.material, tuple(MATERIALS))
         for name, (low, high) in LIMITS.items():
             value = getattr(self, name)
-            if not isinstance(value, int | float) or not low <= value <= high:
-                raise BadInput(f"{name} of a {self.kind} must be from {low:g} to {high:g}", value, "stay within it")
+            if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+                raise BadInput(f"{name} of a garment must be from {low:g} to {high:g}", repr(value), "stay within that")
 
     @property
     def has_top(self) -> bool:
@@ -95,9 +101,6 @@ class Design:
     def has_legs(self) -> bool:
         """Whether each leg has a tube of its own."""
         return self.kind in ("trousers", "jumpsuit")
-
-
-MEASURES = tuple(each.name for each in fields(Design) if each.name in LIMITS)
 
 
 def _check_choice(what: str, value: str, choices: tuple[str, ...]) -> None:

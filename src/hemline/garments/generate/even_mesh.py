@@ -1,9 +1,6 @@
 """A surface triangulated anew, with triangles close to equilateral of one edge length."""
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from hemline.arrays import Bool, Faces, Points, Vertices
 from hemline.errors import BadGarment
@@ -12,6 +9,8 @@ from hemline.meshes import ClosestTree, boundary_loops, edges, face_areas, verte
 _ROUNDS = 40
 _SAMPLES = 30
 """Fine vertices for each seed while they are spread."""
+_MANY = 2000
+"""Seeds, beyond which each is chosen among fewer vertices."""
 _TRIES = ((0.6, 1.0), (0.3, 1.0), (0.45, 1.03), (0.3, 1.06), (0.6, 1.1), (0.2, 1.03), (0.4, 1.15))
 """How much of an edge a turn of the normal counts (sheets back to back are far apart), and how many seeds more."""
 
@@ -36,19 +35,21 @@ def even_mesh(
     Source: Valette, Chassery, "Approximated Centroidal Voronoi Diagrams for Uniform Polygonal Mesh Coarsening", 2004.
         Differs: seeds on the rims, which stay; cells by distance of position and normal.
     """
+    from scipy.spatial import KDTree
+
     loops = boundary_loops(faces)
     rims = [_seeds_along(vertices, loop, middle, edge) for loop in loops]
     rim, on_rim = np.concatenate(rims), np.concatenate(loops)
-    at_rim = cKDTree(rim).query(vertices[on_rim])[1]
+    at_rim = KDTree(rim).query(vertices[on_rim])[1]
     area = face_areas(vertices, faces)
     wanted = (float(area.sum()) / (np.sqrt(3) / 4 * edge**2) - len(rim)) / 2
     share = np.bincount(faces.reshape(-1), np.repeat(area, 3), len(vertices))
     normals = vertex_normals(vertices, faces)
     for turn, more in _TRIES:
         fine = np.concatenate([vertices, turn * edge * normals], axis=1)
-        own = np.concatenate([rim, fine[cKDTree(vertices).query(rim)[1], 3:]], axis=1)
+        own = np.concatenate([rim, fine[KDTree(vertices).query(rim)[1], 3:]], axis=1)
         inner = _spread(fine, own, max(1, round(wanted * more)), share)
-        cell = cKDTree(np.concatenate([own, inner])).query(fine)[1]
+        cell = np.array(KDTree(np.concatenate([own, inner])).query(fine)[1])
         cell[on_rim] = at_rim
         found = _dual(_connected(cell, faces), faces)
         if _is_whole(found, len(rim) + len(inner), [len(each) for each in rims]):
@@ -77,16 +78,19 @@ def _seeds_along(vertices: Vertices, loop: np.ndarray, middle: np.ndarray, edge:
 
 def _spread(fine: np.ndarray, rim: np.ndarray, count: int, share: np.ndarray) -> np.ndarray:
     """Seeds off the rim: the farthest vertex again and again, then each moved to the middle of its cell."""
+    from scipy.spatial import KDTree
+
     stride = max(1, len(fine) // (_SAMPLES * (count + len(rim))))
     fine, share = fine[::stride], share[::stride]
-    away = cKDTree(rim).query(fine)[0] ** 2
-    square, chosen = (fine * fine).sum(axis=1), []
+    thin = fine[:: 1 + count // _MANY]
+    away = KDTree(rim).query(thin)[0] ** 2
+    square, chosen = (thin * thin).sum(axis=1), []
     for _ in range(count):
         chosen.append(int(away.argmax()))
-        np.minimum(away, square - 2 * (fine @ fine[chosen[-1]]) + square[chosen[-1]], out=away)
-    seeds = fine[chosen]
+        np.minimum(away, square - 2 * (thin @ thin[chosen[-1]]) + square[chosen[-1]], out=away)
+    seeds = thin[chosen]
     for _ in range(_ROUNDS):
-        cell = cKDTree(np.concatenate([rim, seeds])).query(fine)[1]
+        cell = KDTree(np.concatenate([rim, seeds])).query(fine)[1]
         total = np.bincount(cell, share, len(rim) + count)[len(rim) :]
         sums = [np.bincount(cell, share * axis, len(rim) + count)[len(rim) :] for axis in fine.T]
         seeds = np.where(total[:, None] > 0, np.stack(sums, axis=1) / np.maximum(total, 1e-12)[:, None], seeds)
@@ -95,6 +99,9 @@ def _spread(fine: np.ndarray, rim: np.ndarray, count: int, share: np.ndarray) ->
 
 def _connected(cell: np.ndarray, faces: Faces) -> np.ndarray:
     """Cells without their islands, which go to a neighbour."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     start, end = edges(faces).T
     same = cell[start] == cell[end]
     graph = coo_matrix((np.ones(same.sum(), bool), (start[same], end[same])), (len(cell), len(cell)))

@@ -13,7 +13,7 @@ from hemline.garments.material import Material
 from hemline.garments.pin_rules import NO_PINS
 from hemline.garments.pins import Pins
 from hemline.garments.rest_metric import rest_edges_of_mesh
-from hemline.meshes import subdivided
+from hemline.meshes import boundary_loops, face_areas, subdivided
 
 from .design import Design
 from .even_mesh import even_mesh
@@ -24,11 +24,20 @@ from .surface import half_surface
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
+MIDDLE = 1e-9
+"""Vertices nearer to the plane x = 0 lie in it [m]."""
 SHORTEST, LONGEST = 0.008, 0.05
 """Edge lengths that can be asked for [m]."""
 
 
-def generated(design: Design, shaped: "ShapedBody", *, edge: float = 0.02, name: str | None = None) -> Garment:
+def generated(
+    design: Design,
+    shaped: "ShapedBody",
+    *,
+    edge: float = 0.02,
+    vertex_count: int | None = None,
+    name: str | None = None,
+) -> Garment:
     """A garment without a seam, its left half the mirror image of its right one.
 
     It is cut from the surface of a solid: convex level sections of the body made wider by the ease, cones below the
@@ -39,23 +48,26 @@ def generated(design: Design, shaped: "ShapedBody", *, edge: float = 0.02, name:
         design: Its measures.
         shaped: The body to wear it, any shape.
         edge: Length of its edges [m].
+        vertex_count: Number of vertices wanted, met within some percent; in place of `edge`.
         name: Its name; None: its kind.
 
     Returns:
         The garment at its start: outside the body by at least 3 mm.
 
     Raises:
-        BadInput: `edge` is not from 0.008 to 0.05 m.
+        BadInput: `edge`, or the edge that `vertex_count` asks for, is not from 0.008 to 0.05 m.
         BadGarment: The edges are too long for the shape, or the body has no waist.
     """
-    if not SHORTEST <= edge <= LONGEST:
-        raise BadInput(f"edges of a generated garment must be from {SHORTEST} to {LONGEST} m", edge, "use 0.02")
+    _check(edge)
     lines = lines_of(design, shaped)
     fine, triangles = half_surface(design, shaped, lines)
+    if vertex_count is not None:
+        edge = _edge_of(vertex_count, fine, triangles)
+        _check(edge)
     if edge < 3 * SPACING:
         faces, ends = subdivided(triangles, len(fine))
         fine, triangles = np.concatenate([fine, fine[ends].mean(axis=1)]), faces
-    vertices, faces = mirrored(*even_mesh(fine, triangles, edge, fine[:, 0] <= 1e-9))
+    vertices, faces = mirrored(*even_mesh(fine, triangles, edge, fine[:, 0] <= MIDDLE))
     tree = body_tree(shaped)
     rest_edges = rest_edges_of_mesh(vertices.round(6), faces)
     laid = cleared(vertices, tree, CLEARANCE + 0.0002)
@@ -79,9 +91,27 @@ def generated(design: Design, shaped: "ShapedBody", *, edge: float = 0.02, name:
     )
 
 
+def _check(edge: float) -> None:
+    if not SHORTEST <= edge <= LONGEST:
+        what = f"edges of a generated garment must be from {SHORTEST} to {LONGEST} m"
+        raise BadInput(what, f"{edge:.4g} m", "ask for edges of 0.02 m, or for 600 to 12,000 vertices")
+
+
+def _edge_of(vertex_count: int, vertices: Vertices, faces: Faces) -> float:
+    """Edge of as many vertices: twice A / (sqrt(3) / 2 e^2) + L / 2 e, A and L the area and the rim of a half."""
+    if vertex_count < 1:
+        raise BadInput("a generated garment must have vertices", vertex_count, "ask for 600 to 12,000")
+    loops = boundary_loops(faces)
+    ends = np.concatenate([np.stack([loop, np.roll(loop, -1)], axis=1) for loop in loops])
+    off = (vertices[ends, 0] > MIDDLE).any(axis=1)
+    rim = float(np.linalg.norm(np.diff(vertices[ends[off]], axis=1), axis=2).sum())
+    area = float(face_areas(vertices, faces).sum()) / (np.sqrt(3) / 4)
+    return (rim + np.sqrt(rim * rim + 4 * vertex_count * area)) / (2 * vertex_count)
+
+
 def mirrored(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
     """A half at x >= 0 and its mirror image, joined where x is 0."""
-    own = np.where(vertices[:, 0] <= 1e-9, 0, vertices[:, 0])
+    own = np.where(vertices[:, 0] <= MIDDLE, 0, vertices[:, 0])
     vertices = np.concatenate([own[:, None], vertices[:, 1:]], axis=1)
     off = np.flatnonzero(own > 0)
     image = np.arange(len(vertices))

@@ -14,6 +14,20 @@ _CLOTH = {
 }
 
 
+def plain_design(kind: Kind) -> Design:
+    """A usual garment of a kind.
+
+    Args:
+        kind: top, dress, skirt, trousers or jumpsuit.
+
+    Raises:
+        BadInput: An unknown kind.
+    """
+    lengths = {"top": 0.62, "dress": 1.0, "skirt": 0.55, "trousers": 0.95, "jumpsuit": 1.3}
+    flares = {"top": 0.05, "dress": 0.25, "skirt": 0.3}
+    return Design(kind, length=lengths.get(kind, 0.6), flare=flares.get(kind, 0.0))
+
+
 def random_design(kind: Kind, seed: int) -> Design:
     """A garment of a kind that differs visibly from that of another seed.
 
@@ -24,7 +38,7 @@ def random_design(kind: Kind, seed: int) -> Design:
     Raises:
         BadInput: An unknown kind.
     """
-    plain = Design(kind)
+    plain = plain_design(kind)
     random = np.random.default_rng([_SEEDS[kind], seed])
 
     def drawn(low: float, high: float) -> float:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from hemline.arrays import Float, Points
 from hemline.garments.body_lines import joint
@@ -84,14 +83,27 @@ def solid(design: Design, shaped: "ShapedBody", lines: Lines) -> tuple[Grid, Arm
         field = (flat @ np.stack([np.cos(_HALF), np.sin(_HALF)]) - trunk[row]).max(axis=1)
         if leg is not None:
             field = _with_legs(field, flat, leg[row], float(y), lines.crotch - design.rise)
-        if design.has_top and y > lines.armpit - 0.6:
+        if design.has_top:
             points = np.stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]], axis=1)
-            field = _union(field, arm.nearest(points)[1], 0.03)
+            _add_arm(field, points, arm)
             near = np.flatnonzero((np.abs(field) < 0.05) & (flat[:, 0] < arm.points[2, 0]))
             if y > lines.armpit - 0.05 and len(near):
                 field[near] = _union(field[near], tree.signed_distances(points[near]) - SKIN, 0.01)
         values[:, row] = field.reshape(len(x), len(z))
     return Grid(values, np.array([0.0, heights[0], z[0]])), arm
+
+
+def _add_arm(field: np.ndarray, points: Points, arm: Arm) -> None:
+    """Unite a field with the sleeve, in place; points of one level, and only those near it."""
+    reach = float(arm.radii.max()) + 0.1
+    near = np.abs(arm.points[:, 1] - points[0, 1]) < reach
+    if not near.any():
+        return
+    first, last = max(int(near.argmax()) - 1, 0), len(near) - int(near[::-1].argmax()) + 1
+    part = Arm(*(each[first:last] for each in (arm.points, arm.radii, arm.ways)))
+    low, high = part.points.min(axis=0) - reach, part.points.max(axis=0) + reach
+    here = np.flatnonzero(((points > low) & (points < high))[:, [0, 2]].all(axis=1))
+    field[here] = _union(field[here], part.nearest(points[here])[1], 0.03)
 
 
 def _union(a: np.ndarray, b: np.ndarray, blend: float) -> np.ndarray:
@@ -102,6 +114,8 @@ def _union(a: np.ndarray, b: np.ndarray, blend: float) -> np.ndarray:
 
 def _trunk(design: Design, shaped: "ShapedBody", lines: Lines, heights: np.ndarray) -> np.ndarray:
     """Support function of the cloth around trunk, or around trunk and legs, by height and direction."""
+    from scipy.ndimage import gaussian_filter1d
+
     body = tapes(triangles_of(shaped, without=ARMS), heights, _HALF)
     body = _filled(body)
     girth = design.ease / (2 * np.pi)
@@ -114,6 +128,9 @@ def _trunk(design: Design, shaped: "ShapedBody", lines: Lines, heights: np.ndarr
     else:
         full = np.clip((lines.top - heights) / 0.12, 0, 1)
         girth = girth * full * full * (3 - 2 * full)
+    if design.has_legs:
+        share = np.clip((lines.waist - heights) / (lines.waist - lines.crotch), 0, 1)
+        girth = girth + share * share * (3 - 2 * share) * (_at_crotch(design) - girth)
     cloth = body + SKIN + np.reshape(girth, (-1, 1)) * np.ones((len(heights), 1))
     begin = lines.waist + (design.waist_height if design.has_top else 1.0)
     slope = 0.0 if design.has_legs else np.tan(design.flare)
@@ -124,8 +141,15 @@ def _trunk(design: Design, shaped: "ShapedBody", lines: Lines, heights: np.ndarr
     return np.maximum(smooth, body + 0.6 * SKIN)
 
 
+def _at_crotch(design: Design) -> float:
+    """Radius that the ease adds where trunk and legs meet [m]."""
+    return min(design.ease, design.leg_ease) / (2 * np.pi)
+
+
 def _leg(design: Design, shaped: "ShapedBody", lines: Lines, heights: np.ndarray) -> np.ndarray:
     """Support function of the cloth around the left leg, by height and direction."""
+    from scipy.ndimage import gaussian_filter1d
+
     corners = triangles_of(shaped, without=(*ARMS, *FEET))
     corners = corners[(corners[:, :, 0] > -0.002).all(axis=1)]
     hip, ankle = joint(shaped, "left_hip"), joint(shaped, "left_ankle")
@@ -137,7 +161,11 @@ def _leg(design: Design, shaped: "ShapedBody", lines: Lines, heights: np.ndarray
     own[first:] = own[min(first, len(own) - 1)]
     straight = np.maximum.accumulate(own[::-1], axis=0)[::-1]
     taper = design.leg_taper * np.clip((lines.crotch - heights) / (lines.crotch - lines.knee), 0, 1)
-    cloth = straight + taper[:, None] * (own - straight) + SKIN + design.leg_ease / (2 * np.pi)
+    # where the legs begin they are no wider than the trunk, or there would be a ledge around the hips
+    begun = np.clip((lines.crotch + 0.05 - heights) / 0.15, 0, 1)
+    girth = _at_crotch(design)
+    girth = girth + begun * begun * (3 - 2 * begun) * (design.leg_ease / (2 * np.pi) - girth)
+    cloth = straight + taper[:, None] * (own - straight) + SKIN + girth[:, None]
     slope = np.tan(design.flare)
     for row in range(len(heights) - 2, -1, -1):
         if heights[row] < lines.knee:
@@ -161,6 +189,8 @@ def _filled(rows: np.ndarray) -> np.ndarray:
 
 
 def _arm(design: Design, shaped: "ShapedBody") -> Arm:
+    from scipy.ndimage import gaussian_filter1d
+
     names = ("left_shoulder", "left_elbow", "left_wrist", "left_hand")
     knots = np.stack([joint(shaped, name) for name in names])
     knot_ways = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))])

@@ -6,7 +6,7 @@ import numpy as np
 
 from hemline.arrays import Faces, Points, Vertices
 from hemline.garments.body_lines import joint
-from hemline.meshes import components
+from hemline.meshes import boundary_loops, components
 
 from .clipped import clipped, compacted
 from .design import Design
@@ -17,6 +17,8 @@ from .solid import SPACING, Arm, solid
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
+_PINHOLE = 0.1
+"""Length of a rim that is none [m]."""
 _POWERS = {"v": 1.0, "round": 2.0, "square": 5.0}
 
 
@@ -69,7 +71,14 @@ def _armhole(points: Points, design: Design, arm: Arm, lines: Lines) -> np.ndarr
 
 
 def _largest(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
-    """The largest connected part."""
+    """The largest connected part, without pinholes where two cuts meet."""
     labels = components(faces, len(vertices))
     best = np.bincount(labels[faces[:, 0]]).argmax()
-    return compacted(vertices, faces[labels[faces[:, 0]] == best])
+    vertices, faces = compacted(vertices, faces[labels[faces[:, 0]] == best])
+    for loop in boundary_loops(faces):
+        rim = vertices[loop]
+        if np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).sum() < _PINHOLE:
+            fan = np.stack([loop, np.roll(loop, -1), np.full(len(loop), len(vertices))], axis=1)
+            vertices = np.concatenate([vertices, rim.mean(axis=0, keepdims=True)])
+            faces = np.concatenate([faces, fan.astype(np.int32)])
+    return vertices, faces
