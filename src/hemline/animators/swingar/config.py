@@ -6,7 +6,8 @@ from typing import Literal
 from hemline.garments.proxy import ProxySize
 from hemline.options import check_options, not_negative, positive
 
-Learner = Literal["lag"]
+Learner = Literal["lag", "graph"]
+Sizes = Literal["lean", "full"]
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,8 @@ class SwingarConfig:
         BadInput: A value that makes no sense, such as a width of 0.
     """
 
+    learner: Learner = "lag"
+    """What is learned: the lag network, or the paper's graph network."""
     edge: float = positive(ProxySize().edge)
     """Length of the edges of the proxy [m]."""
     fewest: int = positive(ProxySize().fewest)
@@ -24,9 +27,16 @@ class SwingarConfig:
     most: int = positive(ProxySize().most)
     """Vertices that it has at most."""
     width: int = positive(128)
-    """Units of the hidden layers."""
+    """Units of the lag network's hidden layers."""
+    sizes: Sizes = "lean"
+    """Sizes of the graph network: those of the paper, or smaller ones."""
+    lag_features: bool = True
+    """Whether vertices of the graph network know how they trail; off, as in the paper."""
+    alpha: float = not_negative(2.0)
+    """Scale of the graph network's attention scores."""
     epochs: int = positive(30)
-    """Passes over the training set."""
+    """Passes of the lag network over the training set; epochs of 100 groups of frames of the graph network's coarse
+    part, to which its corrective part adds half as many."""
     rate: float = positive(1e-3)
     """First learning rate."""
     frames: int = positive(8)

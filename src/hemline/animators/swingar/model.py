@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
@@ -18,8 +18,8 @@ from hemline.files.contents import array_of, entry, refused
 from hemline.garments import Garment
 from hemline.garments.embedding import Embedding
 from hemline.garments.proxy import proxy_of
+from hemline.motions.motion import Pose
 
-from .feature_kernels import displace
 from .proxy_on_body import ProxyOnBody
 from .state import SwingarState
 from .trail import Trail
@@ -32,10 +32,8 @@ class _Worn:
 
     proxy: ProxyOnBody
     embedding: Embedding
-    static: Float[np.ndarray, "verts width"]
-    """What the first layer makes of the features that do not change."""
-    pins: Int[np.ndarray, " pins"]
-    """Numbers of pins that hold fast."""
+    prepared: Any
+    """What the network knows of the garment."""
     fine: Garment
 
 
@@ -107,7 +105,8 @@ class AnimatorSwingar:
                 f"{shaped.body.name} ({shaped.body.hash})",
                 "use that body, or fit the garment again",
             )
-        return SwingarState(Trail.start(self._on(shaped).proxy, posed), posed.pose)
+        history = self.weights.mover.start(posed.pose)
+        return SwingarState(Trail.start(self._on(shaped).proxy, posed), posed.pose, history)
 
     def step(self, state: SwingarState, posed: PosedBody, dt: float) -> tuple[SwingarState, Vertices]:
         """Advance to a pose.
@@ -120,27 +119,15 @@ class AnimatorSwingar:
         Returns:
             The State after, and the vertices in the world (verts, 3) [m].
         """
-        worn, trail = self._on(posed.shaped), state.trail
+        worn, trail, history = self._on(posed.shaped), state.trail, state.history
         if leaps(state.pose, posed.pose, dt):
-            trail = _moved_along(trail, worn.proxy, state.pose, posed)
-        after = SwingarState(trail.stepped(worn.proxy, posed, dt), posed.pose)
-        vertices = worn.embedding.carried(self._proxy_vertices(worn, after.trail, posed).astype(np.float64))
-        pins = worn.fine.pins
-        vertices[pins.vertices[worn.pins]] = pins.on(posed)[worn.pins]
-        return after, vertices
-
-    def proxy_vertices(self, state: SwingarState, posed: PosedBody) -> Float[np.ndarray, "coarse 3"]:
-        """The coarse garment of a State whose pose is that of the body [m]."""
-        return self._proxy_vertices(self._on(posed.shaped), state.trail, posed)
-
-    def _proxy_vertices(self, worn: _Worn, trail: Trail, posed: PosedBody) -> Float[np.ndarray, "coarse 3"]:
-        moved = self.weights.net.displacements(worn.static, trail.told(worn.proxy, posed), worn.proxy.cells)
-        out = np.empty_like(trail.skinned)
-        displace(trail.skinned, trail.turns, moved, out)
-        pins = worn.proxy.garment.pins
-        fast = np.isinf(pins.stiffness)
-        out[pins.vertices[fast]] = pins.on(posed)[fast]
-        return out
+            way = _way(worn.proxy.shaped, state.pose, posed.pose)
+            trail, history = trail.moved(way), history and history.moved(way)
+        trail = trail.stepped(worn.proxy, posed, dt)
+        history = history and history.followed(posed.pose, dt)
+        history, coarse = self.weights.mover.moved(worn.prepared, worn.proxy, trail, history, posed)
+        vertices = worn.embedding.carried(_held(coarse, worn.proxy.garment, posed).astype(np.float64))
+        return SwingarState(trail, posed.pose, history), _held(vertices, worn.fine, posed)
 
     def _on(self, shaped: ShapedBody) -> _Worn:
         key = np.asarray(shaped.betas, np.float32).tobytes()
@@ -154,9 +141,7 @@ class AnimatorSwingar:
         fine, coarse = self.garment.dressed(shaped), coarse.dressed(shaped)
         rest = self.rest if own else settled(coarse, shaped).astype(np.float32)
         proxy = ProxyOnBody.of(coarse, rest, shaped)
-        static = self.weights.net.static(proxy.static)
-        fast = np.flatnonzero(np.isinf(fine.pins.stiffness))
-        return _Worn(proxy, Embedding.of(fine, coarse, kept), static, fast, fine)
+        return _Worn(proxy, Embedding.of(fine, coarse, kept), self.weights.mover.prepared(proxy), fine)
 
     def save(self, path: str | Path) -> None:
         """Write a model file, whole or not at all: the network, the garment, its coarse copy settled.
@@ -203,10 +188,16 @@ def settled(coarse: Garment, shaped: ShapedBody) -> Float[np.ndarray, "coarse 3"
     return rest_state(coarse, shaped, SimSettings()).positions
 
 
-def _moved_along(trail: Trail, proxy: ProxyOnBody, pose: Any, posed: PosedBody) -> Trail:
-    """The Trail where the body was put: all of it turned and moved with the pelvis."""
-    there = replace(posed.pose, rotations=pose.rotations.copy(), clip=None)
-    there.rotations[0] = posed.pose.rotations[0]
-    before = proxy.shaped.posed(pose)
-    now = proxy.shaped.posed(there)
-    return trail.moved(Rigid.between(before.transforms[0], now.transforms[0]))
+def _held(vertices: Float[np.ndarray, "verts 3"], garment: Garment, posed: PosedBody) -> Float[np.ndarray, "verts 3"]:
+    """Vertices whose pins hold fast, put where these are; in place."""
+    fast = np.isinf(garment.pins.stiffness)
+    vertices[garment.pins.vertices[fast]] = garment.pins.on(posed)[fast]
+    return vertices
+
+
+def _way(shaped: ShapedBody, before: Pose, now: Pose) -> Rigid:
+    """How the pelvis was put elsewhere."""
+    rotations = before.rotations.copy()
+    rotations[0] = now.rotations[0]
+    there = shaped.posed(Pose(rotations, now.translation))
+    return Rigid.between(shaped.posed(before).transforms[0], there.transforms[0])

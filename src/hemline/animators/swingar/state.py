@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from hemline.motions.motion import Pose
 
+from .history import History
 from .trail import Trail
 
 
@@ -15,3 +16,5 @@ class SwingarState:
     """How the proxy moved."""
     pose: Pose
     """The body's."""
+    history: History | None
+    """What the graph network remembers beside it; None for the lag network."""

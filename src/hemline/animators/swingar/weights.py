@@ -1,4 +1,4 @@
-"""What was learned: the network, the options of its fit and its figures, as model files hold them."""
+"""What was learned: a network, the options of its fit and its figures, as model files hold them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -7,13 +7,16 @@ from typing import Any, Self
 import numpy as np
 
 from hemline.errors import BadModel
-from hemline.files.contents import AGAIN, array_of, entry
+from hemline.files.contents import AGAIN, array_of, entry, part
 from hemline.options import options_of
 
 from .config import SwingarConfig
+from .estimator_config import EstimatorConfig
 from .lag_net import LagNet, layer_sizes
+from .mover import GraphMover, LagMover, Mover
 from .proxy_on_body import DYNAMIC, STATIC
 from .relatives import Relatives
+from .runtime import PlayedEstimator
 
 VERSION = 1
 """Of what a model file holds under `swingar`."""
@@ -21,24 +24,25 @@ VERSION = 1
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """The network and where it comes from."""
+    """A network and where it comes from."""
 
     config: SwingarConfig
-    net: LagNet
+    mover: Mover
     relatives: Relatives
     """The garments of the fit."""
     figures: Mapping[str, float]
     licences: Sequence[str]
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """By name, in half precision, which is all that they are worth."""
-        found = {f"weight.{name}": array.astype(np.float16) for name, array in self.net.weights.items()}
-        found |= {f"bias.{name}": array.astype(np.float32) for name, array in self.net.biases.items()}
-        return found | self.relatives.arrays()
+        """By name."""
+        return dict(self.mover.arrays()) | self.relatives.arrays()
 
     def extra(self) -> dict[str, Any]:
         """Metadata of the animator's own."""
-        return {"swingar": {"version": VERSION, "garments": list(self.relatives.names)}}
+        own: dict[str, Any] = {"version": VERSION, "garments": list(self.relatives.names)}
+        if isinstance(self.mover, GraphMover):
+            own["estimator"] = asdict(self.mover.estimator.config)
+        return {"swingar": own}
 
     def rounded(self) -> Self:
         """As a file gives them back."""
@@ -58,10 +62,20 @@ class Weights:
         if version != VERSION:
             raise BadModel(f"this hemline reads version {VERSION} of swingar", f"version {version}", AGAIN)
         config = options_of(SwingarConfig, entry(metadata, "config", dict), error=BadModel)
-        weights, biases = {}, {}
-        for name, (inputs, outputs) in layer_sizes(STATIC + DYNAMIC, config.width).items():
-            weights[name] = array_of(arrays, f"weight.{name}", "float16", (inputs, outputs)).astype(np.float32)
-            biases[name] = array_of(arrays, f"bias.{name}", "float32", (outputs,))
-        licences = [str(each) for each in entry(metadata, "licences", list)]
+        mover = _lag(arrays, config) if config.learner == "lag" else _graph(arrays, own)
         relatives = Relatives.of(arrays, own)
-        return cls(config, LagNet(weights, biases), relatives, entry(metadata, "figures", dict), licences)
+        licences = [str(each) for each in entry(metadata, "licences", list)]
+        return cls(config, mover, relatives, entry(metadata, "figures", dict), licences)
+
+
+def _lag(arrays: Mapping[str, np.ndarray], config: SwingarConfig) -> LagMover:
+    weights, biases = {}, {}
+    for name, (inputs, outputs) in layer_sizes(STATIC + DYNAMIC, config.width).items():
+        weights[name] = array_of(arrays, f"weight.{name}", "float16", (inputs, outputs)).astype(np.float32)
+        biases[name] = array_of(arrays, f"bias.{name}", "float32", (outputs,))
+    return LagMover(LagNet(weights, biases))
+
+
+def _graph(arrays: Mapping[str, np.ndarray], own: Mapping[str, Any]) -> GraphMover:
+    config = options_of(EstimatorConfig, entry(own, "estimator", dict), error=BadModel)
+    return GraphMover(PlayedEstimator.of(config, part(arrays, "graph")))

@@ -1,0 +1,119 @@
+"""Takes as the graph network is trained on them: every frame of every take, numbered one after the other."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hemline.arrays import Float, Int
+from hemline.datasets.collection import Collection, Entry
+
+from .graph_inputs import body_inputs, garment_inputs, lag_inputs
+from .history import Seen, Times
+from .lag_samples import proxy_of_dataset
+from .samples import FrameBatch, GarmentSample
+from .trail import Trail
+
+
+@dataclass(eq=False)
+class TakeSamples:
+    """`samples.Samples` of takes."""
+
+    garments: list[GarmentSample] = field(default_factory=list)
+    garment_of: Int[np.ndarray, " samples"] = field(default_factory=lambda: np.zeros(0, np.int64))
+    before: Int[np.ndarray, "samples 2"] = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    training: Int[np.ndarray, " training"] = field(default_factory=lambda: np.zeros(0, np.int64))
+    validation: Int[np.ndarray, " validation"] = field(default_factory=lambda: np.zeros(0, np.int64))
+    _rows: list["_Row"] = field(default_factory=list)
+
+    def frames(self, chosen: Int[np.ndarray, " frames"]) -> FrameBatch:
+        """Some samples, all of one garment."""
+        rows = [self._rows[number] for number in chosen.tolist()]
+        return FrameBatch(
+            np.stack([row.motion for row in rows]),
+            np.stack([row.transforms for row in rows]),
+            np.stack([row.joints for row in rows]),
+            np.stack([row.body for row in rows]),
+            np.stack([row.heading for row in rows]),
+            np.stack([row.truth for row in rows]),
+            np.stack([row.lag for row in rows]).astype(np.float32),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    motion: Float[np.ndarray, "poses 75"]
+    transforms: Float[np.ndarray, "joints 3 4"]
+    joints: Float[np.ndarray, "joints 3"]
+    body: Float[np.ndarray, " body"]
+    heading: Float[np.ndarray, "3 3"]
+    truth: Float[np.ndarray, "verts 3"]
+    lag: Float[np.ndarray, "verts lag"]
+
+
+def take_samples(
+    data: Collection,
+    training: Sequence[Entry],
+    validation: Sequence[Entry],
+    stride: int,
+    descriptor: int,
+    progress: Callable[[int, int], None] = lambda *_: None,
+) -> TakeSamples:
+    """Read takes.
+
+    Args:
+        data: The datasets.
+        training: Takes to train on.
+        validation: Takes to choose the best weights by.
+        stride: Every so many frames are trained on; the two before each are samples, too.
+        descriptor: Numbers of the spectral descriptor.
+        progress: Called with the takes read and in all.
+    """
+    found, numbers = TakeSamples(), {}
+    garment_of: list[int] = []
+    before: list[tuple[int, int]] = []
+    sides: dict[bool, list[int]] = {True: [], False: []}
+    entries = [*((each, True) for each in training), *((each, False) for each in validation)]
+    for read, (entry, trains) in enumerate(entries, 1):
+        key = entry.dataset, tuple(entry.row.betas)
+        if key not in numbers:
+            proxy = proxy_of_dataset(data, *key)
+            numbers[key] = len(found.garments), proxy
+            found.garments.append(garment_inputs(proxy, descriptor))
+        garment, proxy = numbers[key]
+        take, trail = data.take(entry), None
+        times = Times.always(take.motion[0])
+        wanted = {frame for frame in take.clip_frames.tolist() if frame % stride == 0}
+        needed = {max(frame - back, 0) for frame in wanted for back in (0, 1, 2)}
+        own: dict[int, int] = {}
+        for frame in range(len(take.motion)):
+            pose = take.motion[frame]
+            posed = proxy.shaped.posed(pose)
+            if trail is None:
+                trail = Trail.start(proxy, posed)
+            else:
+                trail = trail.stepped(proxy, posed, 1 / take.motion.fps)
+                times = times.followed(pose, 1 / take.motion.fps)
+            if frame not in needed:
+                continue
+            seen = Seen.of(pose)
+            own[frame] = len(found._rows)
+            if frame in wanted:
+                sides[trains].append(own[frame])
+            garment_of.append(garment)
+            found._rows.append(
+                _Row(
+                    times.window(),
+                    seen.transforms(posed),
+                    seen.into(posed.joints),
+                    body_inputs(proxy.shaped, posed, seen),
+                    seen.turn.astype(np.float32),
+                    seen.into(take.vertices[frame]),
+                    lag_inputs(trail.told(proxy, posed)).astype(np.float16),
+                )
+            )
+            before.append(tuple(own.get(max(frame - back, 0), own[frame]) for back in (1, 2)))  # type: ignore[arg-type]
+        progress(read, len(entries))
+    found.garment_of, found.before = np.array(garment_of), np.array(before)
+    found.training, found.validation = np.array(sides[True]), np.array(sides[False])
+    return found

@@ -1,0 +1,108 @@
+"""What moves a proxy: either network behind one door."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from hemline.arrays import Float
+from hemline.bodies import PosedBody
+from hemline.motions.motion import Pose
+
+from .feature_kernels import displace
+from .graph_inputs import body_inputs, garment_inputs, lag_inputs
+from .history import History, Seen
+from .lag_net import LagNet
+from .proxy_on_body import ProxyOnBody
+from .runtime import PlayedEstimator
+from .trail import Trail
+
+Moved = tuple[History | None, Float[np.ndarray, "coarse 3"]]
+"""What is remembered, and where the proxy's vertices are [m]."""
+
+
+class Mover(Protocol):
+    """A network with its inputs."""
+
+    def prepared(self, proxy: ProxyOnBody) -> Any:
+        """What it knows of a garment once and for all."""
+        ...
+
+    def start(self, pose: Pose) -> History | None:
+        """What it remembers of a body that has always stood so, beside the Trail."""
+        ...
+
+    def moved(
+        self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: History | None, posed: PosedBody
+    ) -> Moved:
+        """The proxy on a posed body."""
+        ...
+
+    def arrays(self) -> Mapping[str, np.ndarray]:
+        """Its weights by name, as model files hold them."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class LagMover:
+    """The lag network; all that it remembers is the Trail."""
+
+    net: LagNet
+
+    def prepared(self, proxy: ProxyOnBody) -> Any:
+        """The part of the first layer that does not change."""
+        return self.net.static(proxy.static)
+
+    def start(self, pose: Pose) -> None:
+        """Nothing."""
+
+    def moved(
+        self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: History | None, posed: PosedBody
+    ) -> Moved:
+        """Skinning, displaced."""
+        displacements = self.net.displacements(prepared, trail.told(proxy, posed), proxy.cells)
+        out = np.empty_like(trail.skinned)
+        displace(trail.skinned, trail.turns, displacements, out)
+        return None, out
+
+    def arrays(self) -> Mapping[str, np.ndarray]:
+        """In half precision, which is all that they are worth; biases in single."""
+        found = {f"weight.{name}": array.astype(np.float16) for name, array in self.net.weights.items()}
+        return found | {f"bias.{name}": array.astype(np.float32) for name, array in self.net.biases.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class GraphMover:
+    """The paper's estimator."""
+
+    estimator: PlayedEstimator
+
+    def prepared(self, proxy: ProxyOnBody) -> Any:
+        """The garment, encoded."""
+        given = garment_inputs(proxy, self.estimator.config.descriptor)
+        return self.estimator.garment(given.graph, given.features, given.descriptor, given.skin_logits)
+
+    def start(self, pose: Pose) -> History:
+        """The first pose, 65 times."""
+        return History.always(pose)
+
+    def moved(
+        self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: History | None, posed: PosedBody
+    ) -> Moved:
+        """The coarse mesh, and its corrective displacement where one was admitted."""
+        assert history is not None
+        seen, lag = Seen.of(posed.pose), None
+        if self.estimator.config.lag:
+            lag = lag_inputs(trail.told(proxy, posed))
+        coarse, _, _ = self.estimator.coarse(prepared, history.times.window(), lag, seen.transforms(posed))
+        history = history.with_mesh(seen.out(coarse), posed.joints)
+        if self.estimator.arrays["corrective_scale"][0] == 0:
+            return history, history.meshes[-1]
+        meshes, joints = (seen.into(each) for each in history.last_meshes())
+        body = body_inputs(proxy.shaped, posed, seen)
+        return history, seen.out(meshes[-1] + self.estimator.corrective(prepared, meshes, joints, body))
+
+    def arrays(self) -> Mapping[str, np.ndarray]:
+        """In half precision."""
+        return {f"graph.{name}": array.astype(np.float16) for name, array in self.estimator.arrays.items()}
