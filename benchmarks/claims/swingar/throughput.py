@@ -104,7 +104,9 @@ def main() -> None:
         work = sum(flops for part, (_, flops) in parts.items() if part not in ("graph_first", "graph_second", "shape"))
         weights = sum(number for number, _ in parts.values())
         print(f"{name}: {weights:,} weights, {work / 1e9:.2f} GFLOP a frame of {count} vertices")
-        print("  weights; MFLOP: " + ", ".join(f"{part} {n:,}; {flops / 1e6:.0f}" for part, (n, flops) in parts.items()))
+        print(
+            "  weights; MFLOP: " + ", ".join(f"{part} {n:,}; {flops / 1e6:.0f}" for part, (n, flops) in parts.items())
+        )
         use_threads(1)
         shown = training(config, options.rows, options.columns, options.runs)
         print("  training, ms a frame, one thread: " + ", ".join(f"{part} {each:.1f}" for part, each in shown.items()))
