@@ -101,7 +101,7 @@ class CoarseObjective(_Stage):
 
     def predicted(self, chosen: np.ndarray, batch: FrameBatch) -> Tensor:
         """The coarse meshes."""
-        code = encoded(self.estimator, self.data.garments[self.data.garment_of[chosen[0]]])
+        code = encoded(self.estimator, self.data.garments[int(self.data.garment_of[chosen[0]])])
         return _coarse(self.estimator, code, batch)
 
 
