@@ -114,7 +114,8 @@ class GatLn(nn.Module):
       \qquad e_{ij} = a_h^{(1)} \cdot x'_i + a_h^{(2)} \cdot x'_j$$
 
     The outputs are $\tanh$ of the mean over the heads of a group of such sums. So $\lvert\text{score}\rvert \le \alpha$
-    however large the features are, and `alpha=0` gives the mean of the ring.
+    however large the features are, and `alpha=0` gives the mean of the ring. Weights are drawn, head by head, as in
+    Glorot and Bengio 2010.
 
     Args:
         inputs: Width of the features.
@@ -138,7 +139,7 @@ class GatLn(nn.Module):
         self.weights = nn.Parameter(torch.empty(heads, inputs, outputs))
         self.extra_weights = nn.Parameter(torch.empty(heads, extra, outputs))
         self.vectors = nn.Parameter(torch.empty(heads, 2, outputs))
-        for head in range(heads):  # Glorot and Bengio 2010, as for one matrix a head
+        for head in range(heads):
             nn.init.xavier_uniform_(self.weights[head])
             nn.init.xavier_uniform_(self.vectors[head])
             if extra:

@@ -75,7 +75,7 @@ class _Stage:
     def _terms(self, chosen: np.ndarray) -> Tensor:
         batch = self.data.frames(chosen)
         vertices, truth = self.predicted(chosen, batch), torch.from_numpy(batch.truth)
-        sheet, w = self._sheets[self.data.garment_of[chosen[0]]], self.weights
+        sheet, w = self._sheets[int(self.data.garment_of[chosen[0]])], self.weights
         total = w.vertex * vertex_loss(vertices, truth)
         if w.edge:
             total = total + w.edge * edge_loss(vertices, truth, sheet.edges)
@@ -101,7 +101,7 @@ class CoarseObjective(_Stage):
 
     def predicted(self, chosen: np.ndarray, batch: FrameBatch) -> Tensor:
         """The coarse meshes."""
-        code = encoded(self.estimator, self.data.garments[self.data.garment_of[chosen[0]]])
+        code = encoded(self.estimator, self.data.garments[int(self.data.garment_of[chosen[0]])])
         return _coarse(self.estimator, code, batch)
 
 
