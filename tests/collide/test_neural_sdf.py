@@ -100,7 +100,9 @@ def test_run_time_and_torch_give_the_same_distances_and_gradients(inputs):
     around_it, points = model.at(body), around(body, 700)
     twin = DistanceNetwork.of(model)
     read = torch.from_numpy(condition(body.shaped.betas, body.pose.rotations))[None]
-    features, derivatives = (torch.from_numpy(np.array(each)) for each in around_it.inputs.features(points, jacobians=True))
+    features, derivatives = (
+        torch.from_numpy(np.array(each)) for each in around_it.inputs.features(points, jacobians=True)
+    )
     codes = twin.code(read).expand(len(points), -1)
     distances, gradients = twin.with_gradients(features, derivatives, codes)
     found = around_it.with_gradients(points)

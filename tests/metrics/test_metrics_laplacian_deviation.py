@@ -15,7 +15,7 @@ def fan(height: float = 0.0):
 
 
 def test_the_middle_of_a_flat_fan_has_six_times_the_cotangent_of_sixty_degrees():
-    """12 angles opposite to its edges, halved: 6 / sqrt(3); lifted by h the rim's angles have cot = 1 / sqrt(3 + 4 h^2)."""
+    """12 angles opposite to its edges, halved: 6 / sqrt(3); lifted by h the rim's have cot 1 / sqrt(3 + 4 h^2)."""
     (flat, faces), (lifted, _) = fan(), fan(0.5)
     found = laplacian_deviation(flat, lifted, faces, np.arange(7) == 0)
     assert found == pytest.approx(6 / np.sqrt(3) - 6 / np.sqrt(3 + 4 * 0.25), rel=1e-9)

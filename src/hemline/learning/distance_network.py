@@ -7,7 +7,6 @@ from typing import Any, Self
 import numpy as np
 import torch
 
-from hemline.arrays import Float
 from hemline.collide.neural_sdf.distance import Distance
 from hemline.collide.neural_sdf.inputs import WIDTHS, Inputs, start
 from hemline.collide.neural_sdf.neural_sdf import LAYERS, NeuralSdf
@@ -24,8 +23,8 @@ class DistanceNetwork:
 
     The gradient by the point is written out, layer by layer backwards, so that one backward pass serves all losses.
 
-    Source: Li et al., "SwinGar", 2023, Section IV; the start as a sphere: Atzmon, Lipman, "SAL", 2020, Theorem 1, and
-        Gropp et al., "IGR", 2020. Differs: with inputs `bones` the start is the distance to capsules around them.
+    Source: Li et al., "SwinGar", 2023, Section IV; the start as a sphere: Atzmon, Lipman, "SAL", 2020, Theorem 1.
+        Differs: with inputs `bones` the start is the distance to capsules around them.
     """
 
     def __init__(self, inputs: Inputs, layers: Mapping[str, tuple[torch.Tensor, torch.Tensor]]):
@@ -64,7 +63,9 @@ class DistanceNetwork:
     @classmethod
     def of(cls, model: NeuralSdf) -> Self:
         """The twin of a network that plays; its weights are not trained."""
-        return cls(model.inputs, {name: (torch.from_numpy(w), torch.from_numpy(b)) for name, (w, b) in model.layers.items()})
+        return cls(
+            model.inputs, {name: (torch.from_numpy(w), torch.from_numpy(b)) for name, (w, b) in model.layers.items()}
+        )
 
     @property
     def parameters(self) -> list[torch.Tensor]:
@@ -109,9 +110,7 @@ class DistanceNetwork:
     def _activated(self, name: str, values: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         return _softplus(torch.nn.functional.linear(values, *self.layers[name]))
 
-    def rounded(
-        self, body: tuple[str, str], beta_range: tuple[float, float], figures: Mapping[str, Any]
-    ) -> NeuralSdf:
+    def rounded(self, body: tuple[str, str], beta_range: tuple[float, float], figures: Mapping[str, Any]) -> NeuralSdf:
         """The network as it plays: weights rounded to 16 bits.
 
         Args:
@@ -194,7 +193,7 @@ def distance_loss(
     value_weight: float,
     eikonal_weight: float,
 ) -> torch.Tensor:
-    r"""$\frac 1 N \sum_i (\lambda |\mathcal S - s| + |\nabla\mathcal S - n_i|) + \mu_e \frac 1 N \sum_i (|\nabla\mathcal S| - 1)^2$.
+    r"""Mean of $\lambda |\mathcal S - s| + |\nabla\mathcal S - n| + \mu_e (|\nabla\mathcal S| - 1)^2$ over points.
 
     Args:
         distances: $\mathcal S$ [m].

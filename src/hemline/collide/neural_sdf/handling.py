@@ -111,7 +111,7 @@ def pushed_by_scale(vertices: Vertices, distance: Distance, scale: float) -> Han
     Raises:
         BadMesh: A position is not finite.
 
-    Source: Tan, Zhou, Wang, Ceylan, Yang, Tang, "Repulsive Force Unit for Garment Collision Handling in Neural
+    Source: Tan, Zhou, Wang, Ceylan, Sun, Manocha, "A Repulsive Force Unit for Garment Collision Handling in Neural
         Networks", 2022. Differs: there a network that is trained with the garment's estimates a scale for each vertex;
         here one is given.
     """

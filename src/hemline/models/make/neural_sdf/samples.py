@@ -70,9 +70,7 @@ def clips_by_side(folder: Path) -> dict[str, list[Motion]]:
     return split_by(clips, subjects, [len(clip) for clip in clips], FRACTIONS)
 
 
-def produce(
-    folder: Path, body: Body, clips: Callable[[], Sequence[Motion]], count: int, seed: int
-) -> list[Samples]:
+def produce(folder: Path, body: Body, clips: Callable[[], Sequence[Motion]], count: int, seed: int) -> list[Samples]:
     """Samples of `count` random bodies in random frames of clips, in files of a hundred; what is there is read.
 
     Args:
