@@ -1,4 +1,4 @@
-"""What several animators learn with: networks, bases, the training loop. See `README.md`; torch is in two files."""
+"""What several animators learn with: networks, bases, the training loop. See `README.md`; torch is in three files."""
 
 from .key_frame import to_key as to_key
 from .mlp import Mlp as Mlp

@@ -18,6 +18,7 @@ from .inside_percent import pinched_percent as pinched_percent
 from .jerk_m_s3 import JERK_FRAMES as JERK_FRAMES
 from .jerk_m_s3 import jerk_figures as jerk_figures
 from .jerk_m_s3 import jerk_m_s3 as jerk_m_s3
+from .laplacian_deviation import laplacian_deviation as laplacian_deviation
 from .mean_and_worst import mean_and_worst as mean_and_worst
 from .memory_mb import memory_mb as memory_mb
 from .model_mb import model_mb as model_mb
@@ -47,6 +48,7 @@ __all__ = [
     "inside_percent",
     "jerk_figures",
     "jerk_m_s3",
+    "laplacian_deviation",
     "mean_and_worst",
     "memory_mb",
     "model_mb",

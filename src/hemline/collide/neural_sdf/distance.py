@@ -1,0 +1,20 @@
+"""What collision handling asks of a distance: the exact one, a network, a sphere in a test."""
+
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from hemline.arrays import Float, Points
+
+
+@runtime_checkable
+class Distance(Protocol):
+    """A signed distance to one body in one pose, negative inside."""
+
+    def signed(self, points: Points) -> Float[np.ndarray, " points"]:
+        """Signed distances of points [m]."""
+        ...
+
+    def with_gradients(self, points: Points) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
+        """Signed distances of points [m] and their gradients, which need not have length one."""
+        ...

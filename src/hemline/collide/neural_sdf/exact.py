@@ -1,0 +1,55 @@
+"""The exact signed distance to a posed body: what the network is trained on, and measured by."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from hemline.arrays import Faces, Float, Points, Vertices
+from hemline.collide.winding.numbers import inside
+from hemline.meshes import ClosestTree, face_normals
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody
+
+ABOVE = 0.0005
+"""A triangle belongs to the outside if the place so far in front of its middle is outside [m]."""
+TOUCHING = 1e-6
+"""A point that is nearer to the skin than this gets the normal of the skin as gradient [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExactDistance:
+    r"""$s(x) = \mathrm{sgn}(x, M_b)\,d(x, M_b)$, negative inside, by a tree over the triangles of the body.
+
+    Source: Li et al., "SwinGar", 2023, Eq. 7. Differs: negative inside; triangles within another part of the body are
+    left out, so that the distance is that to the skin that can be seen.
+    """
+
+    vertices: Vertices
+    """The posed body [m]."""
+    faces: Faces
+    """All its triangles: what inside means."""
+    tree: ClosestTree
+    """Its outer triangles."""
+
+    @classmethod
+    def of(cls, posed: "PosedBody") -> Self:
+        """The distance to a posed body."""
+        vertices, faces = posed.vertices, posed.faces
+        front = vertices[faces].mean(axis=1) + np.float32(ABOVE) * face_normals(vertices, faces)
+        outer = ~inside(vertices, faces, front)
+        return cls(vertices, faces, ClosestTree(vertices.astype(np.float64), np.ascontiguousarray(faces[outer])))
+
+    def signed(self, points: Points) -> Float[np.ndarray, " points"]:
+        """Signed distances of points [m], float64."""
+        return self.with_gradients(points)[0]
+
+    def with_gradients(self, points: Points) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
+        """Signed distances of points [m] and their unit gradients, float64."""
+        closest = self.tree.closest(points)
+        sign = np.where(inside(self.vertices, self.faces, points), -1.0, 1.0)
+        away = (points - closest.positions) * sign[:, None]
+        near = closest.distances < TOUCHING
+        gradients = away / np.maximum(closest.distances, TOUCHING)[:, None]
+        return sign * closest.distances, np.where(near[:, None], self.tree.outward(closest), gradients)
