@@ -11,6 +11,10 @@ from .coarser import coarser_garment
 from .garment import Garment
 
 
+NEARLY = 0.9
+"""A garment of which more than this share would be left is its own proxy."""
+
+
 class ProxySize(NamedTuple):
     """How coarse it is."""
 
@@ -30,10 +34,11 @@ def proxy_of(garment: Garment, size: ProxySize) -> tuple[Garment, Int[np.ndarray
         size: Length of its edges, and how many vertices there may be.
 
     Returns:
-        The coarse garment, the garment itself where that has no more vertices; and which vertex of the fine one each
-        of its vertices is.
+        The coarse garment, the garment itself where that has hardly more vertices; and which vertex of the fine one
+        each of its vertices is.
     """
     one, two = garment.rest_edges[:, :, 0], garment.rest_edges[:, :, 1]
     area = 0.5 * float(np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]).sum())
     count = min(max(area / (math.sqrt(0.75) * size.edge**2), size.fewest), size.most)
-    return coarser_garment(garment, min(1.0, count / len(garment.vertices)))
+    share = count / len(garment.vertices)
+    return coarser_garment(garment, share if share < NEARLY else 1.0)

@@ -20,6 +20,9 @@ class SwingarConfig:
 
     learner: Learner = "lag"
     """What is learned: the lag network, or the paper's graph network."""
+    start: str = ""
+    """A model file, or the name of a shipped model, whose weights are gone on from: with it takes of a single garment
+    are enough. Its sizes count, not those given here."""
     edge: float = positive(ProxySize().edge)
     """Length of the edges of the proxy [m]."""
     fewest: int = positive(ProxySize().fewest)

@@ -1,21 +1,23 @@
 """From takes of many garments to a model that is worn by garments never seen."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hemline import bodies
 from hemline.animators.base import Progress
 from hemline.datasets.collection import Collection, Entry
 from hemline.datasets.take import take_metadata
-from hemline.errors import BadDataset
+from hemline.errors import BadDataset, BadInput
 from hemline.files import content_hash
+from hemline.garments.proxy import proxy_of
 
 from .config import SwingarConfig
 from .relatives import Relatives
 
 if TYPE_CHECKING:
     from .wearable import Swingar
+    from .weights import Weights
 
 SIDES = ("new_clip", "new_garment", "both_new")
 """What epochs are chosen by."""
@@ -29,7 +31,7 @@ def fit(
     progress: Progress | None = None,
     checkpoints: Path | None = None,
 ) -> "Swingar":
-    """Learn from takes of many garments.
+    """Learn from takes of many garments; or go on from a model, with takes of one garment or more.
 
     Some subjects and some garments are held out: the epoch that is kept is the one that errs least on them.
 
@@ -41,7 +43,8 @@ def fit(
         checkpoints: A folder for the state of the training: a fit that was killed goes on from there.
 
     Raises:
-        BadDataset: Fewer than three garments or subjects, or nothing to learn from or to choose by.
+        BadDataset: Fewer than three garments, or nothing to learn from or to choose by.
+        BadInput: What is to be gone on from is another animator.
         BadModel: The training diverged.
     """
     from .fit_graph import fit_graph
@@ -50,18 +53,54 @@ def fit(
     from .weights import Weights
 
     config, tell = config or SwingarConfig(), progress or (lambda *_: None)
-    sides = divided(data, config.held_out)
+    start = _start(config.start) if config.start else None
+    config = config if start is None else replace(start.config, **_how(config))
+    sides = divided(data, config.held_out, garments=start is None)
     if not sides["train"] or not any(sides[name] for name in SIDES):
-        raise BadDataset("swingar needs takes to learn from and takes to choose by", "none", "simulate more garments")
+        raise BadDataset("swingar needs takes to learn from and takes to choose by", "none", "simulate more clips")
     mark = content_hash(asdict(config) | {"seed": seed, "takes": [each.row.name for each in sides["train"]]})
     if checkpoints is not None:
         checkpoints.mkdir(parents=True, exist_ok=True)
     learn = fit_lag if config.learner == "lag" else fit_graph
-    mover, figures = learn(data, sides, config, seed=seed, mark=mark, checkpoints=checkpoints, tell=tell)
+    before = None if start is None else start.mover
+    mover, figures = learn(data, sides, config, start=before, seed=seed, mark=mark, checkpoints=checkpoints, tell=tell)
     garments = sorted({each.dataset for each in sides["train"]})
     figures |= {"garments": float(len(garments)), "takes": float(len(sides["train"]))}
-    known = Relatives.of_garments([data.garments[each] for each in garments])
+    known = Relatives.of_garments([proxy_of(data.garments[each], config.size)[0] for each in garments])
+    if start is not None:
+        known = start.relatives.joined(known)
     return Swingar(Weights(config, mover, known, figures, licences_of(data)).rounded())
+
+
+HOW = (
+    "start",
+    "epochs",
+    "rate",
+    "frames",
+    "vertices",
+    "garments",
+    "stride",
+    "edge_weight",
+    "mirrored",
+    "held_out",
+    "threads",
+)
+"""Options of how it is learned; the others are those of the weights that are gone on from."""
+
+
+def _how(config: SwingarConfig) -> dict[str, Any]:
+    return {name: getattr(config, name) for name in HOW}
+
+
+def _start(name: str) -> "Weights":
+    """The weights of a model to go on from."""
+    from hemline.animators.model_file import load
+
+    model = load(name)
+    weights = getattr(model, "weights", None)
+    if model.name != "swingar" or weights is None:
+        raise BadInput("option 'start' must name a swingar model", f"'{name}', a model of {model.name}", "name one")
+    return weights
 
 
 def licences_of(data: Collection) -> list[str]:
@@ -72,13 +111,22 @@ def licences_of(data: Collection) -> list[str]:
     return sorted(each for each in found if each)
 
 
-def divided(data: Collection, held_out: float) -> dict[str, list[Entry]]:
-    """Takes to learn from, and those of new subjects, of new garments, and of both."""
+def divided(data: Collection, held_out: float, *, garments: bool = True) -> dict[str, list[Entry]]:
+    """Takes to learn from, and those of new subjects, of new garments, and of both.
+
+    Args:
+        data: The datasets.
+        held_out: Share of the frames that each split holds out.
+        garments: Whether garments are held out, too.
+    """
     shares = (1 - held_out, held_out, 0.0)
-    known = [{id_of(entry) for entry in data.split("train", by=by, fractions=shares)} for by in ("subject", "garment")]
+    clips = {id_of(entry) for entry in data.split("train", by="subject", fractions=shares)}
+    known = {
+        id_of(entry) for entry in (data.split("train", by="garment", fractions=shares) if garments else data.clips())
+    }
     found: dict[str, list[Entry]] = {name: [] for name in ("train", *SIDES)}
     for entry in data.clips():
-        clip, garment = (id_of(entry) in each for each in known)
+        clip, garment = id_of(entry) in clips, id_of(entry) in known
         name = "train" if clip and garment else "new_clip" if garment else "new_garment" if clip else "both_new"
         found[name].append(entry)
     return found

@@ -19,6 +19,7 @@ def fit_graph(
     sides: Mapping[str, Sequence[Entry]],
     config: SwingarConfig,
     *,
+    start: GraphMover | None,
     seed: int,
     mark: str,
     checkpoints: Path | None,
@@ -35,10 +36,9 @@ def fit_graph(
     from .train_estimator import TrainingPlan, train_estimator
 
     held_out = [entry for name, entries in sides.items() if name != "train" for entry in entries]
-    estimator = estimator_of(config, len(held_out[0].row.betas))
-    samples = take_samples(
-        data, sides["train"], held_out, config.stride, estimator.descriptor, lambda *done: tell("read", *done)
-    )
+    estimator = estimator_of(config, len(held_out[0].row.betas)) if start is None else start.estimator.config
+    sizes = estimator.descriptor, config.size
+    samples = take_samples(data, sides["train"], held_out, config.stride, *sizes, lambda *done: tell("read", *done))
     plan = TrainingPlan(
         coarse_epochs=config.epochs,
         term_epochs=config.epochs // 4,
@@ -49,7 +49,14 @@ def fit_graph(
         threads=config.threads,
     )
     trained = train_estimator(
-        samples, estimator, plan, seed=seed, mark=mark, folder=checkpoints, progress=lambda *done: tell(*done)
+        samples,
+        estimator,
+        plan,
+        seed=seed,
+        mark=mark,
+        folder=checkpoints,
+        progress=lambda *done: tell(*done),
+        start=None if start is None else dict(start.estimator.arrays),
     )
     figures = {
         "frames": float(len(samples.training)),

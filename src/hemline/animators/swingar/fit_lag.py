@@ -18,6 +18,7 @@ def fit_lag(
     sides: Mapping[str, Sequence[Entry]],
     config: SwingarConfig,
     *,
+    start: LagMover | None,
     seed: int,
     mark: str,
     checkpoints: Path | None,
@@ -29,6 +30,7 @@ def fit_lag(
         data: The datasets.
         sides: Takes to learn from, `train`, and takes to choose the best epoch by, by what is new about them.
         config: Options.
+        start: What to go on from; None: from skinning.
         seed: Seed of all that is random.
         mark: Hash of all that the fit depends on.
         checkpoints: A folder for the state of the training; None: it is not kept.
@@ -45,11 +47,13 @@ def fit_lag(
     from .lag_training import LagObjective, TorchLagNet
 
     samples = {
-        name: gather(data, entries, config.stride, lambda *done, name=name: tell(f"read {name}", *done))
+        name: gather(data, entries, config.stride, config.size, lambda *done, name=name: tell(f"read {name}", *done))
         for name, entries in sides.items()
     }
     train, valid = samples["train"], [each for name in sides if name != "train" for each in samples[name]]
     net = TorchLagNet(config.width, *scales(train), seed)
+    if start is not None:
+        net.go_on_from(start.net)
     objective = LagObjective(net, train, valid, config)
     trainer = Trainer(objective, Schedule(config.epochs, config.garments, config.rate, seed, config.threads))
     kept = Checkpoint(checkpoints / "lag.safetensors", mark, 1, seconds=60.0) if checkpoints else None

@@ -7,10 +7,11 @@ import numpy as np
 
 from hemline.arrays import Float, Int
 from hemline.datasets.collection import Collection, Entry
+from hemline.garments.proxy import ProxySize
 
 from .graph_inputs import body_inputs, garment_inputs, lag_inputs
 from .history import Seen, Times
-from .lag_samples import proxy_of_dataset
+from .lag_samples import worn_in
 from .samples import FrameBatch, GarmentSample
 from .trail import Trail
 
@@ -57,6 +58,7 @@ def take_samples(
     validation: Sequence[Entry],
     stride: int,
     descriptor: int,
+    size: ProxySize,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> TakeSamples:
     """Read takes.
@@ -67,6 +69,7 @@ def take_samples(
         validation: Takes to choose the best weights by.
         stride: Every so many frames are trained on; the two before each are samples, too.
         descriptor: Numbers of the spectral descriptor.
+        size: Of proxies.
         progress: Called with the takes read and in all.
     """
     found, numbers = TakeSamples(), {}
@@ -77,10 +80,11 @@ def take_samples(
     for read, (entry, trains) in enumerate(entries, 1):
         key = entry.dataset, tuple(entry.row.betas)
         if key not in numbers:
-            proxy = proxy_of_dataset(data, *key)
-            numbers[key] = len(found.garments), proxy
-            found.garments.append(garment_inputs(proxy, descriptor))
-        garment, proxy = numbers[key]
+            made = worn_in(data.datasets[entry.dataset], entry.row.betas, size)
+            numbers[key] = len(found.garments), made
+            found.garments.append(garment_inputs(made.proxy, descriptor))
+        garment, worn = numbers[key]
+        proxy = worn.proxy
         take, trail = data.take(entry), None
         times = Times.always(take.motion[0])
         wanted = {frame for frame in take.clip_frames.tolist() if frame % stride == 0}
@@ -108,7 +112,7 @@ def take_samples(
                     seen.into(posed.joints),
                     body_inputs(proxy.shaped, posed, seen),
                     seen.turn.astype(np.float32),
-                    seen.into(take.vertices[frame]),
+                    seen.into(take.vertices[frame][worn.kept]),
                     lag_inputs(trail.told(proxy, posed)).astype(np.float16),
                 )
             )

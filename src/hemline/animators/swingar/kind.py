@@ -32,17 +32,20 @@ class SwingarKind:
         progress: Progress | None = None,
         checkpoints: Path | None = None,
     ) -> Swingar:
-        """Learn from takes of many garments; see `fit.fit`.
+        """Learn from takes of many garments, or go on from a model with takes of one; see `fit.fit`.
 
         Raises:
-            BadDataset: Takes of a single garment; or as `fit.fit`.
+            BadDataset: Takes of a single garment, and no model to go on from; or as `fit.fit`.
         """
         from hemline.datasets import Collection
 
         from .fit import fit
 
         if not isinstance(data, Collection):
-            raise BadDataset("swingar is fitted to many garments", data.garment.name, "name several datasets")
+            if not (config and config.start):
+                cure = "name several datasets, or go on from a model: --start swingar"
+                raise BadDataset("swingar is fitted to many garments", data.garment.name, cure)
+            data = Collection((data,))
         return fit(data, config, seed=seed, progress=progress, checkpoints=checkpoints)
 
     def of(self, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> AnimatorSwingar | Swingar:

@@ -7,8 +7,9 @@ import numpy as np
 
 from hemline import bodies
 from hemline.arrays import Float, Int
-from hemline.datasets import Take
+from hemline.datasets import Dataset, Take
 from hemline.datasets.collection import Collection, Entry
+from hemline.garments.proxy import ProxySize, proxy_of
 from hemline.meshes import edges
 from hemline.motions.quaternions import rotate
 
@@ -35,7 +36,11 @@ class GarmentSamples:
 
 
 def gather(
-    data: Collection, entries: Sequence[Entry], stride: int, progress: Callable[[int, int], None] = lambda *_: None
+    data: Collection,
+    entries: Sequence[Entry],
+    stride: int,
+    size: ProxySize,
+    progress: Callable[[int, int], None] = lambda *_: None,
 ) -> list[GarmentSamples]:
     """Read takes.
 
@@ -43,6 +48,7 @@ def gather(
         data: The datasets.
         entries: The takes, each of which is walked through frame by frame.
         stride: Every so many frames become samples.
+        size: Of proxies.
         progress: Called with the takes read and in all.
 
     Returns:
@@ -53,27 +59,43 @@ def gather(
         groups.setdefault((entry.dataset, tuple(entry.row.betas)), []).append(number)
     found, read = [], 0
     for (dataset, betas), numbers in groups.items():
-        proxy, parts = proxy_of_dataset(data, dataset, betas), []
+        worn, parts = worn_in(data.datasets[dataset], betas, size), []
         for number in numbers:
-            parts.append((number, *frames_of(proxy, data.take(entries[number]), stride)))
+            parts.append((number, *frames_of(worn, data.take(entries[number]), stride)))
             read += 1
             progress(read, len(entries))
         told, turns, apart = (np.concatenate([part[k] for part in parts]) for k in (1, 2, 3))
         own = np.concatenate([np.full(len(part[1]), part[0]) for part in parts])
-        found.append(GarmentSamples(dataset, proxy, edges(proxy.garment.faces), told, turns, apart, own))
+        found.append(GarmentSamples(dataset, worn.proxy, edges(worn.proxy.garment.faces), told, turns, apart, own))
     return found
 
 
-def proxy_of_dataset(data: Collection, number: int, betas: Sequence[float]) -> ProxyOnBody:
-    """The garment of a dataset on a body, settled."""
-    dataset = data.datasets[number]
+@dataclass(frozen=True, eq=False)
+class WornProxy:
+    """The garment of a dataset on a body, as its proxy."""
+
+    proxy: ProxyOnBody
+    kept: Int[np.ndarray, " coarse"]
+    """Which vertex of the dataset's garment each of its vertices is."""
+
+
+def worn_in(dataset: Dataset, betas: Sequence[float], size: ProxySize) -> WornProxy:
+    """The garment of a dataset on a body, settled.
+
+    Args:
+        dataset: Takes of the garment or of its proxy.
+        betas: Shape of the body.
+        size: Of proxies.
+    """
     shaped = bodies.load(dataset.garment.body_name).shaped(tuple(betas))
-    rest = dataset.rest(shaped.betas).vertices[0]
-    return ProxyOnBody.of(dataset.garment.dressed(shaped), rest, shaped)
+    coarse, kept = proxy_of(dataset.garment, size)
+    rest = dataset.rest(shaped.betas).vertices[0][kept]
+    return WornProxy(ProxyOnBody.of(coarse.dressed(shaped), rest, shaped), kept)
 
 
-def frames_of(proxy: ProxyOnBody, take: Take, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def frames_of(worn: WornProxy, take: Take, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Features, turns and what is missed of every so many frames of a take, float16."""
+    proxy = worn.proxy
     told, turns, apart = [], [], []
     trail: Trail | None = None
     for frame in range(len(take.motion)):
@@ -83,7 +105,7 @@ def frames_of(proxy: ProxyOnBody, take: Take, stride: int) -> tuple[np.ndarray, 
             continue
         told.append(trail.told(proxy, posed).astype(np.float16))
         turns.append(trail.turns.astype(np.float16))
-        missed = (take.vertices[frame] - trail.skinned).astype(np.float64)
+        missed = (take.vertices[frame][worn.kept] - trail.skinned).astype(np.float64)
         back = trail.turns.astype(np.float64) * np.array([1, -1, -1, -1])
         apart.append(rotate(back, missed).astype(np.float16))
     return np.array(told), np.array(turns), np.array(apart)

@@ -43,6 +43,15 @@ class TorchLagNet(nn.Module):
     def _layer(self, name: str, inputs: torch.Tensor) -> torch.Tensor:
         return torch.relu(inputs @ self.weights[name] + self.biases[name])
 
+    def go_on_from(self, net: LagNet) -> None:
+        """Begin with the weights of one that plays."""
+        with torch.no_grad():
+            for name, weight in self.weights.items():
+                weight.copy_(torch.from_numpy(net.weights[name]))
+                self.biases[name].copy_(torch.from_numpy(net.biases[name]))
+            self.biases["first"] += self.mean @ self.weights["first"]
+            self.weights["first"] *= self.spread[:, None]
+
     def played(self) -> LagNet:
         """What plays, with the scales folded in."""
         arrays = {name: weight.detach().numpy().copy() for name, weight in self.weights.items()}

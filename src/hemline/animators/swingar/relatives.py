@@ -32,6 +32,10 @@ class Relatives:
         found = [Descriptor.of(each.vertices, each.faces, size=SIZE).eigenvalues for each in proxies]
         return cls([each.name for each in proxies], np.array(found, np.float32).reshape(-1, SIZE))
 
+    def joined(self, more: "Relatives") -> Self:
+        """These and more of them."""
+        return type(self)([*self.names, *more.names], np.concatenate([self.eigenvalues, more.eigenvalues]))
+
     def nearest(self, proxy: Garment) -> list[tuple[str, float]]:
         """The nearest few to a proxy, and how far each is: 1 as far as a garment of the fit is from its nearest one.
 
