@@ -8,6 +8,8 @@ import tyro
 
 from hemline.errors import BadInput
 
+from .written import Output
+
 if TYPE_CHECKING:
     from hemline.datasets import Take
     from hemline.export import Clip
@@ -30,15 +32,23 @@ class Arguments:
     """Show it on a body of another shape: a model of this garment that knows what shapes do (--animator agentdress)."""
     betas: tuple[float, ...] = ()
     """That shape."""
+    skinned: bool = False
+    """The garment as a skinned mesh of bones found in its motion: a hundredth of the size (.glb .usdc)."""
+    bones: int | None = None
+    """How many bones, 1 to 256; left out: 60."""
+    quantized: bool = False
+    """Two bytes a number for positions, one for normals: half the size (.glb)."""
+    json: bool = False
+    """Print one JSON object: files, bytes, and how far the skinned garment is from the played one [mm]."""
 
 
 def run(arguments: Arguments) -> int:
     """Read the take, skin the body it was simulated against, write."""
-    from hemline import bodies, export
+    from hemline import bodies
     from hemline.datasets import open_dataset
     from hemline.playback.record import recorded_take
 
-    export.check_format(arguments.output)
+    output = Output(arguments.output, arguments.skinned, arguments.bones, arguments.quantized)
     dataset = open_dataset(arguments.dataset)
     rows = [row for row in dataset.rows() if row.kind == "clip"]
     if not 0 <= arguments.take < len(rows):
@@ -53,8 +63,7 @@ def run(arguments: Arguments) -> int:
     else:
         body = bodies.load(dataset.garment.body_name).shaped(take.betas)
         clip = recorded_take(take, dataset.garment, body, lead_in=arguments.lead_in)
-    for path in export.write(arguments.output, clip):
-        print(path)
+    output.write(clip, as_json=arguments.json)
     return 0
 
 
