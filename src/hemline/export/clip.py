@@ -30,6 +30,27 @@ class Skeleton:
     weights: Float[np.ndarray, "verts influences"]
     names: tuple[str, ...] = ()
 
+    @property
+    def turns(self) -> Float[np.ndarray, "frames joints 3 3"]:
+        """Rotations relative to the parent, a root's to the world."""
+        rotations, parents = np.asarray(self.transforms, np.float64)[..., :3], np.asarray(self.parents)
+        local, child = rotations.copy(), np.flatnonzero(parents >= 0)
+        local[:, child] = np.swapaxes(rotations[:, parents[child]], -1, -2) @ rotations[:, child]
+        return local
+
+    @property
+    def rest_places(self) -> Joints:
+        """Rest positions relative to the parent, a root's to the world [m]."""
+        joints, parents = np.asarray(self.joints, np.float64), np.asarray(self.parents)
+        return joints - np.where(parents[:, None] >= 0, joints[parents], 0)
+
+    @property
+    def root_paths(self) -> dict[int, Float[np.ndarray, "frames 3"]]:
+        """Where each root goes [m]; what has a parent keeps its place at it."""
+        transforms, joints = np.asarray(self.transforms, np.float64), np.asarray(self.joints, np.float64)
+        roots = np.flatnonzero(np.asarray(self.parents) < 0).tolist()
+        return {root: transforms[:, root, :, :3] @ joints[root] + transforms[:, root, :, 3] for root in roots}
+
 
 @dataclass(frozen=True)
 class Skin:
@@ -145,4 +166,5 @@ def _check_skeleton(skeleton: Skeleton, vertices: np.ndarray | None, mesh: str) 
     expected = None if vertices is None else vertices.shape[:2]
     got = len(skeleton.transforms), len(skeleton.vertices)
     if expected != got:
-        raise BadInput(f"a skeleton must fit its {mesh} of (frames, verts) {expected}", got, f"take both from one {mesh}")
+        what = f"a skeleton must fit its {mesh} of (frames, verts) {expected}"
+        raise BadInput(what, got, f"take both from one {mesh}")

@@ -68,11 +68,9 @@ def _binds(joints: np.ndarray, grid: Grid | None) -> np.ndarray:
 
 
 def _joint_nodes(skeleton: Skeleton, first: int) -> list[dict]:
-    joints, parents = np.asarray(skeleton.joints, np.float64), np.asarray(skeleton.parents)
-    nodes = []
-    for joint, parent in enumerate(parents):
-        at = joints[joint] - (joints[parent] if parent >= 0 else 0)
-        node = {"name": skeleton.names[joint] if skeleton.names else f"joint_{joint}", "translation": at.tolist()}
+    parents, nodes = np.asarray(skeleton.parents), []
+    for joint, at in enumerate(skeleton.rest_places.tolist()):
+        node = {"name": skeleton.names[joint] if skeleton.names else f"joint_{joint}", "translation": at}
         children = [first + int(child) for child in np.flatnonzero(parents == joint)]
         nodes.append(node | ({"children": children} if children else {}))
     return nodes
@@ -99,15 +97,9 @@ def _weights(buffer: Buffer, skeleton: Skeleton, quantized: bool) -> dict[str, i
 
 
 def _animate(animation: dict, buffer: Buffer, skeleton: Skeleton, first: int, times: int) -> None:
-    rotations = np.asarray(skeleton.transforms, np.float64)[..., :3]
-    parents = np.asarray(skeleton.parents)
-    local = rotations.copy()
-    child = np.flatnonzero(parents >= 0)
-    local[:, child] = np.swapaxes(rotations[:, parents[child]], -1, -2) @ rotations[:, child]
-    paths = np.einsum("fjrc,jc->fjr", rotations, np.asarray(skeleton.joints, np.float64)) + skeleton.transforms[..., 3]
-    roots = np.flatnonzero(parents < 0)
-    tracks = [(root, "translation", paths[:, root].astype(np.float32), "VEC3") for root in roots.tolist()]
-    tracks += [(joint, "rotation", _continuous(local[:, joint]), "VEC4") for joint in range(len(parents))]
+    turns = skeleton.turns
+    tracks = [(root, "translation", path.astype(np.float32), "VEC3") for root, path in skeleton.root_paths.items()]
+    tracks += [(joint, "rotation", _continuous(turns[:, joint]), "VEC4") for joint in range(turns.shape[1])]
     for joint, what, values, kind in tracks:
         channel = {"sampler": len(animation["samplers"]), "target": {"node": first + joint, "path": what}}
         animation["channels"].append(channel)
