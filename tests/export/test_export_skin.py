@@ -66,7 +66,7 @@ def test_a_skinned_clip_is_small_and_quantised_smaller(tmp_path, full_clip):
         write(tmp_path / f"{name}.glb", clip, quantized=quantized)[0].stat().st_size
         for name, clip, quantized in (("a", long, False), ("b", long, True), ("c", skinned(long, 4), True))
     ]
-    assert sizes[1] < 0.55 * sizes[0] and sizes[2] < 0.2 * sizes[1]
+    assert sizes[1] < 0.7 * sizes[0] and sizes[2] < 0.2 * sizes[1]
 
 
 def test_grids_hold_points_within_half_a_step():

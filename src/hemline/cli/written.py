@@ -38,6 +38,8 @@ class Output:
 
         if self.bones is not None and not self.skinned:
             raise BadInput("bones are those of a skinned garment", f"--bones {self.bones} alone", "add --skinned")
+        if self.bones is not None:
+            export.check_bones(self.bones)
         export.check_format(self.path, skinned=self.skinned, quantized=self.quantized)
 
     def write(self, clip: "Clip", *, as_json: bool) -> None:

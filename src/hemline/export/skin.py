@@ -35,8 +35,7 @@ def skinned(clip: Clip, bones: int = BONES) -> Clip:
     Source: Le, Deng, "Smooth Skinning Decomposition with Rigid Bones", 2012. Differs: see
         `hemline.meshes.rigid_bones`; the rest shape is fitted too, by least squares.
     """
-    if not 1 <= bones <= MOST_BONES:
-        raise BadInput(f"a skin has 1 to {MOST_BONES} bones", bones, f"give such a number, or none for {BONES}")
+    check_bones(bones)
     frames = np.asarray(clip.vertices, np.float64)
     some = np.linspace(0, frames.shape[1] - 1, min(_SAMPLES, frames.shape[1])).astype(int)
     found = rigid_bones(frames[0, some], frames[:, some], bones, influences=_INFLUENCES, passes=_PASSES)
@@ -44,6 +43,16 @@ def skinned(clip: Clip, bones: int = BONES) -> Clip:
     rest = _best_rest(found, frames)
     errors = 1000 * np.linalg.norm(found.vertices(rest) - frames, axis=2)
     return replace(clip, skin=Skin(_skeleton(found, rest, clip.name), float(errors.mean()), float(errors.max())))
+
+
+def check_bones(bones: int) -> None:
+    """Refuse a number of bones that no garment could have.
+
+    Raises:
+        BadInput: None, or more than 256.
+    """
+    if not 1 <= bones <= MOST_BONES:
+        raise BadInput(f"a skin has 1 to {MOST_BONES} bones", bones, f"give such a number, or none for {BONES}")
 
 
 def _best_rest(bones: RigidBones, frames: FramesOfVertices) -> Vertices:
