@@ -25,10 +25,10 @@ class Grid:
     most: int
 
     @classmethod
-    def around(cls, points: Float[np.ndarray, "... 3"], most: int = _SHORT) -> "Grid":
-        """The smallest grid that holds all points [m]."""
+    def around(cls, points: Float[np.ndarray, "... 3"], most: int = _SHORT, *, least: float = 1e-9) -> "Grid":
+        """The smallest grid that holds all points, its half no smaller than `least` [m]."""
         low, high = (end(points.reshape(-1, 3), axis=0).astype(np.float64) for end in (np.min, np.max))
-        return cls((low + high) / 2, max(float((high - low).max()) / 2, 1e-9), most)
+        return cls((low + high) / 2, max(float((high - low).max()) / 2, least), most)
 
     @property
     def scale(self) -> float:

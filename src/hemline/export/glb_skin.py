@@ -9,6 +9,9 @@ from .glb_buffer import Buffer
 from .glb_quantized import Grid, directions, shares
 from .shading import unit_normals
 
+_METRE = 1.0
+"""Half of a grid for meshes of up to 2 m: inverse bind matrices without scale, since Blender's importer drops theirs."""
+
 
 def add_skin(
     document: dict, buffer: Buffer, part: Part, skeleton: Skeleton, times: int, *, quantized: bool
@@ -35,7 +38,7 @@ def add_skin(
         top = len(document["nodes"])
         document["nodes"].append({"name": f"{part.name} bones", "children": (first + roots).tolist()})
     rest = np.asarray(skeleton.vertices, np.float32)
-    grid = Grid.around(rest) if quantized else None
+    grid = Grid.around(rest, least=_METRE) if quantized else None
     skin = {
         "inverseBindMatrices": buffer.add(_binds(joints, grid), "MAT4"),
         "joints": list(range(first, first + len(joints))),
