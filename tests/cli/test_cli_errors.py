@@ -85,7 +85,7 @@ CASES = {
     "no model at all": (["animate", "text.safetensors", "-m", "run", "-o", "a.npz"], "text.safetensors"),
     "format": (["animate", "cape", "-m", "run", "-o", "a.fbx"], ".glb"),
     "bones without a skin": (["animate", "cape", "-m", "run", "-o", "a.glb", "--bones", "9"], "alone; add --skinned"),
-    "a skin in a cache": (["animate", "cape", "-m", "run", "-o", "a.pc2", "--skinned"], "no skinned garment; got a.pc2"),
+    "a skin in a cache": (["animate", "cape", "-m", "run", "-o", "a.pc2", "--skinned"], "no skinned garment"),
     "no bones": (["animate", "cape", "-m", "run", "-o", "a.glb", "--skinned", "--bones", "0"], "1 to 256 bones; got 0"),
     "arrays quantised": (["animate", "cape", "-m", "run", "-o", "a.npz", "--quantized"], "cannot be quantised"),
     "folder of the output": (["animate", "cape", "-m", "run", "-o", "no/a.glb"], "cannot write"),

@@ -44,18 +44,21 @@ def test_pictures_hold_the_vertices_within_a_tenth_of_a_millimetre(tmp_path, far
         np.testing.assert_allclose(frame, vertex_normals(vertices, far_clip.faces), atol=0.005)
 
 
-def test_a_shader_moves_the_vertices_as_they_moved(tmp_path, far_clip):
+def test_shaders_move_the_vertices_as_they_moved(tmp_path, far_clip):
+    """The one for three.js, and the one for Godot, whose language is GLSL but for its head."""
     names = write(tmp_path / "a.vat", far_clip)
     said = validated(names[1])[0]  # it finds that no texture uses the coordinates
     assert (said["numErrors"], said["numWarnings"]) == (0, 0)
     times = [0, 3 / 24, 2.5 / 24]
-    with three(tmp_path) as page:
-        read = page("playTextures", ".", "a", times)
     between = 0.5 * (far_clip.vertices[2] + far_clip.vertices[3])
-    for found, wanted in zip(read["positions"], (*far_clip.vertices[[0, 3]], between), strict=True):
-        assert 1000 * np.linalg.norm(found - wanted, axis=1).max() < 0.1
-    for found, frame in zip(read["normals"], (0, 3), strict=False):
-        np.testing.assert_allclose(found, vertex_normals(far_clip.vertices[frame], far_clip.faces), atol=0.01)
+    with three(tmp_path) as page:
+        for shader in ("glsl", "gdshader"):
+            read = page("playTextures", ".", "a", shader, times)
+            for found, wanted in zip(read["positions"], (*far_clip.vertices[[0, 3]], between), strict=True):
+                assert 1000 * np.linalg.norm(found - wanted, axis=1).max() < 0.1, shader
+            for found, frame in zip(read["normals"], (0, 3), strict=False):
+                normals = vertex_normals(far_clip.vertices[frame], far_clip.faces)
+                np.testing.assert_allclose(found, normals, atol=0.01, err_msg=shader)
 
 
 def test_more_than_a_texture_holds_is_refused(tmp_path, cloth_clip):

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "study"))
-from browser import browsing  # noqa: E402
+from browser import browsing
 
 WEB = Path(__file__).parent / "web"
 FETCHED = Path(__file__).parents[2] / ".node"
@@ -87,7 +87,8 @@ def _called(driver, script: str, *arguments) -> dict[str, np.ndarray]:
     """What an asynchronous function of the page gives: arrays (times, verts, 3) by name."""
     waiting = f"""
         const done = arguments[arguments.length - 1];
-        const run = () => window.ready ? {script}(...[...arguments].slice(0, -1)).then(done, (e) => done(String(e))) : setTimeout(run, 20);
+        const call = () => {script}(...[...arguments].slice(0, -1)).then(done, (error) => done(String(error)));
+        const run = () => window.ready ? call() : setTimeout(run, 20);
         run();"""
     found = driver.execute_async_script(waiting, *arguments)
     assert isinstance(found, dict), found

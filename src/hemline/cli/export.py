@@ -25,7 +25,7 @@ class Arguments:
     take: int
     """Which of its takes, counted from 0: clips in the order of their names, long ones in parts of ten seconds."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """The file; its ending chooses the format: .glb .usdc .obj .npz .pc2 .mdd, or a picture: .png .webp."""
+    """The file; its ending chooses the format: .glb .usdc .vat .obj .npz .pc2 .mdd, or a picture: .png .webp."""
     lead_in: bool = False
     """Also the frames before the clip, in which the cloth is led into its first pose."""
     model: str | None = None

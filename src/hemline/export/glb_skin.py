@@ -10,12 +10,10 @@ from .glb_quantized import Grid, directions, shares
 from .shading import unit_normals
 
 _METRE = 1.0
-"""Half of a grid for meshes of up to 2 m: inverse bind matrices without scale, since Blender's importer drops theirs."""
+"""Half of a grid for meshes of up to 2 m: no scale in inverse bind matrices, since Blender's importer drops it."""
 
 
-def add_skin(
-    document: dict, buffer: Buffer, part: Part, skeleton: Skeleton, times: int, *, quantized: bool
-) -> None:
+def add_skin(document: dict, buffer: Buffer, part: Part, skeleton: Skeleton, times: int, *, quantized: bool) -> None:
     r"""Add a mesh that follows its skeleton.
 
     With skin transforms $A_j = [R_j | t_j]$ and rest joints $J_j$, the node of joint $j$ stands at $A_j J_j$ with

@@ -26,8 +26,8 @@ _MOST = 0xFFFF
 def write_textures(path: Path, clip: Clip) -> tuple[Path, ...]:
     """Write the garment for engines that animate it in a vertex shader.
 
-    For `NAME.vat`: `NAME.json` (sizes, bounds, frames a second), `NAME_positions.png`, `NAME_normals.png`, `NAME.glb` (the
-    first frame, with `TEXCOORD_1` = each vertex's place in the textures) and a shader each for Unity, Godot, Unreal and
+    For `NAME.vat`: `NAME.json` (sizes, bounds, fps), `NAME_positions.png`, `NAME_normals.png`, `NAME.glb` (the first
+    frame, with `TEXCOORD_1` = each vertex's place in the textures) and a shader each for Unity, Godot, Unreal and
     three.js. Positions are 16-bit numbers, relative to the middle of each frame's vertices; the path of the middle
     stands in two more places of each frame. Each number's high byte is in the upper half of the picture and its low
     byte in the lower, since 8 bits a channel is what all engines and browsers read unchanged. The body is left out.

@@ -34,9 +34,9 @@ vec3 vat_path(int frame) {
 // The two frames around the time, and how far it is from the first to the second; it repeats for ever.
 ivec2 vat_frames_now(out float between) {
     float at = mod(vat_time * vat_fps, float(max(vat_frames - 1, 1)));
-    int first = int(floor(at + 1e-4));
-    between = clamp(at - float(first), 0.0, 1.0);
-    return ivec2(min(first, vat_frames - 1), min(first + 1, vat_frames - 1));
+    int first = int(floor(at));
+    between = at - float(first);
+    return ivec2(first, min(first + 1, vat_frames - 1));
 }
 
 vec3 vat_position(vec2 uv) {
