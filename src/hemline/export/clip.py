@@ -32,7 +32,7 @@ class Skeleton:
 
     @property
     def turns(self) -> Float[np.ndarray, "frames joints 3 3"]:
-        """Rotations relative to the parent, a root's to the world."""
+        """Rotation matrices relative to the parent, a root's to the world [1]."""
         rotations, parents = np.asarray(self.transforms, np.float64)[..., :3], np.asarray(self.parents)
         local, child = rotations.copy(), np.flatnonzero(parents >= 0)
         local[:, child] = np.swapaxes(rotations[:, parents[child]], -1, -2) @ rotations[:, child]
