@@ -136,8 +136,18 @@ def test_one_frame_has_no_animation(tmp_path, cloth_clip):
     np.testing.assert_array_equal(np.asarray(mesh.vertices, np.float32), still.vertices[0])
 
 
-def test_the_size_is_that_of_its_positions(tmp_path, full_clip):
+def test_normals_turn_with_the_frames(tmp_path, full_clip):
+    write(tmp_path / "a.glb", full_clip)
+    gltf = GLTF2().load(tmp_path / "a.glb")
+    primitive = gltf.meshes[0].primitives[0]
+    rest = values(gltf, primitive.attributes.NORMAL)
+    for target, vertices in zip(primitive.targets, full_clip.vertices[1:], strict=True):
+        judge = trimesh.Trimesh(vertices, full_clip.faces, process=False).vertex_normals
+        assert (np.sum((rest + values(gltf, target["NORMAL"])) * judge, axis=1) > 0.99).all()
+
+
+def test_the_size_is_that_of_its_positions_and_normals(tmp_path, full_clip):
     path = write(tmp_path / "a.glb", full_clip)[0]
-    garment = full_clip.vertices.nbytes + full_clip.faces.nbytes
-    body = full_clip.body_vertices.shape[1] * (24 + 48) + full_clip.body_faces.nbytes
+    garment = 2 * full_clip.vertices.nbytes + full_clip.faces.nbytes / 2
+    body = full_clip.body_vertices.shape[1] * (24 + 40) + full_clip.body_faces.nbytes / 2
     assert path.stat().st_size == pytest.approx(garment + body, abs=12_000)
