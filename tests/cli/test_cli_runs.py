@@ -7,7 +7,9 @@ import pytest
 
 from hemline import bodies, garments, motions
 from hemline.cli import main
+from hemline.cli.written import Output
 from hemline.datasets import open_dataset
+from hemline.export import Clip
 
 
 @pytest.fixture
@@ -25,6 +27,22 @@ def test_animate_writes_plain_arrays(short, capsys):
         assert clip["vertices"].shape == (16, 12690, 3) and clip["body_vertices"].shape == (16, 13348, 3)
         assert float(clip["fps"]) == 30
     assert capsys.readouterr().out.strip() == "out.npz"
+
+
+def test_a_skinned_garment_tells_how_far_it_is_from_the_played_one(short, capsys):
+    asked = ["animate", "cape", "-m", short, "-o", "out.glb", "--skinned", "--quantized", "--bones", "20"]
+    assert main([*asked, "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["files"] == ["out.glb"] and said["bytes"] < 2e6
+    assert (said["vertices"], said["frames"], said["skin"]["bones"]) == (12690, 16, 20)
+    assert 0 < said["skin"]["mean_error_mm"] < 15 and said["skin"]["max_error_mm"] < 200
+
+
+def test_the_error_of_a_skin_is_said_beside_the_names_of_the_files(tmp_path, capsys):
+    frames = np.random.default_rng(0).normal(size=(3, 30, 3)).astype(np.float32)
+    Output(tmp_path / "a.glb", True, 4, False).write(Clip(frames, np.array([[0, 1, 2]]), 30.0), as_json=False)
+    shown = capsys.readouterr()
+    assert shown.out == f"{tmp_path / 'a.glb'}\n" and "4 bones move the garment within" in shown.err
 
 
 def test_evaluate_prints_one_json_object_and_a_picture(short, capsys):

@@ -2,12 +2,13 @@
 
 import os
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hemline.export import write
+from hemline.export import skinned, write
 
 BLENDER = os.environ.get("HEMLINE_BLENDER_PYTHON")
 SCRIPT = Path(__file__).parent / "blender" / "read_clip.py"
@@ -36,6 +37,28 @@ def test_scenes_hold_garment_and_body(tmp_path, full_clip, ending):
         assert {frozenset(face) for face in read[f"faces of {name}"].tolist()} == {
             frozenset(face) for face in part.faces.tolist()
         }
+
+
+@pytest.mark.parametrize(("ending", "quantized"), [(".glb", False), (".glb", True), (".usdc", False)])
+def test_skinned_garments_are_within_the_error_that_is_told(tmp_path, full_clip, ending, quantized):
+    clip = skinned(full_clip, 8)
+    (path,) = write(tmp_path / f"clip{ending}", clip, quantized=quantized)
+    read = played(path, clip, tmp_path)
+    (garment,) = [array for array in read.values() if array.shape == clip.vertices.shape]
+    apart = 1000 * np.linalg.norm(garment - clip.vertices, axis=2)
+    assert apart.mean() == pytest.approx(clip.skin.mean_error_mm, abs=0.05)
+    assert apart.max() == pytest.approx(clip.skin.max_error_mm, abs=0.1)
+    (body,) = [array for array in read.values() if array.shape == clip.body_vertices.shape]
+    assert 1000 * np.linalg.norm(body - clip.body_vertices, axis=2).max() < 0.1
+
+
+def test_quantised_morph_targets_are_within_a_tenth_of_a_millimetre(tmp_path, full_clip):
+    clip = replace(full_clip, skeleton=None)
+    (path,) = write(tmp_path / "clip.glb", clip, quantized=True)
+    read = played(path, clip, tmp_path)
+    for part in clip.parts:
+        (vertices,) = [array for array in read.values() if array.shape == part.vertices.shape]
+        assert 1000 * np.linalg.norm(vertices - part.vertices, axis=2).max() < 0.1
 
 
 @pytest.mark.parametrize("ending", [".pc2", ".mdd"])

@@ -14,21 +14,24 @@ from scipy.spatial.transform import Rotation, Slerp
 from hemline.export import write
 
 SHAPES = {"SCALAR": (), "VEC3": (3,), "VEC4": (4,), "MAT4": (4, 4)}
-TYPES = {5126: np.float32, 5125: np.uint32, 5123: np.uint16}
+TYPES = {5126: np.float32, 5125: np.uint32, 5123: np.uint16, 5122: np.int16, 5121: np.uint8, 5120: np.int8}
 
 
 def values(gltf, index):
     accessor = gltf.accessors[index]
     view = gltf.bufferViews[accessor.bufferView]
     assert view.byteOffset % 4 == 0
-    shape = (accessor.count, *SHAPES[accessor.type])
-    flat = np.frombuffer(gltf.binary_blob(), TYPES[accessor.componentType], int(np.prod(shape)), view.byteOffset)
-    array = flat.reshape(shape)
+    dtype, columns = np.dtype(TYPES[accessor.componentType]), int(np.prod(SHAPES[accessor.type]))
+    step = view.byteStride or columns * dtype.itemsize
+    assert step % 4 == 0 or not view.target or view.target == 34963
+    content = np.frombuffer(gltf.binary_blob(), np.uint8, view.byteLength, view.byteOffset)
+    rows = content[: accessor.count * step].reshape(accessor.count, step)[:, : columns * dtype.itemsize]
+    array = np.ascontiguousarray(rows).view(dtype).reshape(accessor.count, *SHAPES[accessor.type])
     if accessor.max:
         rows = array.reshape(len(array), -1)
         np.testing.assert_array_equal(np.float32(accessor.min), rows.min(axis=0))
         np.testing.assert_array_equal(np.float32(accessor.max), rows.max(axis=0))
-    return array
+    return array / np.iinfo(dtype).max if accessor.normalized else array
 
 
 def channel(gltf, node, path):
@@ -133,8 +136,18 @@ def test_one_frame_has_no_animation(tmp_path, cloth_clip):
     np.testing.assert_array_equal(np.asarray(mesh.vertices, np.float32), still.vertices[0])
 
 
-def test_the_size_is_that_of_its_positions(tmp_path, full_clip):
+def test_normals_turn_with_the_frames(tmp_path, full_clip):
+    write(tmp_path / "a.glb", full_clip)
+    gltf = GLTF2().load(tmp_path / "a.glb")
+    primitive = gltf.meshes[0].primitives[0]
+    rest = values(gltf, primitive.attributes.NORMAL)
+    for target, vertices in zip(primitive.targets, full_clip.vertices[1:], strict=True):
+        judge = trimesh.Trimesh(vertices, full_clip.faces, process=False).vertex_normals
+        assert (np.sum((rest + values(gltf, target["NORMAL"])) * judge, axis=1) > 0.99).all()
+
+
+def test_the_size_is_that_of_its_positions_and_normals(tmp_path, full_clip):
     path = write(tmp_path / "a.glb", full_clip)[0]
-    garment = full_clip.vertices.nbytes + full_clip.faces.nbytes
-    body = full_clip.body_vertices.shape[1] * (24 + 48) + full_clip.body_faces.nbytes
+    garment = 2 * full_clip.vertices.nbytes + full_clip.faces.nbytes / 2
+    body = full_clip.body_vertices.shape[1] * (24 + 40) + full_clip.body_faces.nbytes / 2
     assert path.stat().st_size == pytest.approx(garment + body, abs=12_000)

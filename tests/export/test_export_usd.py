@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hemline.errors import MissingExtra
-from hemline.export import write
+from hemline.export import skinned, write
 
 
 def test_points_at_time_codes(tmp_path, full_clip):
@@ -40,3 +40,29 @@ def test_without_usd_core_the_extra_is_named_and_nothing_is_written(tmp_path, cl
     with pytest.raises(MissingExtra, match=r"writing a.usdc needs pxr; .*pip install 'hemline\[usd\]'"):
         write(tmp_path / "a.usdc", cloth_clip)
     assert not list(tmp_path.iterdir())
+
+
+def baked(stage, name, frame_count):
+    """Points of a skinned mesh as UsdSkel itself skins them."""
+    from pxr import UsdGeom, UsdSkel
+
+    root = UsdSkel.Root(stage.GetPrimAtPath(f"/clip/{name}"))
+    assert UsdSkel.BakeSkinning(root)
+    points = UsdGeom.Mesh(stage.GetPrimAtPath(f"/clip/{name}/mesh")).GetPointsAttr()
+    return np.stack([np.array(points.Get(frame)) for frame in range(frame_count)])
+
+
+def test_a_skinned_clip_is_skinned_by_usd_itself(tmp_path, full_clip):
+    pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'hemline[usd]'")
+    from pxr import Usd, UsdValidation
+
+    clip = skinned(full_clip, 8)
+    stage = Usd.Stage.Open(str(write(tmp_path / "a.usdc", clip)[0]))
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    assert len(validators) > 10
+    found = UsdValidation.ValidationContext(validators).Validate(stage)
+    assert [error.GetErrorAsString() for error in found] == []
+    np.testing.assert_allclose(baked(stage, "body", 7), clip.body_vertices, atol=1e-5)
+    apart = 1000 * np.linalg.norm(baked(stage, "red_cape", 7) - clip.vertices, axis=2)
+    assert apart.mean() == pytest.approx(clip.skin.mean_error_mm, abs=0.02)
+    assert apart.max() == pytest.approx(clip.skin.max_error_mm, abs=0.05)

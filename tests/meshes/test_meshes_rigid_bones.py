@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from hemline.errors import BadInput
-from hemline.meshes import best_shares, onto_shares, rigid_bones
+from hemline.meshes import best_shares, onto_shares, rigid_bones, weighted
 
 
 def moved(rest, weights, frames, seed=0):
@@ -67,6 +67,14 @@ def test_weights_and_transforms_in_turn_beat_clusters_and_weights_are_few_shares
         bones.turns @ np.swapaxes(bones.turns, -1, -2), np.broadcast_to(np.eye(3), (20, 6, 3, 3)), atol=1e-9
     )
     assert_allclose(np.linalg.det(bones.turns), 1)
+
+
+def test_both_ways_of_summing_find_the_same_bones():
+    rest, frames = blended()
+    slow, quick = (rigid_bones(rest, frames, 6, travels=travels) for travels in (False, True))
+    assert root_mean_square(quick.vertices(rest), frames) < 1.1 * root_mean_square(slow.vertices(rest), frames)
+    again = weighted(quick._replace(weights=quick.weights[:200]), rest, frames, travels=True)
+    assert root_mean_square(again.vertices(rest), frames) < 1.3 * root_mean_square(quick.vertices(rest), frames)
 
 
 def test_no_bone_is_left_without_cloth():

@@ -8,6 +8,7 @@ import tyro
 
 from .clip import cut
 from .progress import bars, note
+from .written import Output
 
 
 @dataclass(frozen=True)
@@ -40,18 +41,26 @@ class Arguments:
     """Share of the garment's vertices, above 0 and at most 1."""
     explain: bool = False
     """Say what was guessed about the clip."""
+    skinned: bool = False
+    """The garment as a skinned mesh of bones found in its motion: a hundredth of the size (.glb .usdc)."""
+    bones: int | None = None
+    """How many bones, 1 to 256; left out: 60."""
+    quantized: bool = False
+    """Two bytes a number for positions, one for normals: half the size (.glb)."""
+    json: bool = False
+    """Print one JSON object: files, bytes, and how far the skinned garment is from the played one [mm]."""
 
 
 def run(arguments: Arguments) -> int:
     """Play and write."""
-    from hemline import export, motions
+    from hemline import motions
     from hemline.playback import Frame, level_of, play, record
 
     from .model import open_model, say_relatives, warn_new_poses
 
     motion = cut(motions.open_motion(arguments.motion), arguments.start, arguments.seconds)
-    output = arguments.output or _beside(arguments.motion)
-    export.check_format(output)
+    path = arguments.output or _beside(arguments.motion)
+    output = Output(path, arguments.skinned, arguments.bones, arguments.quantized)
     animator, body = open_model(
         arguments.model, arguments.garment, arguments.body, arguments.betas, clamp=arguments.clamp_betas
     )
@@ -78,8 +87,7 @@ def run(arguments: Arguments) -> int:
             keep=keep,
         )
     warn_new_poses(animator, novelties)
-    for path in export.write(output, clip):
-        print(path)
+    output.write(clip, as_json=arguments.json)
     return 0
 
 

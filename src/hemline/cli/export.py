@@ -8,6 +8,8 @@ import tyro
 
 from hemline.errors import BadInput
 
+from .written import Output
+
 if TYPE_CHECKING:
     from hemline.datasets import Take
     from hemline.export import Clip
@@ -23,22 +25,30 @@ class Arguments:
     take: int
     """Which of its takes, counted from 0: clips in the order of their names, long ones in parts of ten seconds."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """The file; its ending chooses the format: .glb .usdc .obj .npz .pc2 .mdd, or a picture: .png .webp."""
+    """The file; its ending chooses the format: .glb .usdc .vat .obj .npz .pc2 .mdd, or a picture: .png .webp."""
     lead_in: bool = False
     """Also the frames before the clip, in which the cloth is led into its first pose."""
     model: str | None = None
     """Show it on a body of another shape: a model of this garment that knows what shapes do (--animator agentdress)."""
     betas: tuple[float, ...] = ()
     """That shape."""
+    skinned: bool = False
+    """The garment as a skinned mesh of bones found in its motion: a hundredth of the size (.glb .usdc)."""
+    bones: int | None = None
+    """How many bones, 1 to 256; left out: 60."""
+    quantized: bool = False
+    """Two bytes a number for positions, one for normals: half the size (.glb)."""
+    json: bool = False
+    """Print one JSON object: files, bytes, and how far the skinned garment is from the played one [mm]."""
 
 
 def run(arguments: Arguments) -> int:
     """Read the take, skin the body it was simulated against, write."""
-    from hemline import bodies, export
+    from hemline import bodies
     from hemline.datasets import open_dataset
     from hemline.playback.record import recorded_take
 
-    export.check_format(arguments.output)
+    output = Output(arguments.output, arguments.skinned, arguments.bones, arguments.quantized)
     dataset = open_dataset(arguments.dataset)
     rows = [row for row in dataset.rows() if row.kind == "clip"]
     if not 0 <= arguments.take < len(rows):
@@ -53,8 +63,7 @@ def run(arguments: Arguments) -> int:
     else:
         body = bodies.load(dataset.garment.body_name).shaped(take.betas)
         clip = recorded_take(take, dataset.garment, body, lead_in=arguments.lead_in)
-    for path in export.write(arguments.output, clip):
-        print(path)
+    output.write(clip, as_json=arguments.json)
     return 0
 
 

@@ -10,13 +10,13 @@ from hemline.errors import BadInput
 
 @dataclass(frozen=True)
 class Skeleton:
-    """How the body's vertices follow from joints, so that formats with skins can hold it small.
+    """How a mesh's vertices follow from joints, so that formats with skins can hold it small.
 
     Attributes:
         joints: Rest positions [m].
-        parents: Parent of each joint, before it in order; -1 for the root.
+        parents: Parent of each joint, before it in order; -1 for a root. Only roots move relative to their parents.
         transforms: Skin transforms of each frame, rest to posed: rotations of a chain, no scale.
-        vertices: Rest positions of the body's vertices [m].
+        vertices: Rest positions of the mesh's vertices [m].
         weight_indices: Joints that move each vertex.
         weights: Their weights; each row sums to 1.
         names: Names of the joints.
@@ -30,6 +30,47 @@ class Skeleton:
     weights: Float[np.ndarray, "verts influences"]
     names: tuple[str, ...] = ()
 
+    @property
+    def turns(self) -> Float[np.ndarray, "frames joints 3 3"]:
+        """Rotation matrices relative to the parent, a root's to the world [1]."""
+        rotations, parents = np.asarray(self.transforms, np.float64)[..., :3], np.asarray(self.parents)
+        local, child = rotations.copy(), np.flatnonzero(parents >= 0)
+        local[:, child] = np.swapaxes(rotations[:, parents[child]], -1, -2) @ rotations[:, child]
+        return local
+
+    @property
+    def rest_places(self) -> Joints:
+        """Rest positions relative to the parent, a root's to the world [m]."""
+        joints, parents = np.asarray(self.joints, np.float64), np.asarray(self.parents)
+        return joints - np.where(parents[:, None] >= 0, joints[parents], 0)
+
+    @property
+    def root_paths(self) -> dict[int, Float[np.ndarray, "frames 3"]]:
+        """Where each root goes [m]; what has a parent keeps its place at it."""
+        transforms, joints = np.asarray(self.transforms, np.float64), np.asarray(self.joints, np.float64)
+        roots = np.flatnonzero(np.asarray(self.parents) < 0).tolist()
+        return {root: transforms[:, root, :, :3] @ joints[root] + transforms[:, root, :, 3] for root in roots}
+
+
+@dataclass(frozen=True)
+class Skin:
+    """Bones that move the garment about as it moved.
+
+    Attributes:
+        skeleton: The bones, each a root, and the four at most that a vertex follows.
+        mean_error_mm: Distance of the skinned vertices from the clip's, mean over vertices and frames.
+        max_error_mm: The largest such distance.
+    """
+
+    skeleton: Skeleton
+    mean_error_mm: float
+    max_error_mm: float
+
+    @property
+    def bone_count(self) -> int:
+        """How many bones the garment follows."""
+        return len(self.skeleton.joints)
+
 
 @dataclass(frozen=True)
 class Part:
@@ -41,6 +82,7 @@ class Part:
     vertices: FramesOfVertices
     faces: Faces
     colour: tuple[float, float, float]
+    skeleton: Skeleton | None = None
 
 
 @dataclass(frozen=True)
@@ -58,6 +100,7 @@ class Clip:
         body_colour: Of the body.
         notices: Licence of the body, acknowledgement of the motion: lines that formats with room for text carry on.
         skeleton: How the body follows from joints, or None.
+        skin: How the garment follows from bones, or None; see `hemline.export.skinned`.
 
     Raises:
         BadInput: Arrays contradict each other, or hold NaN.
@@ -73,6 +116,7 @@ class Clip:
     body_colour: tuple[float, float, float] = (0.70, 0.68, 0.66)
     notices: tuple[str, ...] = ()
     skeleton: Skeleton | None = None
+    skin: Skin | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.fps) and self.fps > 0):
@@ -85,15 +129,18 @@ class Clip:
             got = f"{len(self.vertices)} and {len(self.body_vertices)}"
             raise BadInput("garment and body must have the same number of frames", got, "cut both to the same frames")
         if self.skeleton is not None:
-            _check_skeleton(self.skeleton, self.body_vertices)
+            _check_skeleton(self.skeleton, self.body_vertices, "body")
+        if self.skin is not None:
+            _check_skeleton(self.skin.skeleton, self.vertices, "garment")
 
     @property
     def parts(self) -> tuple[Part, ...]:
         """The garment, then the body if there is one."""
-        garment = Part(self.name, "", self.vertices, self.faces, self.colour)
+        bones = None if self.skin is None else self.skin.skeleton
+        garment = Part(self.name, "", self.vertices, self.faces, self.colour, bones)
         if self.body_vertices is None or self.body_faces is None:
             return (garment,)
-        return garment, Part("body", "_body", self.body_vertices, self.body_faces, self.body_colour)
+        return garment, Part("body", "_body", self.body_vertices, self.body_faces, self.body_colour, self.skeleton)
 
     @property
     def frame_count(self) -> int:
@@ -115,8 +162,9 @@ def _check_part(part: Part) -> None:
         raise BadInput(f"'{part.name}': vertices must be finite", f"NaN or infinity in frame {frame}", "play it again")
 
 
-def _check_skeleton(skeleton: Skeleton, body_vertices: np.ndarray | None) -> None:
-    expected = None if body_vertices is None else body_vertices.shape[:2]
+def _check_skeleton(skeleton: Skeleton, vertices: np.ndarray | None, mesh: str) -> None:
+    expected = None if vertices is None else vertices.shape[:2]
     got = len(skeleton.transforms), len(skeleton.vertices)
     if expected != got:
-        raise BadInput(f"a skeleton must fit its body of (frames, verts) {expected}", got, "take both from one body")
+        what = f"a skeleton must fit its {mesh} of (frames, verts) {expected}"
+        raise BadInput(what, got, f"take both from one {mesh}")

@@ -4,7 +4,7 @@ import numpy as np
 
 from hemline.arrays import Faces
 
-_COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint32): 5125, np.dtype(np.uint16): 5123}
+_COMPONENTS = {"f4": 5126, "u4": 5125, "u2": 5123, "i2": 5122, "u1": 5121, "i1": 5120}
 _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
 
 
@@ -17,26 +17,35 @@ class Buffer:
         self._accessors: list[dict] = []
         self._length = 0
 
-    def add(self, array: np.ndarray, kind: str, *, bounds: bool = False, target: int | None = None) -> int:
+    def add(
+        self, array: np.ndarray, kind: str, *, bounds: bool = False, target: int | None = None, shares: bool = False
+    ) -> int:
         """Append an array; returns the index of its accessor.
 
         Args:
-            array: float32, or unsigned integers; rows are elements.
-            kind: `SCALAR`, `VEC3`, `VEC4` or `MAT4` (column by column).
+            array: float32, or whole numbers of one, two or four bytes; rows are elements.
+            kind: `SCALAR`, `VEC2`, `VEC3`, `VEC4` or `MAT4` (column by column).
             bounds: Store minimum and maximum, as positions and times must.
-            target: What the array is bound to, where it is an attribute or indices.
+            target: What the array is bound to, where it is an attribute or indices. Rows of attributes begin at
+                multiples of four bytes.
+            shares: Whole numbers stand for their share of the largest of their kind.
         """
         array = np.ascontiguousarray(array)
-        content = array.tobytes()
-        view = {"buffer": 0, "byteOffset": self._length, "byteLength": len(content)}
-        accessor = {"bufferView": len(self._views), "componentType": _COMPONENTS[array.dtype], "type": kind}
+        view = {"buffer": 0, "byteOffset": self._length}
+        accessor = {"bufferView": len(self._views), "componentType": _COMPONENTS[array.dtype.str[1:]], "type": kind}
         accessor["count"] = len(array)
+        if shares:
+            accessor["normalized"] = True
+        if bounds:
+            rows = array.reshape(len(array), -1)
+            accessor |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
         if target is not None:
             view["target"] = target
-        if bounds:
-            rows = array.reshape(len(array), -1).astype(np.float64)
-            accessor |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
-        self._views.append(view)
+        if target == _ARRAY_BUFFER and (spare := -array.strides[0] % 4):
+            array = np.pad(array, ((0, 0), (0, spare // array.itemsize)))
+            view["byteStride"] = array.strides[0]
+        content = array.tobytes()
+        self._views.append(view | {"byteLength": len(content)})
         self._accessors.append(accessor)
         content += b"\0" * (-len(content) % 4)
         self._chunks.append(content)
@@ -44,12 +53,18 @@ class Buffer:
         return len(self._accessors) - 1
 
     def add_attribute(self, array: np.ndarray, kind: str, *, bounds: bool = False) -> int:
-        """Append an array with one row a vertex."""
-        return self.add(array, kind, bounds=bounds, target=_ARRAY_BUFFER)
+        """Append an array with one row a vertex; whole numbers are shares."""
+        return self.add(array, kind, bounds=bounds, target=_ARRAY_BUFFER, shares=array.dtype.kind != "f")
+
+    def add_numbers(self, array: np.ndarray, kind: str) -> int:
+        """Append whole numbers that count, one row a vertex."""
+        return self.add(array, kind, target=_ARRAY_BUFFER)
 
     def add_indices(self, faces: Faces) -> int:
-        """Append triangles."""
-        return self.add(np.asarray(faces).astype(np.uint32).ravel(), "SCALAR", target=_ELEMENT_ARRAY_BUFFER)
+        """Append triangles; the numbers have two bytes where that is enough."""
+        numbers = np.asarray(faces).ravel()
+        small = numbers.max() < 0xFFFF
+        return self.add(numbers.astype(np.uint16 if small else np.uint32), "SCALAR", target=_ELEMENT_ARRAY_BUFFER)
 
     def content(self) -> bytes:
         """All bytes, a multiple of four."""

@@ -1,4 +1,4 @@
-"""USD: one binary stage with garment and body as meshes whose points are sampled in time."""
+"""USD: one binary stage with garment and body as point caches, or as skinned meshes."""
 
 # pxr is compiled and has no types
 # pyright: reportAttributeAccessIssue=false
@@ -9,14 +9,18 @@ import numpy as np
 
 from hemline.errors import MissingExtra
 from hemline.files import written_whole
-from hemline.pictures import linear
 from hemline.version import VERSION
 
 from .clip import Clip, Part
+from .usd_mesh import add_mesh, bounds_of
+from .usd_skin import add_skinned
 
 
 def write_usd(path: Path, clip: Clip) -> tuple[Path, ...]:
     """Write a stage: y up, one unit a metre, one time code a frame from 0, time codes a second = the clip's fps.
+
+    A mesh is a point cache. Where the clip has a skin, the garment, and the body whose skeleton is known, are skinned
+    meshes instead (UsdSkel).
 
     Raises:
         MissingExtra: usd-core is not installed.
@@ -39,23 +43,20 @@ def write_usd(path: Path, clip: Clip) -> tuple[Path, ...]:
     layer.documentation = f"hemline {VERSION}"
     layer.customLayerData = {"notices": "\n".join(clip.notices)}
     for part in clip.parts:
-        _add_mesh(stage, part)
+        if clip.skin is not None and part.skeleton is not None:
+            add_skinned(stage, part, part.skeleton)
+        else:
+            _add_points(stage, part)
     with written_whole(path) as temporary:
         layer.Export(str(temporary))
     return (path,)
 
 
-def _add_mesh(stage, part: Part) -> None:
-    from pxr import Gf, Tf, UsdGeom, Vt
+def _add_points(stage, part: Part) -> None:
+    from pxr import Tf, Vt
 
-    mesh = UsdGeom.Mesh.Define(stage, f"/clip/{Tf.MakeValidIdentifier(part.name)}")
-    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    mesh.CreateDoubleSidedAttr(True)
-    mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(part.faces), 3, np.int32)))
-    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(np.ascontiguousarray(part.faces, np.int32).ravel()))
-    mesh.CreateDisplayColorAttr([Gf.Vec3f(*linear(part.colour).tolist())])
+    mesh = add_mesh(stage, f"/clip/{Tf.MakeValidIdentifier(part.name)}", part)
     points, extent = mesh.CreatePointsAttr(), mesh.CreateExtentAttr()
     for frame, vertices in enumerate(part.vertices):
-        solid = np.ascontiguousarray(vertices, np.float32)
-        points.Set(Vt.Vec3fArray.FromNumpy(solid), frame)
-        extent.Set(Vt.Vec3fArray.FromNumpy(np.stack([solid.min(axis=0), solid.max(axis=0)])), frame)
+        points.Set(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(vertices, np.float32)), frame)
+        extent.Set(bounds_of(vertices), frame)

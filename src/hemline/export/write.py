@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from hemline.errors import BadOutput
+from hemline.errors import BadInput, BadOutput
 from hemline.files import check_writable
 from hemline.pictures import AUTO
 
@@ -15,6 +15,7 @@ from .mdd import write_mdd
 from .npz import write_npz
 from .obj import write_obj
 from .pc2 import write_pc2
+from .textures import write_textures
 from .usd import write_usd
 
 FORMATS: dict[str, Callable[..., tuple[Path, ...]]] = {
@@ -25,46 +26,67 @@ FORMATS: dict[str, Callable[..., tuple[Path, ...]]] = {
     ".pc2": write_pc2,
     ".png": write_still,
     ".usdc": write_usd,
+    ".vat": write_textures,
     ".webp": write_moving,
 }
 """What writes each ending."""
 
+SKINNED = (".glb", ".usdc")
+"""Formats that hold a garment as a skinned mesh."""
+QUANTIZED = (".glb",)
+"""Formats that can be written in fewer bytes a number."""
 _SIZES = {write_still: (640, 640), write_moving: (480, 480)}
 
 
-def write(path: str | Path, clip: Clip, *, view: str = AUTO, size: tuple[int, int] | None = None) -> tuple[Path, ...]:
+def write(
+    path: str | Path,
+    clip: Clip,
+    *,
+    view: str = AUTO,
+    size: tuple[int, int] | None = None,
+    quantized: bool = False,
+) -> tuple[Path, ...]:
     """Write a clip in the format that the path's ending names, whole or not at all.
 
     Args:
         path: Where to; its folder must exist.
-        clip: What.
+        clip: What. With a skin (`skinned`), the garment follows bones in GLB and USD.
         view: From where pictures are taken: one of `hemline.pictures.VIEWS_DEG`, or `"auto"` for the one from which
             most of the garment is seen.
         size: Width and height of pictures [pixels]; None is 640 x 640 for a still, 480 x 480 for a moving picture.
+        quantized: Use fewer bytes a number (GLB).
 
     Returns:
         The files written: one, or more where a format holds one mesh or one frame a file.
 
     Raises:
         BadOutput: The ending names no format, or the path cannot be written.
-        BadInput: The view has no such name.
+        BadInput: The view has no such name; the format holds no skinned garment, or cannot be quantised.
         MissingExtra: The format needs a library that is not installed.
     """
     path = Path(path)
-    check_format(path)
+    check_format(path, skinned=clip.skin is not None, quantized=quantized)
     writer = FORMATS[path.suffix.lower()]
     if writer in _SIZES:
         writer = partial(writer, view=view, size=size or _SIZES[writer])
+    if quantized:
+        writer = partial(writer, quantized=True)
     return writer(path, clip)
 
 
-def check_format(path: str | Path) -> None:
+def check_format(path: str | Path, *, skinned: bool = False, quantized: bool = False) -> None:
     """Refuse a path that `write` could not write, before the work is done.
 
     Raises:
         BadOutput: The ending names no format, or the folder cannot be written.
+        BadInput: The format holds no skinned garment, or cannot be quantised, where that is asked for.
     """
     path = Path(path)
-    if path.suffix.lower() not in FORMATS:
+    ending = path.suffix.lower()
+    if ending not in FORMATS:
         raise BadOutput(f"cannot write {path}", f"the ending '{path.suffix}'", f"choose one of {' '.join(FORMATS)}")
+    if skinned and ending not in SKINNED:
+        raise BadInput("the format holds no skinned garment", path.name, f"choose one of {' '.join(SKINNED)}")
+    if quantized and ending not in QUANTIZED:
+        raise BadInput("the format cannot be quantised", path.name, f"choose {' '.join(QUANTIZED)}")
     check_writable(path)

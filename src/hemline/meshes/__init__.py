@@ -24,6 +24,7 @@ from .read_mesh import read_mesh as read_mesh
 from .read_obj import read_obj as read_obj
 from .rigid_bones import RigidBones as RigidBones
 from .rigid_bones import rigid_bones as rigid_bones
+from .rigid_bones import weighted as weighted
 from .self_crossings import crossing_edges as crossing_edges
 from .self_crossings import self_crossings as self_crossings
 from .shares import best_shares as best_shares
@@ -61,5 +62,6 @@ __all__ = [
     "strains",
     "subdivided",
     "vertex_normals",
+    "weighted",
     "welded",
 ]

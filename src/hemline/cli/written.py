@@ -1,0 +1,75 @@
+"""A clip in the file that a command was asked for, and what is said of it."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hemline.errors import BadInput
+
+from .progress import note
+
+if TYPE_CHECKING:
+    from hemline.export import Clip
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where to and how.
+
+    Args:
+        path: The file; its ending chooses the format.
+        skinned: The garment as a skinned mesh.
+        bones: Its bones; None: as many as `hemline.export.BONES`.
+        quantized: Fewer bytes a number.
+
+    Raises:
+        BadInput: The format is not known or cannot hold this, or bones are asked for without a skin.
+    """
+
+    path: Path
+    skinned: bool
+    bones: int | None
+    quantized: bool
+
+    def __post_init__(self) -> None:
+        from hemline import export
+
+        if self.bones is not None and not self.skinned:
+            raise BadInput("bones are those of a skinned garment", f"--bones {self.bones} alone", "add --skinned")
+        if self.bones is not None:
+            export.check_bones(self.bones)
+        export.check_format(self.path, skinned=self.skinned, quantized=self.quantized)
+
+    def write(self, clip: "Clip", *, as_json: bool) -> None:
+        """Write the clip; print the names of the files, or one JSON object."""
+        from hemline import export
+
+        if self.skinned:
+            clip = export.skinned(clip, export.BONES if self.bones is None else self.bones)
+        paths = export.write(self.path, clip, quantized=self.quantized)
+        if as_json:
+            print(json.dumps(_said(clip, paths)))
+            return
+        if clip.skin is not None:
+            errors = f"{clip.skin.mean_error_mm:.1f} mm in the mean, {clip.skin.max_error_mm:.1f} mm at most"
+            note(f"{clip.skin.bone_count} bones move the garment within {errors}")
+        for path in paths:
+            print(path)
+
+
+def _said(clip: "Clip", paths: Sequence[Path]) -> dict:
+    skin = clip.skin and {
+        "bones": clip.skin.bone_count,
+        "mean_error_mm": clip.skin.mean_error_mm,
+        "max_error_mm": clip.skin.max_error_mm,
+    }
+    return {
+        "files": [str(path) for path in paths],
+        "bytes": sum(path.stat().st_size for path in paths),
+        "vertices": clip.vertices.shape[1],
+        "frames": clip.frame_count,
+        "fps": clip.fps,
+        "skin": skin,
+    }
