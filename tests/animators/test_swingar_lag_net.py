@@ -158,5 +158,5 @@ def test_options_travel_in_json():
 def test_one_garment_is_not_enough(tmp_path):
     from hemline.datasets import create
 
-    with pytest.raises(BadDataset, match=r"swingar is fitted to many garments; got cape-light; name several datasets, or go on"):
+    with pytest.raises(BadDataset, match=r"fitted to many garments; got cape-light; name several datasets, or go on"):
         KIND.fit(create(tmp_path / "cape", garments.load("cape-light")))

@@ -10,7 +10,6 @@ from hemline.arrays import Int
 from .coarser import coarser_garment
 from .garment import Garment
 
-
 NEARLY = 0.9
 """A garment of which more than this share would be left is its own proxy."""
 

@@ -61,7 +61,7 @@ def fit(
     mark = content_hash(asdict(config) | {"seed": seed, "takes": [each.row.name for each in sides["train"]]})
     if checkpoints is not None:
         checkpoints.mkdir(parents=True, exist_ok=True)
-    learn = fit_lag if config.learner == "lag" else fit_graph
+    learn: Any = fit_lag if config.learner == "lag" else fit_graph
     before = None if start is None else start.mover
     mover, figures = learn(data, sides, config, start=before, seed=seed, mark=mark, checkpoints=checkpoints, tell=tell)
     garments = sorted({each.dataset for each in sides["train"]})
@@ -73,17 +73,8 @@ def fit(
 
 
 HOW = (
-    "start",
-    "epochs",
-    "rate",
-    "frames",
-    "vertices",
-    "garments",
-    "stride",
-    "edge_weight",
-    "mirrored",
-    "held_out",
-    "threads",
+    *("start", "epochs", "rate", "frames", "vertices", "garments", "stride"),
+    *("edge_weight", "mirrored", "held_out", "threads"),
 )
 """Options of how it is learned; the others are those of the weights that are gone on from."""
 
