@@ -59,6 +59,7 @@ __all__ = [
     "Driven",
     "Progress",
     "Redressing",
+    "Related",
     "Settled",
     "Wearable",
     "animator_kind",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.arrays import FramesOfVertices, Int
+from hemline.arrays import FramesOfVertices, UInt
 from hemline.errors import BadInput
 from hemline.version import VERSION
 
@@ -83,7 +83,7 @@ class _Layout:
         cure = "cut the clip with --seconds, or play fewer vertices with --detail"
         raise BadInput(f"a texture has {LARGEST} x {LARGEST} places at most", got, cure)
 
-    def filled(self, numbers: Int[np.ndarray, "frames places 3"]) -> Int[np.ndarray, "height width 3"]:
+    def filled(self, numbers: UInt[np.ndarray, "frames places 3"]) -> UInt[np.ndarray, "height width 3"]:
         """A picture of three channels."""
         whole = np.zeros((self.frames, self.rows * self.width, 3), numbers.dtype)
         whole[:, : numbers.shape[1]] = numbers
