@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from swingar_samples import sheet
 
-from hemline.animators.swingar.graph import Graph
-from hemline.animators.swingar.samples import FrameBatch, GarmentSample
+from hemline.animators.swingar.graph.graph import Graph
+from hemline.animators.swingar.graph.samples import FrameBatch, GarmentSample
 from hemline.meshes import vertex_normals
 
 FRAMES, CLIPS = 60, 4

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from swingar_samples import sheet
 
 from hemline import garments
-from hemline.animators.swingar.descriptor import REACH, Descriptor, eigenvectors
+from hemline.animators.swingar.graph.descriptor import REACH, Descriptor, eigenvectors
 from hemline.errors import BadMesh, HemlineWarning
 
 
@@ -92,7 +92,7 @@ def test_the_same_kind_of_garment_is_the_most_similar():
 def test_estimated_eigenvectors_are_those_of_the_whole_matrix():
     from scipy.sparse.csgraph import dijkstra
 
-    from hemline.animators.swingar.descriptor import _edge_lengths, affinity
+    from hemline.animators.swingar.graph.descriptor import _edge_lengths, affinity
 
     vertices, faces = sheet(12, 15)
     found = eigenvectors(vertices, faces, Descriptor.of(vertices, faces, size=180), 3)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments, motions
-from hemline.animators.swingar.mirror import dynamic_mirror, static_mirror
-from hemline.animators.swingar.proxy_on_body import DYNAMIC, POINTS, STATIC, TRAILS, Cells, ProxyOnBody
-from hemline.animators.swingar.soft_weights import BREADTH, LEAST, soft_weights
-from hemline.animators.swingar.trail import Trail
+from hemline.animators.swingar.features.mirror import dynamic_mirror, static_mirror
+from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, POINTS, STATIC, TRAILS, Cells, ProxyOnBody
+from hemline.animators.swingar.features.soft_weights import BREADTH, LEAST, soft_weights
+from hemline.animators.swingar.features.trail import Trail
 from hemline.garments import coarser_garment
 from hemline.learning.mirror import mirrored_motion
 from hemline.motions.motion import Pose

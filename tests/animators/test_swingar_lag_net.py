@@ -9,8 +9,8 @@ import pytest
 import hemline
 from hemline import animators, bodies, garments
 from hemline.animators.swingar import KIND, Swingar, SwingarConfig
-from hemline.animators.swingar.lag_net import LagNet, layer_sizes
-from hemline.animators.swingar.proxy_on_body import DYNAMIC, STATIC, Cells
+from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, STATIC, Cells
+from hemline.animators.swingar.lag.lag_net import LagNet, layer_sizes
 from hemline.animators.swingar.relatives import Relatives
 from hemline.animators.swingar.weights import Weights
 from hemline.errors import BadDataset, BadInput, BadModel
@@ -48,7 +48,7 @@ def by_formula(net, static, told, cells):
 
 def test_what_plays_is_the_formula_and_what_was_trained(cape):
     torch = pytest.importorskip("torch")
-    from hemline.animators.swingar.lag_training import TorchCells, TorchLagNet
+    from hemline.animators.swingar.lag.lag_training import TorchCells, TorchLagNet
 
     random, cells = np.random.default_rng(1), Cells.of(cape)
     static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC, DYNAMIC))
@@ -65,7 +65,7 @@ def test_what_plays_is_the_formula_and_what_was_trained(cape):
 
 def test_a_fit_begins_at_skinning():
     pytest.importorskip("torch")
-    from hemline.animators.swingar.lag_training import TorchLagNet
+    from hemline.animators.swingar.lag.lag_training import TorchLagNet
 
     net = TorchLagNet(WIDTH, np.zeros(STATIC + DYNAMIC, np.float32), np.ones(STATIC + DYNAMIC, np.float32), 0).played()
     assert (net.weights["fourth"] == 0).all() and (net.biases["fourth"] == 0).all()

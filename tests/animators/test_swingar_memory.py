@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hemline.animators.swingar.feature_kernels import remember
-from hemline.animators.swingar.memory import LAGS, SWINGS, Step
+from hemline.animators.swingar.features.feature_kernels import remember
+from hemline.animators.swingar.features.memory import LAGS, SWINGS, Step
 
 ROWS = len(LAGS) + 2 * len(SWINGS) + 1
 

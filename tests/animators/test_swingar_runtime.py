@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from swingar_samples import SMALL, graph_of, inputs, sheet
 
-from hemline.animators.swingar.estimator_config import EstimatorConfig, weight_shapes
-from hemline.animators.swingar.graph import Graph
-from hemline.animators.swingar.onnx_frame import frame_inputs, write_onnx
-from hemline.animators.swingar.runtime import PlayedEstimator
+from hemline.animators.swingar.graph.estimator_config import EstimatorConfig, weight_shapes
+from hemline.animators.swingar.graph.graph import Graph
+from hemline.animators.swingar.graph.onnx_frame import frame_inputs, write_onnx
+from hemline.animators.swingar.graph.runtime import PlayedEstimator
 from hemline.errors import BadInput, BadModel, MissingExtra
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.animators.swingar.estimator import Estimator, cost, skin_logits  # noqa: E402  # after the skip
+from hemline.animators.swingar.graph.estimator import Estimator, cost, skin_logits  # noqa: E402  # after the skip
 
 FRAMES = 3
 CONFIGS = {

@@ -7,14 +7,14 @@ import pytest
 from swingar_samples import SMALL, sheet
 from swingar_swaying import Swaying
 
-from hemline.animators.swingar.estimator_config import EstimatorConfig
+from hemline.animators.swingar.graph.estimator_config import EstimatorConfig
 from hemline.errors import BadDataset
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 from hemline.animators.swingar import losses  # noqa: E402  # after the skip
-from hemline.animators.swingar.estimator import Estimator  # noqa: E402
-from hemline.animators.swingar.objectives import CoarseObjective, CorrectiveObjective, Groups  # noqa: E402
-from hemline.animators.swingar.train_estimator import STAGES, TrainingPlan, train_estimator  # noqa: E402
+from hemline.animators.swingar.graph.estimator import Estimator  # noqa: E402
+from hemline.animators.swingar.graph.objectives import CoarseObjective, CorrectiveObjective, Groups  # noqa: E402
+from hemline.animators.swingar.graph.train_estimator import STAGES, TrainingPlan, train_estimator  # noqa: E402
 
 CONFIG = EstimatorConfig(**SMALL, body=76, corrective_heads=2)
 PLAN = TrainingPlan(

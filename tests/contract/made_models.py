@@ -19,8 +19,8 @@ from hemline.animators.ropes.body_inputs import COUNT
 from hemline.animators.ropes.layout import lay_out
 from hemline.animators.ropes.learned_bones import LearnedBones
 from hemline.animators.swingar import AnimatorSwingar, Swingar, SwingarConfig
-from hemline.animators.swingar.lag_net import LagNet, layer_sizes
-from hemline.animators.swingar.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.swingar.lag.lag_net import LagNet, layer_sizes
 from hemline.animators.swingar.relatives import Relatives
 from hemline.animators.swingar.weights import Weights
 from hemline.bodies import ShapedBody

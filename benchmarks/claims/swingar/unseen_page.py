@@ -24,8 +24,8 @@ on, and random designs of seeds apart, on random bodies, in clips of other subje
 `python -m hemline.models.make.swingar_takes`, judged by `python benchmarks/claims/swingar/unseen.py`, as the player
 shows them.
 Mean distance of vertices from the simulation in mm. Beside each model the settled garment *carried rigidly* with the
-key joint, *skinned* with the weights of the nearest skin, and *skinned softly* as swingar does before it learns. A garment
-counts as loose where it lies more than 25 mm from the skin in the mean.
+key joint, *skinned* with the weights of the nearest skin, and *skinned softly* as swingar does before it learns. A
+garment counts as loose where it lies more than 25 mm from the skin in the mean.
 
 What is asked of this: close-fitting 20 mm and better than skinning; loose 45 mm, 40 % below skinning. The paper reports
 19.0 mm and 7.53 degrees on its own test set of 15 garments, with networks trained for five days on two GPUs. The truth

@@ -47,8 +47,9 @@ def fit(
         BadInput: What is to be gone on from is another animator.
         BadModel: The training diverged.
     """
-    from .fit_graph import fit_graph
-    from .fit_lag import fit_lag
+    from hemline.animators.swingar.graph.fit_graph import fit_graph
+    from hemline.animators.swingar.lag.fit_lag import fit_lag
+
     from .wearable import Swingar
     from .weights import Weights
 

@@ -11,6 +11,8 @@ import numpy as np
 
 from hemline.animators.leaps import Rigid, leaps
 from hemline.animators.model_file import garment_of, save_model
+from hemline.animators.swingar.features.proxy_on_body import ProxyOnBody
+from hemline.animators.swingar.features.trail import Trail
 from hemline.arrays import Float, Int, Vertices
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.errors import BadInput
@@ -20,9 +22,7 @@ from hemline.garments.embedding import Embedding
 from hemline.garments.proxy import proxy_of
 from hemline.motions.motion import Pose
 
-from .proxy_on_body import ProxyOnBody
 from .state import SwingarState
-from .trail import Trail
 from .weights import Weights
 
 

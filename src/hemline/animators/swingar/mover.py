@@ -6,17 +6,16 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hemline.animators.swingar.features.feature_kernels import displace
+from hemline.animators.swingar.features.proxy_on_body import ProxyOnBody
+from hemline.animators.swingar.features.trail import Trail
+from hemline.animators.swingar.graph.graph_inputs import body_inputs, garment_inputs, lag_inputs
+from hemline.animators.swingar.graph.history import History, Seen
+from hemline.animators.swingar.graph.runtime import PlayedEstimator
+from hemline.animators.swingar.lag.lag_net import LagNet
 from hemline.arrays import Float
 from hemline.bodies import PosedBody
 from hemline.motions.motion import Pose
-
-from .feature_kernels import displace
-from .graph_inputs import body_inputs, garment_inputs, lag_inputs
-from .history import History, Seen
-from .lag_net import LagNet
-from .proxy_on_body import ProxyOnBody
-from .runtime import PlayedEstimator
-from .trail import Trail
 
 Moved = tuple[History | None, Float[np.ndarray, "coarse 3"]]
 """What is remembered, and where the proxy's vertices are [m]."""

@@ -6,12 +6,11 @@ from typing import Any, Self
 
 import numpy as np
 
+from hemline.animators.swingar.graph.descriptor import Descriptor
 from hemline.arrays import Float
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry
 from hemline.garments import Garment
-
-from .descriptor import Descriptor
 
 SIZE = 256
 """Numbers of a descriptor."""

@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 
+from hemline.animators.swingar.features.trail import Trail
+from hemline.animators.swingar.graph.history import History
 from hemline.motions.motion import Pose
-
-from .history import History
-from .trail import Trail
 
 
 @dataclass(frozen=True, eq=False)

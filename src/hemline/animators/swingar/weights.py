@@ -6,17 +6,17 @@ from typing import Any, Self
 
 import numpy as np
 
+from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.swingar.graph.estimator_config import EstimatorConfig
+from hemline.animators.swingar.graph.runtime import PlayedEstimator
+from hemline.animators.swingar.lag.lag_net import LagNet, layer_sizes
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry, part
 from hemline.options import options_of
 
 from .config import SwingarConfig
-from .estimator_config import EstimatorConfig
-from .lag_net import LagNet, layer_sizes
 from .mover import GraphMover, LagMover, Mover
-from .proxy_on_body import DYNAMIC, STATIC
 from .relatives import Relatives
-from .runtime import PlayedEstimator
 
 VERSION = 1
 """Of what a model file holds under `swingar`."""

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hemline.animators.swingar.features.proxy_on_body import Cells
 from hemline.arrays import Float
 
 from .cell_kernels import hear, mean_of_cells
-from .proxy_on_body import Cells
 
 
 def layer_sizes(inputs: int, width: int) -> dict[str, tuple[int, int]]:

@@ -5,15 +5,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hemline.animators.swingar.features.trail import Trail
+from hemline.animators.swingar.features.worn_proxy import worn_in
 from hemline.arrays import Float, Int
 from hemline.datasets.collection import Collection, Entry
 from hemline.garments.proxy import ProxySize
 
 from .graph_inputs import body_inputs, garment_inputs, lag_inputs
 from .history import Seen, Times
-from .lag_samples import worn_in
 from .samples import FrameBatch, GarmentSample
-from .trail import Trail
 
 
 @dataclass(eq=False)

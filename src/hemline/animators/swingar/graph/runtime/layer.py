@@ -6,8 +6,8 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.swingar.graph import Graph
-from hemline.animators.swingar.layer_kernels import attend
+from hemline.animators.swingar.graph.graph import Graph
+from hemline.animators.swingar.graph.layer_kernels import attend
 from hemline.arrays import Float
 
 

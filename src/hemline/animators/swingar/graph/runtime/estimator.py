@@ -7,8 +7,14 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.swingar.estimator_config import CORRECTIVE_WIDTH, JOINTS, MESHES, EstimatorConfig, weight_shapes
-from hemline.animators.swingar.graph import Graph
+from hemline.animators.swingar.graph.estimator_config import (
+    CORRECTIVE_WIDTH,
+    JOINTS,
+    MESHES,
+    EstimatorConfig,
+    weight_shapes,
+)
+from hemline.animators.swingar.graph.graph import Graph
 from hemline.arrays import Float, Vertices
 from hemline.compiled import threads
 from hemline.files.contents import array_of

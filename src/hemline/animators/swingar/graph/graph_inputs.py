@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hemline.animators.swingar.features.proxy_on_body import TRAILS, ProxyOnBody
 from hemline.arrays import Float
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.meshes import ClosestTree, vertex_normals
@@ -11,7 +12,6 @@ from .descriptor import Descriptor
 from .estimator_config import JOINTS
 from .graph import Graph
 from .history import Seen
-from .proxy_on_body import TRAILS, ProxyOnBody
 from .samples import GarmentSample
 
 LAG = TRAILS + 3

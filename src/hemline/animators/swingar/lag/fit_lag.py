@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
+from hemline.animators.swingar.config import SwingarConfig
+from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.swingar.mover import LagMover
 from hemline.datasets.collection import Collection, Entry
 
-from .config import SwingarConfig
 from .lag_samples import GarmentSamples, gather
-from .mover import LagMover
-from .proxy_on_body import DYNAMIC, STATIC
 
 
 def fit_lag(

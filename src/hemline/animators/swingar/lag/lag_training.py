@@ -7,10 +7,11 @@ import numpy as np
 import torch
 from torch import nn
 
+from hemline.animators.swingar.features.mirror import VECTOR, dynamic_mirror, static_mirror
+from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, STATIC, Cells
+
 from .lag_net import LagNet, layer_sizes
 from .lag_samples import GarmentSamples
-from .mirror import VECTOR, dynamic_mirror, static_mirror
-from .proxy_on_body import DYNAMIC, STATIC, Cells
 
 Ends = np.ndarray | slice
 

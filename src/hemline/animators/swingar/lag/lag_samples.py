@@ -5,16 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hemline import bodies
+from hemline.animators.swingar.features.proxy_on_body import ProxyOnBody
+from hemline.animators.swingar.features.trail import Trail
+from hemline.animators.swingar.features.worn_proxy import WornProxy, worn_in
 from hemline.arrays import Float, Int
-from hemline.datasets import Dataset, Take
+from hemline.datasets import Take
 from hemline.datasets.collection import Collection, Entry
-from hemline.garments.proxy import ProxySize, proxy_of
+from hemline.garments.proxy import ProxySize
 from hemline.meshes import edges
 from hemline.motions.quaternions import rotate
-
-from .proxy_on_body import ProxyOnBody
-from .trail import Trail
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,29 +67,6 @@ def gather(
         own = np.concatenate([np.full(len(part[1]), part[0]) for part in parts])
         found.append(GarmentSamples(dataset, worn.proxy, edges(worn.proxy.garment.faces), told, turns, apart, own))
     return found
-
-
-@dataclass(frozen=True, eq=False)
-class WornProxy:
-    """The garment of a dataset on a body, as its proxy."""
-
-    proxy: ProxyOnBody
-    kept: Int[np.ndarray, " coarse"]
-    """Which vertex of the dataset's garment each of its vertices is."""
-
-
-def worn_in(dataset: Dataset, betas: Sequence[float], size: ProxySize) -> WornProxy:
-    """The garment of a dataset on a body, settled.
-
-    Args:
-        dataset: Takes of the garment or of its proxy.
-        betas: Shape of the body.
-        size: Of proxies.
-    """
-    shaped = bodies.load(dataset.garment.body_name).shaped(tuple(betas))
-    coarse, kept = proxy_of(dataset.garment, size)
-    rest = dataset.rest(shaped.betas).vertices[0][kept]
-    return WornProxy(ProxyOnBody.of(coarse.dressed(shaped), rest, shaped), kept)
 
 
 def frames_of(worn: WornProxy, take: Take, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

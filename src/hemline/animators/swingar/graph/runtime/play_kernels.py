@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hemline.animators.swingar.curve_kernels import tangent
-from hemline.animators.swingar.layer_kernels import (
+from hemline.animators.swingar.graph.curve_kernels import tangent
+from hemline.animators.swingar.graph.layer_kernels import (
     FAST,
     F,
     add_gathered,

@@ -4,13 +4,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from hemline.animators.swingar.config import SwingarConfig
+from hemline.animators.swingar.mover import GraphMover
 from hemline.datasets.collection import Collection, Entry
 
-from .config import SwingarConfig
 from .estimator_config import JOINTS, EstimatorConfig
 from .graph_inputs import LAG
 from .graph_samples import take_samples
-from .mover import GraphMover
 from .runtime import PlayedEstimator
 
 

@@ -1,0 +1,1 @@
+"""What each vertex of a proxy is told in a frame."""

@@ -1,0 +1,36 @@
+"""The garment of a dataset on a body, as its proxy."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hemline import bodies
+from hemline.arrays import Int
+from hemline.datasets import Dataset
+from hemline.garments.proxy import ProxySize, proxy_of
+
+from .proxy_on_body import ProxyOnBody
+
+
+@dataclass(frozen=True, eq=False)
+class WornProxy:
+    """The garment of a dataset on a body, as its proxy."""
+
+    proxy: ProxyOnBody
+    kept: Int[np.ndarray, " coarse"]
+    """Which vertex of the dataset's garment each of its vertices is."""
+
+
+def worn_in(dataset: Dataset, betas: Sequence[float], size: ProxySize) -> WornProxy:
+    """The garment of a dataset on a body, settled.
+
+    Args:
+        dataset: Takes of the garment or of its proxy.
+        betas: Shape of the body.
+        size: Of proxies.
+    """
+    shaped = bodies.load(dataset.garment.body_name).shaped(tuple(betas))
+    coarse, kept = proxy_of(dataset.garment, size)
+    rest = dataset.rest(shaped.betas).vertices[0][kept]
+    return WornProxy(ProxyOnBody.of(coarse.dressed(shaped), rest, shaped), kept)

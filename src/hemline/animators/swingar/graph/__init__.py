@@ -1,0 +1,1 @@
+"""The paper's network: attention over the graph of a garment."""

@@ -1,0 +1,1 @@
+"""The lag network: a small network on what each vertex is told."""
