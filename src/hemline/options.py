@@ -115,6 +115,8 @@ def _fault(value: Any, kind: Any, within: _Range | None) -> tuple[str, str] | No
         return _unless(right, "be a vector", f"give {count} finite numbers")
     if kind is bool:
         return _unless(isinstance(value, bool), "be a switch", "use true or false")
+    if kind is str:
+        return _unless(isinstance(value, str), "be text", "give a name or a path")
     return _number_fault(value, kind is int, within)
 
 

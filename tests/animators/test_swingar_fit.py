@@ -1,0 +1,102 @@
+"""Fits of swingar: it learns what trails, is the same after a kill, and goes on from what was learned."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import swaying_takes as made
+
+import hemline
+from hemline import bodies
+from hemline.animators.swingar import KIND, SwingarConfig
+from hemline.animators.swingar.fit import divided
+from hemline.datasets import open_collection, open_dataset
+from hemline.errors import BadDataset, BadInput
+
+pytest.importorskip("torch")
+
+QUICK = SwingarConfig(
+    width=24, epochs=12, rate=5e-3, frames=6, vertices=128, garments=1, stride=1, held_out=0.25, fewest=150, most=400
+)
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    root = tmp_path_factory.mktemp("swaying")
+    for name in made.SMALL:
+        made.swaying(root / name, name)
+    return [root / name for name in made.SMALL]
+
+
+@pytest.fixture(scope="module")
+def fitted(folders):
+    return KIND.fit(open_collection(folders), QUICK)
+
+
+def test_sides_share_neither_subject_nor_garment(folders):
+    sides = divided(open_collection(folders), 0.25)
+    assert sum(map(len, sides.values())) == len(made.SMALL) * len(made.CLIPS)
+    kinds = {name: ({e.row.subject for e in each}, {e.dataset for e in each}) for name, each in sides.items()}
+    assert not kinds["train"][0] & kinds["new_clip"][0] and not kinds["train"][1] & kinds["new_garment"][1]
+    assert not kinds["train"][0] & kinds["both_new"][0] and not kinds["train"][1] & kinds["both_new"][1]
+    assert all(sides.values())
+
+
+def test_it_learns_what_trails_on_garments_and_clips_never_seen(fitted):
+    for name in ("train", "new_clip", "new_garment", "both_new"):
+        assert fitted.figures[f"{name}_mm"] < 0.7 * fitted.figures[f"{name}_skinned_mm"], name
+    assert fitted.figures["garments"] == 3
+    names = fitted.weights.relatives.names
+    assert set(names) < set(made.SMALL) and len(names) == 3
+
+
+def test_a_fit_that_was_killed_comes_to_the_same_bits(folders, fitted, tmp_path):
+    class Killed(Exception):
+        pass
+
+    def kill(stage, done, total):
+        if stage == "learn" and done == 5:
+            raise Killed
+
+    with pytest.raises(Killed):
+        KIND.fit(open_collection(folders), QUICK, progress=kill, checkpoints=tmp_path / "half")
+    again = KIND.fit(open_collection(folders), QUICK, checkpoints=tmp_path / "half")
+    for name, array in fitted.weights.arrays().items():
+        np.testing.assert_array_equal(again.weights.arrays()[name], array, err_msg=name)
+
+
+def test_it_goes_on_from_a_model_with_takes_of_one_garment(folders, fitted, tmp_path):
+    fitted.save(tmp_path / "before.safetensors")
+    config = replace(QUICK, start=str(tmp_path / "before.safetensors"), epochs=4, rate=1e-3, width=64)
+    after = KIND.fit(open_dataset(folders[-1]), config)
+    assert after.weights.config.width == QUICK.width, "the sizes are those of what is gone on from"
+    assert after.figures["new_clip_mm"] < 0.7 * after.figures["new_clip_skinned_mm"]
+    assert after.weights.relatives.names == [*fitted.weights.relatives.names, "dress-light"]
+
+
+def test_only_swingar_is_gone_on_from(folders):
+    with pytest.raises(BadInput, match=r"option 'start' must name a swingar model; got 'cape', a model of ropes"):
+        KIND.fit(open_dataset(folders[0]), replace(QUICK, start="cape"))
+
+
+def test_too_few_garments_are_refused(folders):
+    with pytest.raises(BadDataset, match=r"a split by garment needs three"):
+        KIND.fit(open_collection(folders[:2]), QUICK)
+
+
+def test_the_graph_network_is_fitted_played_and_read_back(folders, tmp_path):
+    config = replace(QUICK, learner="graph", epochs=2, garments=2, frames=3, stride=8)
+    model = KIND.fit(open_collection(folders), config)
+    model.save(tmp_path / "graph.safetensors")
+    read = hemline.load(tmp_path / "graph.safetensors")
+    body, garment = bodies.load("anny24").shaped(), made.small("tshirt-light")
+    motion, ends = body.placed(hemline.motions.load("walk")), []
+    for each in (model, read):
+        worn = each.worn_by(garment, body)
+        state = worn.start(body.posed(motion[0]))
+        for frame in range(1, 6):
+            state, vertices = worn.step(state, body.posed(motion[frame]), 1 / motion.fps)
+        ends.append(vertices)
+    np.testing.assert_array_equal(*ends)
+    moved = np.linalg.norm(ends[0] - motion[5].translation, axis=1)
+    assert np.isfinite(moved).all() and moved.max() < 1.5
