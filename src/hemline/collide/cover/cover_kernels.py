@@ -16,8 +16,8 @@ def cover_points(points, over, corners, beyond, skin, gap, deepest, steps, sweep
     # model: points (points,): vertices of the body; over (points,): the triangle over each at rest;
     #     corners (triangles, 3); beyond (triangles, 3): the triangle across from each corner, -1 on a rim
     # in: skin (body_verts, 3) [m]; gap: how far behind the triangle a covered vertex is, deepest: from how far in front
-    #     of it on it is not covered by it [m]; steps: triangles that are tried; sweeps   in/out: vertices_out (verts, 3)
-    #     [m]   returns: how often a triangle was moved
+    #     of it on it is not covered by it [m]; steps: triangles that are tried; sweeps
+    # in/out: vertices_out (verts, 3) [m]   returns: how often a triangle was moved
     # from the triangle of rest across the edges that the point is beyond, to the one over it; depth along its unit
     # normal; corners move by w_i / sum w^2 of what is lacking, w barycentric; a point is looked at again only where a
     # corner was moved since
