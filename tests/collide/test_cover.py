@@ -70,6 +70,13 @@ def test_what_it_does_not_cover_moves_nothing(point):
     np.testing.assert_array_equal(vertices, single([point])[-1])
 
 
+def test_a_triangle_without_area_covers_nothing():
+    *model, skin, vertices = single([[0.0, 0.0, 0.001]])
+    vertices[:] = vertices[0]
+    assert cover_points(*model, skin, np.float32(GAP), np.float32(DEEPEST), STEPS, 2, vertices) == 0
+    assert np.isfinite(vertices).all()
+
+
 def test_the_kernel_equals_plain_numpy():
     random = np.random.default_rng(0)
     points = np.column_stack([random.uniform(0, 0.02, (40, 2)), random.uniform(-0.004, 0.006, 40)])

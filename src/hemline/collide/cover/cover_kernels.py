@@ -9,6 +9,8 @@ from hemline.compiled import kernel
 _index = np.uintp
 SURELY = np.float32(1.001)
 """Share of the square of the gap from which on a vertex of the body is behind a triangle, whatever the rounding."""
+NOTHING = np.float32(1e-22)
+"""A triangle whose doubled area, squared, is below this covers nothing [m^4]."""
 
 
 @kernel
@@ -28,36 +30,35 @@ def cover_points(points, over, corners, beyond, skin, gap, deepest, steps, sweep
         before = moved
         for point in range(len(points)):
             i = _index(point)
-            t, came = here[i], -1
+            t, came = _index(here[i]), np.int32(-1)
             a, b, c = _index(corners[t, 0]), _index(corners[t, 1]), _index(corners[t, 2])
             if max(stirred[a], stirred[b], stirred[c]) <= seen[i]:
                 continue
             seen[i] = clock
             p, found = _index(points[i]), False
             for _step in range(steps):
-                triangle = _index(t)
-                a, b, c = _index(corners[triangle, 0]), _index(corners[triangle, 1]), _index(corners[triangle, 2])
+                a, b, c = _index(corners[t, 0]), _index(corners[t, 1]), _index(corners[t, 2])
                 x, y, z = vertices_out[a, 0], vertices_out[a, 1], vertices_out[a, 2]
                 ux, uy, uz = vertices_out[b, 0] - x, vertices_out[b, 1] - y, vertices_out[b, 2] - z
                 vx, vy, vz = vertices_out[c, 0] - x, vertices_out[c, 1] - y, vertices_out[c, 2] - z
                 ax, ay, az = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-                square = max(ax * ax + ay * ay + az * az, np.float32(1e-24))
+                square = ax * ax + ay * ay + az * az
                 px, py, pz = skin[p, 0] - x, skin[p, 1] - y, skin[p, 2] - z
-                second = ((py * vz - pz * vy) * ax + (pz * vx - px * vz) * ay + (px * vy - py * vx) * az) / square
-                third = ((uy * pz - uz * py) * ax + (uz * px - ux * pz) * ay + (ux * py - uy * px) * az) / square
-                first = np.float32(1) - second - third
+                second = (py * vz - pz * vy) * ax + (pz * vx - px * vz) * ay + (px * vy - py * vx) * az
+                third = (uy * pz - uz * py) * ax + (uz * px - ux * pz) * ay + (ux * py - uy * px) * az
+                first = square - second - third
                 if first >= 0 and second >= 0 and third >= 0:
                     found = True
                     break
                 side = 0 if first <= second and first <= third else 1 if second <= third else 2
-                following = beyond[triangle, side]
+                following = beyond[t, side]
                 # to and fro over a fold: over neither side of it
                 if following < 0 or following == came:
                     break
-                came, t = t, following
-            if not found:
+                came, t = np.int32(t), _index(following)
+            if not found or square < NOTHING:
                 continue
-            here[i] = t
+            here[i] = np.int32(t)
             high = px * ax + py * ay + pz * az
             if high < 0 and high * high > behind * square:
                 continue
@@ -65,6 +66,7 @@ def cover_points(points, over, corners, beyond, skin, gap, deepest, steps, sweep
             lack = high / length + gap
             if lack <= 0 or lack > deepest:
                 continue
+            first, second, third = first / square, second / square, third / square
             step = lack / (first * first + second * second + third * third) / length
             ax, ay, az = step * ax, step * ay, step * az
             vertices_out[a, 0] += first * ax
