@@ -26,6 +26,9 @@ class Arguments:
     """Shape of the body."""
     clamp_betas: bool = False
     """Move them into the range in which the model is believed, see the warning that it gives without."""
+    shapes: str | None = None
+    """A model of the same garment that knows what shapes do (--animator agentdress): MODEL swings on the body of its
+    fit, and this one puts the garment on the other shape."""
     body: str | None = None
     """Another body of the same topology; left out: the model's."""
     fps: float = 30.0
@@ -45,6 +48,8 @@ class Arguments:
 def run(arguments: Arguments) -> int:
     """Play and write."""
     from hemline import export, motions
+    from hemline.animators import load
+    from hemline.animators.redressed import AnimatorRedressed
     from hemline.playback import Frame, level_of, play, record
 
     from .model import open_model, warn_new_poses
@@ -55,6 +60,8 @@ def run(arguments: Arguments) -> int:
     animator, body = open_model(
         arguments.model, arguments.garment, arguments.body, arguments.betas, clamp=arguments.clamp_betas
     )
+    if arguments.shapes is not None:
+        animator = AnimatorRedressed(animator, load(arguments.shapes))
     garment = level_of(animator, arguments.detail).garment
     if arguments.explain:
         for line in motion.notes:
