@@ -9,8 +9,9 @@ import pytest
 import hemline
 from hemline import bodies, garments, metrics
 from hemline.collide import Cover
-from hemline.collide.cover.cover import DEEPEST, GAP, REACH
+from hemline.collide.cover.cover import DEEPEST, GAP, REACH, STEPS, across
 from hemline.collide.cover.cover_kernels import cover_points
+from hemline.meshes import ClosestTree
 from hemline.playback.player import Player
 
 
@@ -25,21 +26,28 @@ def single(points) -> tuple[np.ndarray, ...]:
     """One triangle in the plane z = 0 over all the points."""
     points = np.asarray(points, np.float32)
     vertices = np.array([[0, 0, 0], [0.03, 0, 0], [0, 0.03, 0]], np.float32)
-    which = np.arange(len(points), dtype=np.int32)
-    return np.array([0, len(points)], np.int32), which, np.array([[0, 1, 2]], np.int32), points, vertices
+    corners, which = np.array([[0, 1, 2]], np.int32), np.arange(len(points), dtype=np.int32)
+    return which, np.zeros(len(points), np.int32), corners, across(corners), points, vertices
 
 
 def covered(points, sweeps: int = 1) -> tuple[np.ndarray, int]:
-    starts, which, corners, skin, vertices = single(points)
-    moved = cover_points(starts, which, corners, skin, np.float32(GAP), np.float32(DEEPEST), sweeps, vertices)
+    *model, skin, vertices = single(points)
+    moved = cover_points(*model, skin, np.float32(GAP), np.float32(DEEPEST), STEPS, sweeps, vertices)
     return vertices, moved
 
 
+def strip(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """A grid of 12 by 12 vertices, 2 cm apart, a little uneven, and its triangles."""
+    random = np.random.default_rng(seed)
+    wide, long = np.meshgrid(np.arange(12), np.arange(12), indexing="ij")
+    vertices = np.stack([0.02 * wide, 0.02 * long, random.uniform(-0.002, 0.002, (12, 12))], axis=-1)
+    first = (12 * wide + long)[:-1, :-1].reshape(-1, 1)
+    corners = np.concatenate([first + [0, 12, 13], first + [0, 13, 1]]).astype(np.int32)
+    return vertices.reshape(-1, 3).astype(np.float32), corners
+
+
 def test_a_triangle_moves_out_until_the_point_is_a_gap_behind_it():
-    point = [0.008, 0.01, 0.004]
-    vertices, moved = covered([point])
-    normal = np.cross(vertices[1] - vertices[0], vertices[2] - vertices[0])
-    normal /= np.linalg.norm(normal)
+    vertices, moved = covered([[0.008, 0.01, 0.004]])
     assert moved == 1
     # the triangle tilts: the place of the point in it moves by what was lacking along the old normal
     first = 1 - 0.008 / 0.03 - 0.01 / 0.03
@@ -53,20 +61,27 @@ def test_a_triangle_moves_out_until_the_point_is_a_gap_behind_it():
     [
         [0.008, 0.01, -GAP - 1e-4],  # behind it already
         [0.008, 0.01, DEEPEST],  # too far in front: not its own
-        [0.02, 0.02, 0.004],  # beside it
+        [0.02, 0.02, 0.004],  # beside it, beyond the rim
     ],
 )
 def test_what_it_does_not_cover_moves_nothing(point):
     vertices, moved = covered([point])
     assert moved == 0
-    np.testing.assert_array_equal(vertices, single([point])[4])
+    np.testing.assert_array_equal(vertices, single([point])[-1])
+
+
+def test_a_triangle_without_area_covers_nothing():
+    *model, skin, vertices = single([[0.0, 0.0, 0.001]])
+    vertices[:] = vertices[0]
+    assert cover_points(*model, skin, np.float32(GAP), np.float32(DEEPEST), STEPS, 2, vertices) == 0
+    assert np.isfinite(vertices).all()
 
 
 def test_the_kernel_equals_plain_numpy():
     random = np.random.default_rng(0)
     points = np.column_stack([random.uniform(0, 0.02, (40, 2)), random.uniform(-0.004, 0.006, 40)])
     found, moved = covered(points, sweeps=3)
-    plain, count = single(points)[4].astype(np.float64), 0
+    plain, count = single(points)[-1].astype(np.float64), 0
     for _ in range(3):
         for point in points.astype(np.float32).astype(np.float64):
             edges = plain[1:] - plain[0]
@@ -82,36 +97,60 @@ def test_the_kernel_equals_plain_numpy():
     assert abs(moved - count) <= 2 and count > 5
 
 
-def test_triangles_that_nothing_moved_are_rightly_left_out():
-    """A strip of triangles, of which a few are moved in the first sweep: as when all are looked at in each."""
+def test_triangles_across_edges_are_each_other_s_neighbours():
+    _, corners = strip(0)
+    beyond = across(corners)
+    inner = 3 * len(corners) - 4 * 11  # all but the rim
+    assert (beyond >= 0).sum() == inner
+    for face, corner in np.argwhere(beyond >= 0):
+        shared = np.delete(corners[face], corner)
+        assert np.isin(shared, corners[beyond[face, corner]]).all() and beyond[face, corner] != face
+        assert face in beyond[beyond[face, corner]]
+
+
+def test_wherever_cloth_has_slipped_to_the_triangle_over_a_point_is_found():
+    """From a triangle 3 or 4 cm away, as from the right one at once."""
+    vertices, corners = strip(0)
+    vertices[:, 2] = 0
+    random, middles = np.random.default_rng(0), vertices[corners].mean(axis=1)
+    skin = np.column_stack([random.uniform(0.06, 0.16, (20, 2)), random.uniform(0, 0.006, 20)]).astype(np.float32)
+    right = ClosestTree(vertices.astype(np.float64), corners).closest(skin).faces
+    slipped = np.linalg.norm(middles[:, None] - (middles[right] + [0.03, 0.02, 0]), axis=2).argmin(axis=0)
+    assert (np.linalg.norm(middles[slipped] - middles[right], axis=1) > 0.025).all()
+    for point in range(20):
+        results = [vertices.copy(), vertices.copy()]
+        for over, moving in zip((right, slipped), results, strict=True):
+            model = np.zeros(1, np.int32), over[point : point + 1].astype(np.int32), corners, across(corners)
+            lengths = np.float32(GAP), np.float32(DEEPEST), STEPS, 1
+            assert cover_points(*model, skin[point : point + 1], *lengths, moving) == 1
+        np.testing.assert_array_equal(*results)
+
+
+def test_points_that_nothing_moved_are_rightly_left_out():
+    """A grid of which a few triangles are moved in the first sweep: as when all points are looked at in each."""
     random = np.random.default_rng(1)
-    across, along = np.meshgrid(np.arange(12), np.arange(12), indexing="ij")
-    vertices = np.stack([0.02 * across, 0.02 * along, random.uniform(-0.002, 0.002, (12, 12))], axis=-1)
-    vertices = vertices.reshape(-1, 3).astype(np.float32)
-    first = (12 * across + along)[:-1, :-1].reshape(-1, 1)
-    corners = np.concatenate([first + [0, 12, 13], first + [0, 13, 1]]).astype(np.int32)
+    vertices, corners = strip(1)
     skin = np.column_stack([random.uniform(0, 0.22, (300, 2)), random.uniform(-0.01, 0.002, 300)]).astype(np.float32)
-    starts = np.arange(0, 300 * len(corners) + 1, 300, dtype=np.int32)
-    points = np.tile(np.arange(300, dtype=np.int32), len(corners))
-    lengths = np.float32(GAP), np.float32(DEEPEST)
+    over = ClosestTree(vertices.astype(np.float64), corners).closest(skin).faces.astype(np.int32)
+    model = np.arange(300, dtype=np.int32), over, corners, across(corners)
+    lengths = np.float32(GAP), np.float32(DEEPEST), STEPS
     twice, once, moves = vertices.copy(), vertices.copy(), 0
-    moved = cover_points(starts, points, corners, skin, *lengths, 2, twice)
+    moved = cover_points(*model, skin, *lengths, 2, twice)
     for _ in range(2):
-        moves += cover_points(starts, points, corners, skin, *lengths, 1, once)
-    np.testing.assert_array_equal(twice, once)
-    assert moved == moves > 50
+        moves += cover_points(*model, skin, *lengths, 1, once)
+    np.testing.assert_allclose(twice, once, atol=1e-6)
+    assert abs(moved - moves) <= 1 and moved > 50
 
 
-def test_pairs_are_near_at_rest_and_face_the_same_way():
+def test_what_is_covered_is_near_at_rest_and_faces_the_same_way():
     shaped, shirt, cover = worn()
-    triangles = np.repeat(np.arange(len(cover.corners)), np.diff(cover.starts))
-    middles = shirt.vertices[cover.corners].mean(axis=1)[triangles]
-    assert np.linalg.norm(middles - shaped.vertices[cover.points], axis=1).max() <= REACH + 1e-6
-    corners = shirt.vertices[cover.corners]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[triangles]
+    corners = shirt.vertices[cover.corners[cover.over]].astype(np.float64)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (np.einsum("px,px->p", normals, shaped.normals[cover.points]) > 0).all()
+    nearest = np.linalg.norm(corners - shaped.vertices[cover.points][:, None], axis=2).min(axis=1)
+    assert nearest.max() < 2 * REACH and len(cover.points) > 1000
     hanging = garments.load("cape-light")
-    assert len(Cover.prepare(shaped, hanging.vertices, hanging.faces).corners) < 0.3 * len(hanging.faces)
+    assert len(Cover.prepare(shaped, hanging.vertices, hanging.faces).points) < len(cover.points)
 
 
 def test_skin_that_looks_out_is_covered_by_another_count():

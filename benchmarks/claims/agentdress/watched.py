@@ -2,7 +2,8 @@
 
 MODEL is a file or the name of a shipped model, a CLIP a shipped one or a recording. Each clip is played on bodies of
 several shapes: the mean one, and random ones of four betas. Of each clip and shape the figures of `hemline evaluate`
-are kept, and the frame whose edges are stretched most; of these the worst are drawn from both sides into FOLDER.
+are kept in FOLDER, and the frame whose edges are stretched most, drawn from both sides. A command that is run again
+goes on; another model or another commit wants another folder.
 
 One JSON line goes to benchmarks/results/agentdress_watched.jsonl; the page docs/agentdress/watched-GARMENT.md and the
 picture of its worst frames are made anew.
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 from watched_page import write_page
 
 import hemline
@@ -27,6 +29,7 @@ from hemline.playback import Frame, evaluate
 from hemline.sim import random_shapes
 
 ROOT = Path(__file__).parents[3]
+ROWS = "rows.jsonl"
 RESULTS = ROOT / "benchmarks" / "results" / "agentdress_watched.jsonl"
 SIZE = (360, 480)
 VIEWS = ("three_quarter", "back_three_quarter")
@@ -34,9 +37,6 @@ BETAS = 4
 """Of a random body, so many betas are drawn; the paper has as many."""
 SHOWN = 4
 """Frames on the page."""
-
-Worst = tuple[float, str, int, int, Frame]
-"""Stretch of a frame, its clip, shape and number, and the frame itself."""
 
 
 def shapes(body: hemline.bodies.Body, count: int, seed: int) -> list[np.ndarray]:
@@ -90,40 +90,51 @@ def drawn(model: AnimatorAgentDress, frame: Frame) -> np.ndarray:
     return pictures.side_by_side([pictures.picture_of(meshes, view, size=SIZE) for view in VIEWS])
 
 
+def kept_rows(folder: Path) -> dict[tuple[str, int], dict[str, Any]]:
+    """What a folder holds already, by clip and shape."""
+    file = folder / ROWS
+    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    return {(row["clip"], row["shape"]): row for row in rows}
+
+
 def main() -> None:
     """Play, measure, draw, record."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("model", help="a model file, or the name of a shipped model")
     parser.add_argument("clips", nargs="+", help="shipped clips, or recordings")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="where the pictures of the worst frames go")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="rows, and pictures of the worst frames")
     parser.add_argument("--shapes", type=int, default=8, help="bodies, the mean one first")
     parser.add_argument("--seconds", type=float, default=3.0, help="how much of each clip")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--worst", type=int, default=10, help="how many pictures")
     asked = parser.parse_args()
     use_threads(1)
     model = hemline.load(asked.model)
     assert isinstance(model, AnimatorAgentDress)
-    body, rows, worst = hemline.bodies.load(model.body_name), [], []
+    body = hemline.bodies.load(model.body_name)
     bodies = [body.shaped(each) for each in shapes(body, asked.shapes, asked.seed)]
+    asked.output.mkdir(parents=True, exist_ok=True)
+    found = kept_rows(asked.output)
     for name in asked.clips:
-        motion = hemline.motions.open_motion(name)
+        clip, motion = Path(name).stem, hemline.motions.open_motion(name)
         first, last = hemline.motions.longest_clean(motion)
         motion = motion[first:last]
         motion = motion[: max(2, round(asked.seconds * motion.fps))]
         for number, shaped in enumerate(bodies):
+            if (clip, number) in found:
+                continue
             figures, (stretch, index, frame) = watched(model, shaped, motion)
-            rows.append(row_of(Path(name).stem, number, figures))
-            worst = sorted([*worst, (stretch, Path(name).stem, number, index, frame)], key=lambda each: -each[0])
-            worst = worst[: asked.worst]
-            told = "  ".join(f"{k} {v:.3g}" for k, v in rows[-1].items() if isinstance(v, float))
-            print(f"{Path(name).stem:<12} {number}  {told}", flush=True)
-    asked.output.mkdir(parents=True, exist_ok=True)
-    shown = []
-    for rank, (stretch, clip, number, index, frame) in enumerate(worst, 1):
-        picture = drawn(model, frame)
-        pictures.write_png(asked.output / f"{rank:02d}-{clip}-{number}-{index}.png", picture)
-        shown.append(pictures.captioned(picture, f"{clip}, body {number}, frame {index}: p99 {stretch:.0f} %"))
+            picture = pictures.captioned(
+                drawn(model, frame), f"{clip}, body {number}, frame {index}: p99 {stretch:.0f} %"
+            )
+            pictures.write_png(asked.output / f"{clip}-{number}.png", picture)
+            row = row_of(clip, number, figures) | {"stretch_worst": stretch}
+            with (asked.output / ROWS).open("a") as stream:
+                stream.write(json.dumps(row) + "\n")
+            found[clip, number] = row
+            told = "  ".join(f"{k} {v:.3g}" for k, v in row.items() if isinstance(v, float))
+            print(f"{clip:<12} {number}  {told}", flush=True)
+    rows = [found[Path(name).stem, number] for name in asked.clips for number in range(len(bodies))]
+    worst = sorted(rows, key=lambda each: -each["stretch_worst"])
     row = {
         "garment": model.garment.name,
         "shapes": [[round(float(beta), 2) for beta in each.betas[:BETAS]] for each in bodies],
@@ -133,7 +144,8 @@ def main() -> None:
         "commit": commit(),
     }
     pages = ROOT / "docs" / "agentdress"
-    pictures.write_png(pages / f"watched-{model.garment.name}.png", np.concatenate(shown[:SHOWN], axis=0))
+    shown = [np.asarray(Image.open(asked.output / f"{each['clip']}-{each['shape']}.png")) for each in worst[:SHOWN]]
+    pictures.write_png(pages / f"watched-{model.garment.name}.png", np.concatenate(shown, axis=0))
     print(write_page(row, pages))
     with RESULTS.open("a") as stream:
         stream.write(json.dumps(row) + "\n")

@@ -27,6 +27,9 @@ class Arguments:
     """Shape of the body."""
     clamp_betas: bool = False
     """Move them into the range in which the model is believed, see the warning that it gives without."""
+    shapes: str | None = None
+    """A model of the same garment that knows what shapes do (--animator agentdress): MODEL swings on the body of its
+    fit, and this one puts the garment on the other shape."""
     body: str | None = None
     """Another body of the same topology; left out: the model's."""
     fps: float = 30.0
@@ -54,6 +57,8 @@ class Arguments:
 def run(arguments: Arguments) -> int:
     """Play and write."""
     from hemline import motions
+    from hemline.animators import load
+    from hemline.animators.redressed import AnimatorRedressed
     from hemline.playback import Frame, level_of, play, record
 
     from .model import open_model, say_relatives, warn_new_poses
@@ -65,6 +70,8 @@ def run(arguments: Arguments) -> int:
         arguments.model, arguments.garment, arguments.body, arguments.betas, clamp=arguments.clamp_betas
     )
     say_relatives(animator)
+    if arguments.shapes is not None:
+        animator = AnimatorRedressed(animator, load(arguments.shapes))
     garment = level_of(animator, arguments.detail).garment
     if arguments.explain:
         for line in motion.notes:

@@ -28,7 +28,7 @@ class Relatives:
     @classmethod
     def of_garments(cls, proxies: Sequence[Garment]) -> Self:
         """Those of some proxies."""
-        found = [Descriptor.of(each.vertices, each.faces, size=SIZE).eigenvalues for each in proxies]
+        found = [_described(each) for each in proxies]
         return cls([each.name for each in proxies], np.array(found, np.float32).reshape(-1, SIZE))
 
     def joined(self, more: "Relatives") -> Self:
@@ -42,7 +42,7 @@ class Relatives:
         """
         if len(self.names) < 2:
             return []
-        own = Descriptor.of(proxy.vertices, proxy.faces, size=SIZE).eigenvalues.astype(np.float64)
+        own = _described(proxy).astype(np.float64)
         apart = np.linalg.norm(self.eigenvalues - own, axis=1) / self._spacing
         return [(self.names[i], float(apart[i])) for i in np.argsort(apart, kind="stable")[:NEAREST]]
 
@@ -65,3 +65,8 @@ class Relatives:
         if not all(isinstance(name, str) for name in names):
             raise BadModel("garments of the fit are named by text", repr(names)[:60], AGAIN)
         return cls(names, array_of(arrays, "known", "float32", (len(names), SIZE)))
+
+
+def _described(proxy: Garment) -> Float[np.ndarray, " descriptor"]:
+    """Eigenvalues of a proxy; a small one has fewer points, and zeros fill up."""
+    return Descriptor.of(proxy.vertices, proxy.faces, size=min(SIZE, len(proxy.vertices))).padded_to(SIZE)

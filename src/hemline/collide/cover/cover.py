@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from hemline.arrays import BodyVertices, Faces, Int, Vertices
-from hemline.meshes import face_normals
+from hemline.meshes import ClosestTree, face_normals
 
 from .cover_kernels import cover_points
 
 if TYPE_CHECKING:
     from hemline.bodies.body import ShapedBody
 
-REACH = 0.025
-"""A triangle may cover vertices of the body whose distance from its middle is at most this at rest [m]."""
-SLIP = 0.004
-"""And which are beside it by no more than this: so far the cloth may slip along the skin [m]."""
-GAP = 0.0015
+REACH = 0.02
+"""Skin is covered where cloth is no farther away than this at rest [m]."""
+GAP = 0.001
 """How far behind the cloth covered vertices are [m]."""
-DEEPEST = 0.02
+DEEPEST = 0.012
 """A vertex that is farther in front of a triangle is not covered by it, but elsewhere [m]."""
+STEPS = 8
+"""Triangles that are tried, from the one over a vertex at rest on: so far the cloth may slip along the skin."""
 SWEEPS = 2
 FACING = 0.3
 """Least cosine between the normals of cloth and skin."""
@@ -28,43 +28,36 @@ FACING = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """Which triangles of a garment may cover which vertices of the body: those near to each other at rest.
+    """Which vertices of a body a garment covers closely at rest, and how to find the triangle over each in a frame.
 
     Attributes:
-        corners: The triangles that may cover something, int32.
-        starts: Where the vertices of the body of each of them begin, and their number, int32.
         points: Vertices of the body, int32.
+        over: The triangle that is over each at rest, int32.
+        corners: Triangles of the garment, int32.
+        beyond: The triangle across the edge opposite each corner, -1 on a rim, int32.
     """
 
-    corners: Int[np.ndarray, "covering 3"]
-    starts: Int[np.ndarray, " _starts"]
-    points: Int[np.ndarray, " pairs"]
+    points: Int[np.ndarray, " points"]
+    over: Int[np.ndarray, " points"]
+    corners: Int[np.ndarray, "faces 3"]
+    beyond: Int[np.ndarray, "faces 3"]
 
     @classmethod
     def prepare(cls, shaped: "ShapedBody", vertices: Vertices, faces: Faces) -> Self:
-        """Find the pairs.
+        """Find them.
 
         Args:
             shaped: The body on which the garment lies so.
             vertices: The garment at rest, in the rest pose of the body [m].
             faces: Its triangles.
         """
-        from scipy.spatial import KDTree
-
-        corners = vertices[faces].astype(np.float64)
-        middles, normals = corners.mean(axis=1), face_normals(vertices.astype(np.float64), faces)
-        near = KDTree(shaped.vertices).query_ball_point(middles, REACH)
-        counts = np.array([len(each) for each in near])
-        face, point = np.repeat(np.arange(len(faces)), counts), np.concatenate([np.empty(0, int), *near]).astype(int)
-        away = shaped.vertices[point] - middles[face]
-        beside = np.linalg.norm(away - np.einsum("pi,pi->p", away, normals[face])[:, None] * normals[face], axis=1)
-        radii = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
-        facing = np.einsum("pi,pi->p", shaped.normals[point], normals[face])
-        kept = (facing > FACING) & (beside < radii[face] + SLIP)
-        covering, counts = np.unique(face[kept], return_counts=True)
-        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        points = point[kept].astype(np.int32)
-        return cls(np.ascontiguousarray(faces[covering], np.int32), starts, points)
+        worn = np.asarray(vertices, np.float64)
+        closest = ClosestTree(worn, faces).closest(shaped.vertices)
+        facing = np.einsum("pi,pi->p", face_normals(worn, faces)[closest.faces], shaped.normals) > FACING
+        points = np.flatnonzero(facing & (closest.distances < REACH))
+        points = points[np.argsort(closest.faces[points], kind="stable")]
+        over = closest.faces[points].astype(np.int32)
+        return cls(points.astype(np.int32), over, np.ascontiguousarray(faces, np.int32), across(faces))
 
     def step(self, skin: BodyVertices, vertices: Vertices) -> Vertices:
         """The garment with its triangles over the skin that they cover.
@@ -73,7 +66,22 @@ class Cover:
             skin: The body now [m].
             vertices: The garment [m]; it is not changed.
         """
-        result = np.array(vertices, np.float32)
-        lengths = np.float32(GAP), np.float32(DEEPEST)
-        cover_points(self.starts, self.points, self.corners, skin, *lengths, SWEEPS, result)
+        result, lengths = np.array(vertices, np.float32), (np.float32(GAP), np.float32(DEEPEST))
+        cover_points(self.points, self.over, self.corners, self.beyond, skin, *lengths, STEPS, SWEEPS, result)
         return result
+
+
+def across(faces: Faces) -> Int[np.ndarray, "faces 3"]:
+    """The triangle across the edge opposite each corner, -1 where there is none, int32.
+
+    Args:
+        faces: Triangles; each directed edge is in one at most.
+    """
+    rows = np.asarray(faces, np.int64)
+    starts, ends = np.roll(rows, -1, axis=1).ravel(), np.roll(rows, -2, axis=1).ravel()
+    count = int(rows.max(initial=0)) + 1
+    names, wanted = starts * count + ends, ends * count + starts
+    order = np.argsort(names)
+    place = np.minimum(np.searchsorted(names, wanted, sorter=order), len(names) - 1)
+    met = order[place] if len(names) else place
+    return np.where(names[met] == wanted, met // 3, -1).astype(np.int32).reshape(rows.shape)

@@ -36,6 +36,10 @@ class Descriptor:
         """How many of the eigenvalues are zeros that fill up."""
         return len(self.eigenvalues) - len(self.samples)
 
+    def padded_to(self, size: int) -> Float[np.ndarray, " size"]:
+        """The eigenvalues with zeros up to a size [1], float32."""
+        return np.pad(self.eigenvalues, (0, max(0, size - len(self.eigenvalues))))
+
     @classmethod
     def of(
         cls,

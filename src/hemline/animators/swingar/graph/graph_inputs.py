@@ -35,7 +35,7 @@ def garment_inputs(proxy: ProxyOnBody, descriptor: int) -> GarmentSample:
         Graph.of(garment.faces, len(rest)),
         garment.faces,
         features,
-        Descriptor.of(garment.vertices, garment.faces, size=descriptor).eigenvalues,
+        Descriptor.of(garment.vertices, garment.faces, size=min(descriptor, len(rest))).padded_to(descriptor),
         np.log(np.maximum(proxy.skin.dense(), LEAST)).astype(np.float32),
         _masses(proxy),
     )

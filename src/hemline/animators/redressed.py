@@ -1,0 +1,159 @@
+"""A garment that one animator moves on the body of its fit, put on other shapes by one that knows what shapes do."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hemline import bodies
+from hemline.arrays import Float, Int, Vertices
+from hemline.bodies.body import PosedBody, ShapedBody
+from hemline.errors import BadInput
+from hemline.garments.garment import Garment
+from hemline.meshes import ClosestTree
+from hemline.motions.motion import Pose
+
+from .base import Animator, Redressing
+
+FARTHEST = 0.02
+"""Two meshes of one garment are nowhere farther apart, as they were made [m]."""
+
+
+@dataclass(frozen=True)
+class RedressedState:
+    """All that moves."""
+
+    moving: Any
+    """Of the animator on the body of the fit."""
+    shapes: Any
+    """Of the one that knows shapes, on the body that is shown."""
+
+
+@dataclass(frozen=True, eq=False)
+class AnimatorRedressed:
+    """Two animators in one: the first swings on the mean body, the second adds what the shape of the body changes.
+
+    The body of the fit goes where the body does, its way as long as its legs are. The second may be of a coarser mesh
+    of the garment: what the shape changes is smooth.
+
+    Attributes:
+        moving: Fitted on one shape: rope chains, say.
+        shapes: Fitted to the same garment on many: `hemline fit --animator agentdress`.
+
+    Raises:
+        BadInput: The second does not know shapes, or they are of two garments or two bodies.
+
+    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
+        Eq. 4. Differs: the clothing pose model is an animator with a memory; the paper leaves loose garments out.
+    """
+
+    moving: Animator
+    shapes: Animator
+    name = "redressed"
+
+    def __post_init__(self) -> None:
+        """Refuse what does not fit together."""
+        if not isinstance(self.shapes, Redressing):
+            raise BadInput(
+                "what a body's shape does to a garment is known to models of settled garments",
+                f"animator '{self.shapes.name}'",
+                "fit one with 'hemline fit --animator agentdress'",
+            )
+        one, other = self.moving, self.shapes
+        apart = [_Places.on(a, b).farthest for a, b in ((one.garment, other.garment), (other.garment, one.garment))]
+        if max(apart) > FARTHEST or one.body_hash != other.body_hash:
+            got = f"'{one.garment.name}' on {one.body_name} and '{other.garment.name}' on {other.body_name}"
+            raise BadInput("the two animators must be of one garment on the same body", got, "fit both to one garment")
+
+    @property
+    def garment(self) -> Garment:
+        """The garment of both."""
+        return self.moving.garment
+
+    @property
+    def body_name(self) -> str:
+        """Name of the body of both."""
+        return self.moving.body_name
+
+    @property
+    def body_hash(self) -> str:
+        """Hash of that body."""
+        return self.moving.body_hash
+
+    @property
+    def figures(self) -> Mapping[str, float]:
+        """Those of both fits, `shapes_` before those of the second."""
+        return dict(self.moving.figures) | {f"shapes_{name}": value for name, value in self.shapes.figures.items()}
+
+    def start(self, posed: PosedBody) -> RedressedState:
+        """At rest on a body of any shape, in its first pose; raises BadInput for another body."""
+        return RedressedState(self.moving.start(self._nominal(posed)), self.shapes.start(posed))
+
+    def step(self, state: RedressedState, posed: PosedBody, dt: float) -> tuple[RedressedState, Vertices]:
+        """Advance to a pose.
+
+        Args:
+            state: The State before; it is not changed.
+            posed: The body now.
+            dt: Time since the State [s].
+
+        Returns:
+            The State after, and the vertices in the world (verts, 3) [m].
+        """
+        nominal = self._nominal(posed)
+        moving, worn = self.moving.step(state.moving, nominal, dt)
+        assert isinstance(self.shapes, Redressing)
+        if self._places is None:
+            shapes, vertices = self.shapes.redress(state.shapes, posed, dt, worn, nominal)
+            return RedressedState(moving, shapes), vertices
+        down, up = self._places
+        fewer = down.of(worn)
+        shapes, there = self.shapes.redress(state.shapes, posed, dt, fewer, nominal)
+        return RedressedState(moving, shapes), worn + up.of(there - fewer)
+
+    def save(self, path: str | Path) -> None:
+        """Refused: what it is made of are two model files.
+
+        Raises:
+            BadInput: Always.
+        """
+        raise BadInput("two animators are saved one by one", f"'{path}' for both", "save `moving` and `shapes`")
+
+    def _nominal(self, posed: PosedBody) -> PosedBody:
+        """The body of the fit in the same pose."""
+        scale = np.float32(self._fitted.leg_length / posed.shaped.leg_length)
+        return self._fitted.posed(Pose(posed.pose.rotations, posed.pose.translation * scale))
+
+    @cached_property
+    def _places(self) -> "tuple[_Places, _Places] | None":
+        """Vertices of the second mesh on the first, and the other way; None where they are one mesh."""
+        one, other = self.moving.garment, self.shapes.garment
+        if np.array_equal(one.faces, other.faces):
+            return None
+        return _Places.on(one, other), _Places.on(other, one)
+
+    @cached_property
+    def _fitted(self) -> ShapedBody:
+        return bodies.load(self.body_name).shaped(self.garment.body_betas)
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Places on a mesh: corners and weights of each, and how far the farthest is from what it stands for [m]."""
+
+    corners: Int[np.ndarray, "places 3"]
+    weights: Float[np.ndarray, "places 3"]
+    farthest: float
+
+    @classmethod
+    def on(cls, garment: Garment, other: Garment) -> "_Places":
+        """The places on one garment that are nearest to the vertices of another, as they were made."""
+        found = ClosestTree(garment.vertices.astype(np.float64), garment.faces).closest(other.vertices)
+        return cls(garment.faces[found.faces], found.weights.astype(np.float32), float(found.distances.max()))
+
+    def of(self, values: Vertices) -> Vertices:
+        """Values of vertices, there."""
+        return np.einsum("pc,pcx->px", self.weights, values[self.corners])
