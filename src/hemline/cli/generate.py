@@ -75,7 +75,7 @@ def _start(words: Sequence[str]) -> Any:
     """The measures that the design begins with: those of a seed, or plain ones of that kind."""
     from hemline.garments.generate import KINDS, Measures, plain_design, random_design
 
-    kind = next((each for word in words for each in KINDS if each == word), None)
+    kind: Any = next((each for word in words for each in KINDS if each == word), None)
     if kind is None:
         return Measures()
     seed = next((words[at + 1] for at, word in enumerate(words[:-1]) if word == "--seed"), "")

@@ -36,6 +36,7 @@ def cover_points(points, over, corners, beyond, skin, gap, deepest, steps, sweep
                 continue
             seen[i] = clock
             p, found = _index(points[i]), False
+            ax = ay = az = px = py = pz = square = first = second = third = vertices_out[a, 0]
             for _step in range(steps):
                 a, b, c = _index(corners[t, 0]), _index(corners[t, 1]), _index(corners[t, 2])
                 x, y, z = vertices_out[a, 0], vertices_out[a, 1], vertices_out[a, 2]

@@ -1,7 +1,7 @@
 """What the network reads: the point, as the pelvis or all bones see it, and shape and pose."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
@@ -78,8 +78,13 @@ class PointInputs:
         return features, derivatives
 
 
-def start(kind: Inputs, features: Float[np.ndarray, "... inputs"]) -> Float[np.ndarray, "..."] | float:
-    """What the network adds to: the soft distance to the capsules [m], or nothing; of features or their derivatives."""
+def start(kind: Inputs, features: Any) -> Any:
+    """What the network adds to: the soft distance to the capsules [m], or nothing; of features or their derivatives.
+
+    Args:
+        kind: What the network is given.
+        features: (..., inputs), of NumPy or of torch.
+    """
     return features[..., NEAREST] / LOCAL if kind == "bones" else 0.0
 
 

@@ -38,8 +38,12 @@ def make(asked: argparse.Namespace) -> None:
         held_out,
         config,
         checkpoint=asked.data / name,
-        progress=lambda done, total: sys.stderr.write(f"\repoch {done} of {total}"),
+        progress=_say,
     ).save(asked.out)
+
+
+def _say(done: int, total: int) -> None:
+    sys.stderr.write(f"\repoch {done} of {total}")
 
 
 def main() -> None:

@@ -103,7 +103,7 @@ def made(
     betas = np.clip(random.normal(0, 0.48 * largest, (count, len(body.shapedirs))), -largest, largest)
     betas, rotations, rows = betas.astype(np.float32), [], []
     for each in betas:
-        clip = clips[random.integers(len(clips))]
+        clip = clips[int(random.integers(len(clips)))]
         rotations.append(clip.rotations[random.integers(len(clip))])
         shaped = body.shaped(each)
         rows.append(around(shaped.posed(in_pelvis_frame(shaped, rotations[-1])), random))
