@@ -53,7 +53,7 @@ class Rest:
         """Error of every other frame, by way of carrying."""
         body, soft = self.shaped.body, soft_weights(self.vertices, self.shaped)
         near = ClosestTree(self.shaped.vertices, body.faces).closest(self.vertices)
-        nearest = body.faces[near.faces, near.barycentric.argmax(axis=1)]
+        nearest = body.faces[near.faces, near.weights.argmax(axis=1)]
         ways = {"skinned": (body.weight_indices[nearest], body.weights[nearest]), "skinned softly": tuple(soft)}
         found: dict[str, list[float]] = {name: [] for name in (*ways, "carried rigidly")}
         for frame in take.clip_frames[::EVERY]:
