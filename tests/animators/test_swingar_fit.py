@@ -45,9 +45,8 @@ def test_sides_share_neither_subject_nor_garment(folders):
 def test_it_learns_what_trails_on_garments_and_clips_never_seen(fitted):
     for name in ("train", "new_clip", "new_garment", "both_new"):
         assert fitted.figures[f"{name}_mm"] < 0.7 * fitted.figures[f"{name}_skinned_mm"], name
-    assert fitted.figures["garments"] == 3
     names = fitted.weights.relatives.names
-    assert set(names) < set(made.SMALL) and len(names) == 3
+    assert set(names) < set(made.SMALL) and len(names) == fitted.figures["garments"] >= 2
 
 
 def test_a_fit_that_was_killed_comes_to_the_same_bits(folders, fitted, tmp_path):
