@@ -10,7 +10,7 @@ from hemline.arrays import Float, Int, Nodes, Vertices
 from hemline.bodies.body import PosedBody
 from hemline.collide.primitives.proxy import BodyProxy
 from hemline.export import Capsules, SpringChains
-from hemline.motions.motion import JOINT_COUNT
+from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, PARENTS
 
 FRAME = 1 / 60
 """A spring bone's numbers are per frame; ours are for this one [s]."""
@@ -19,6 +19,7 @@ UPRIGHT = 0.5
 _SPEED = 1.0
 """Speed through the air at which its drag, which grows with the square, is taken [m/s]."""
 _THINNEST = 0.005
+_TRUNK = ("pelvis", "spine1", "spine2", "spine3")
 
 
 def spring_chains(ropes: Ropes, nodes: Nodes, capsules: Capsules) -> tuple[SpringChains, Capsules]:
@@ -59,13 +60,20 @@ def spring_chains(ropes: Ropes, nodes: Nodes, capsules: Capsules) -> tuple[Sprin
     chains = SpringChains(
         bones=bones,
         offsets=offsets,
-        joints=ropes.chains.chain_joints,
+        joints=np.array([_trunk(joint) for joint in ropes.chains.chain_joints.tolist()], np.int32),
         stiffness=(1 - UPRIGHT) * weight + near_root * lengths,
         gravity=np.full(len(bones), UPRIGHT * weight),
         drag=1 - np.exp(-rate * FRAME),
         radii=kept,
     )
     return chains, replace(capsules, radii=radii)
+
+
+def _trunk(joint: int) -> int:
+    """The joint itself, or the one of the trunk that it hangs on: a chain hangs down whether an arm does or not."""
+    while JOINT_NAMES[joint] not in _TRUNK:
+        joint = PARENTS[joint]
+    return joint
 
 
 def capsules_of(posed: PosedBody) -> Capsules:
@@ -84,38 +92,36 @@ def distances(capsules: Capsules, points: Nodes) -> Float[np.ndarray, "nodes cap
 
 
 def chain_weights(ropes: Ropes, vertices: Vertices) -> tuple[Int[np.ndarray, "verts 4"], Float[np.ndarray, "verts 4"]]:
-    """The bones that each vertex follows: two of the nearest chain, two of the nearer chain beside it.
+    """The bones that each vertex follows: those of the nearest chain, and of the nearer chain beside it.
 
     Between two chains a vertex is shared by its distances to them. Along a chain it follows the rope that it is beside,
-    and half-way to the next one both alike; at a chain's root it follows the joint that carries the chain.
+    and half-way to the next one both alike; from the middle of the first rope up more and more what carries the root.
 
     Args:
         ropes: The ropes.
         vertices: The garment as it was made, before it draped: there no fold is near another [m].
 
     Returns:
-        Bones (the 24 joints, then those of the chains) and weights.
+        Bones (the 24 joints, then those of the chains) and weights, the largest four.
     """
     chains, nodes = ropes.chains, ropes.embedded(vertices)
-    spans = list(pairwise(chains.offsets.tolist()))
-    beside = np.empty((len(spans), len(vertices)))
+    every = np.arange(len(vertices))
+    beside = np.empty((len(chains.offsets) - 1, len(vertices)))
     along = np.empty_like(beside)
-    for chain, (start, last) in enumerate(spans):
+    for chain, (start, last) in enumerate(pairwise(chains.offsets.tolist())):
         away, share = _beside(vertices, nodes[start : last - 1], nodes[start + 1 : last])
         rope = away.argmin(axis=1)
-        every = np.arange(len(vertices))
         beside[chain], along[chain] = away[every, rope], rope + share[every, rope]
     one = beside.argmin(axis=0)
     other = _nearer_neighbour(beside, one, _closed(ropes))
-    bones, weights = np.zeros((len(vertices), 4), np.int32), np.zeros((len(vertices), 4))
-    every = np.arange(len(vertices))
     near, far = beside[one, every], beside[other, every]
-    share_of_one = np.where(other == one, 1.0, far / np.maximum(near + far, 1e-12))
-    for column, (which, share) in enumerate(((one, share_of_one), (other, 1 - share_of_one))):
-        pair, parts = _two_bones(ropes, which, along[which, every])
-        bones[:, 2 * column : 2 * column + 2] = pair
-        weights[:, 2 * column : 2 * column + 2] = share[:, None] * parts
-    return _merged(bones, weights)
+    of_one = np.where(other == one, 1.0, far / np.maximum(near + far, 1e-12))
+    weights = np.zeros((len(vertices), JOINT_COUNT + len(nodes) - int(chains.offsets[0])))
+    for chain, share in ((one, of_one), (other, 1 - of_one)):
+        _add_weights(weights, ropes, chain, along[chain, every], share)
+    bones = np.argsort(-weights, axis=1, kind="stable")[:, :4]
+    largest = np.take_along_axis(weights, bones, axis=1)
+    return bones.astype(np.int32), largest / largest.sum(axis=1, keepdims=True)
 
 
 def _beside(
@@ -143,25 +149,13 @@ def _nearer_neighbour(beside: np.ndarray, one: np.ndarray, closed: bool) -> Int[
     return np.take_along_axis(sides, away.argmin(axis=0)[None], axis=0)[0]
 
 
-def _two_bones(ropes: Ropes, chain: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The bones of a chain that places along it follow, and their shares; `along` counts ropes from the root."""
-    chains, first = ropes.chains, int(ropes.chains.offsets[0])
-    start, ropes_in = chains.offsets[chain], np.diff(chains.offsets)[chain] - 1
-    middle = along - 0.5
-    upper = np.floor(middle).astype(np.int32)
-    share = middle - upper  # of the lower bone
-    share = np.where(upper < 0, 2 * along, share)
-    lower = np.minimum(upper + 1, ropes_in - 1)
-    joint = np.asarray(chains.chain_joints)[chain]
-    bone = np.stack([np.where(upper < 0, joint, JOINT_COUNT + start - first + upper), JOINT_COUNT + start - first + lower])
-    return bone.T, np.stack([1 - share, share], axis=1)
-
-
-def _merged(bones: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same with the weights of a bone that is named twice in one place."""
-    for later in range(1, bones.shape[1]):
-        for earlier in range(later):
-            same = bones[:, later] == bones[:, earlier]
-            weights[same, earlier] += weights[same, later]
-            weights[same, later] = 0.0
-    return bones, weights / weights.sum(axis=1, keepdims=True)
+def _add_weights(weights: np.ndarray, ropes: Ropes, chain: np.ndarray, along: np.ndarray, share: np.ndarray) -> None:
+    """Add what vertices beside a chain follow; `along` counts ropes from its root, `share` is what there is to give."""
+    offsets, every = ropes.chains.offsets, np.arange(len(chain))
+    first, last = offsets[chain] - offsets[0], offsets[chain + 1] - offsets[0] - 2
+    upper = np.floor(along - 0.5).astype(int)
+    lower = np.where(upper < 0, 2 * along, along - 0.5 - upper) * share
+    top = np.where(upper < 0, share - lower, 0.0)
+    weights[:, :JOINT_COUNT] += top[:, None] * ropes.carriage.weights[len(ropes.kinematic) - len(offsets) + 1 + chain]
+    np.add.at(weights, (every, JOINT_COUNT + np.maximum(first + upper, first)), share - lower - top)
+    np.add.at(weights, (every, JOINT_COUNT + np.minimum(first + upper + 1, last)), lower)
