@@ -4,7 +4,6 @@ from .character import BoundMesh as BoundMesh
 from .character import Capsules as Capsules
 from .character import Character as Character
 from .character import SpringChains as SpringChains
-from .character import bound as bound
 from .clip import Clip as Clip
 from .clip import Part as Part
 from .clip import Skeleton as Skeleton
@@ -29,7 +28,6 @@ __all__ = [
     "Skeleton",
     "Skin",
     "SpringChains",
-    "bound",
     "check_bones",
     "check_character_path",
     "check_format",

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hemline.arrays import AnyFaces, AnyVertices, Float, Int, Joints, Points, Transforms
+from hemline.arrays import AnyFaces, AnyVertices, Float, Int, Joints, Points
 
 
 @dataclass(frozen=True)
@@ -99,9 +99,3 @@ class Character:
     chains: SpringChains
     capsules: Capsules
     notices: tuple[str, ...]
-
-
-def bound(bones: Points) -> Transforms:
-    """Binds of bones that are not turned at rest."""
-    turns = np.tile(np.eye(3), (len(bones), 1, 1))
-    return np.concatenate([turns, -np.asarray(bones, np.float64)[..., None]], axis=-1)

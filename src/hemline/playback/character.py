@@ -4,10 +4,10 @@ import numpy as np
 
 from hemline.animators import Animator
 from hemline.animators.ropes import AnimatorRopes
-from hemline.arrays import Vertices
+from hemline.arrays import AnyFaces, AnyVertices, Float, Int, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.errors import BadInput
-from hemline.export import BoundMesh, Character, bound
+from hemline.export import BoundMesh, Character
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
 
 from .player import Player
@@ -17,6 +17,8 @@ CLOTH, SKIN = (0.72, 0.23, 0.17), (0.70, 0.68, 0.66)
 _SETTLING = 4.0
 """Time that the garment gets to settle in the T-pose [s]."""
 _INFLUENCES = 4
+Weights = tuple[Int[np.ndarray, "_verts 4"], Float[np.ndarray, "_verts 4"]]
+"""Bones that each vertex follows, and by how much."""
 
 
 def character(animator: Animator, body: ShapedBody) -> Character:
@@ -36,17 +38,22 @@ def character(animator: Animator, body: ShapedBody) -> Character:
     vertices = _settled(animator, posed)
     ropes, capsules = animator.ropes, capsules_of(posed)
     chains, capsules = spring_chains(ropes, ropes.embedded(vertices), capsules)
-    bones, weights = chain_weights(ropes, animator.garment.vertices)
-    binds = bound(np.concatenate([posed.joints, chains.bones]))
-    cloth = BoundMesh(animator.garment.name, vertices, animator.garment.faces, CLOTH, bones, weights, binds)
+    garment = animator.garment
+    still = np.tile(np.eye(4)[:3], (len(chains.bones), 1, 1))
+    transforms, places = np.concatenate([posed.transforms, still]), np.concatenate([posed.joints, chains.bones])
+    made_on = body.body.shaped(garment.body_betas)
+    worn = chain_weights(ropes, garment, made_on)
+    skin = _largest(body.body.weight_indices, body.body.weights)
+    cloth = _bound(garment.name, vertices, garment.faces, CLOTH, worn, transforms, places)
+    flesh = _bound("body", posed.vertices, posed.faces, SKIN, skin, np.asarray(posed.transforms), posed.joints)
     licence = body.body.licence
     notices = tuple(dict.fromkeys(text for text in (licence, *animator.licences) if text))
     return Character(
-        name=animator.garment.name,
+        name=garment.name,
         joint_names=JOINT_NAMES,
         joints=posed.joints,
         parents=body.body.parents,
-        meshes=(cloth, _skin(posed)),
+        meshes=(cloth, flesh),
         chains=chains,
         capsules=capsules,
         notices=notices,
@@ -66,18 +73,31 @@ def _settled(animator: Animator, posed: PosedBody) -> Vertices:
     return frame.vertices
 
 
-def _skin(posed: PosedBody) -> BoundMesh:
-    r"""The skin on its largest four weights, at rest where all six put it.
+def _largest(bones: np.ndarray, weights: np.ndarray) -> Weights:
+    """Each vertex's largest four."""
+    order = np.argsort(-weights, axis=1, kind="stable")[:, :_INFLUENCES]
+    bones, weights = (np.take_along_axis(each, order, axis=1) for each in (bones, weights))
+    return bones, weights / weights.sum(axis=1, keepdims=True)
 
-    With skin transforms $A_j$ and joints $x_j$ of the T-pose the bind is $A_j$ moved by $-x_j$, so that a turned joint
-    blends what it blends in ours; vertices are $(\sum_j w_{ij} A_j)^{-1}$ of where they are in the T-pose.
+
+def _bound(
+    name: str,
+    vertices: AnyVertices,
+    faces: AnyFaces,
+    colour: tuple[float, float, float],
+    follows: Weights,
+    transforms: Float[np.ndarray, "bones 3 4"],
+    places: Float[np.ndarray, "bones 3"],
+) -> BoundMesh:
+    r"""A mesh whose bones blend what our skin blends.
+
+    With transforms $A_j$ from the body's own rest pose to the T-pose and bones at $x_j$, the bind is $A_j$ moved by
+    $-x_j$; the mesh is stored at $(\sum_j w_{ij} A_j)^{-1} v_i$, so that in the T-pose it is where it is.
     """
-    body, transforms = posed.shaped.body, np.asarray(posed.transforms, np.float64)
-    order = np.argsort(-body.weights, axis=1, kind="stable")[:, :_INFLUENCES]
-    bones, weights = (np.take_along_axis(each, order, axis=1) for each in (body.weight_indices, body.weights))
-    weights = weights / weights.sum(axis=1, keepdims=True)
+    bones, weights = follows
+    transforms = np.asarray(transforms, np.float64)
     blended = np.einsum("vi,virc->vrc", weights, transforms[bones])
-    rest = np.linalg.solve(blended[..., :3], (posed.vertices - blended[..., 3])[..., None])[..., 0]
+    rest = np.linalg.solve(blended[..., :3], (vertices - blended[..., 3])[..., None])[..., 0]
     binds = transforms.copy()
-    binds[..., 3] -= posed.joints
-    return BoundMesh("body", rest, body.faces, SKIN, bones, weights, binds)
+    binds[..., 3] -= places
+    return BoundMesh(name, rest, faces, colour, bones, weights, binds)

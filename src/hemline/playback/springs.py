@@ -5,11 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from hemline.animators.ropes import Ropes
-from hemline.arrays import Float, Int, Nodes, Vertices
-from hemline.bodies.body import PosedBody
+from hemline.animators.ropes import Carriage, Ropes
+from hemline.arrays import Float, Int, Nodes
+from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.collide.primitives.proxy import BodyProxy
 from hemline.export import Capsules, SpringChains
+from hemline.garments.garment import Garment
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, PARENTS
 
 FRAME = 1 / 60
@@ -91,19 +92,24 @@ def distances(capsules: Capsules, points: Nodes) -> Float[np.ndarray, "nodes cap
     return _beside(points, capsules.starts, capsules.ends)[0]
 
 
-def chain_weights(ropes: Ropes, vertices: Vertices) -> tuple[Int[np.ndarray, "verts 4"], Float[np.ndarray, "verts 4"]]:
+def chain_weights(
+    ropes: Ropes, garment: Garment, shaped: ShapedBody
+) -> tuple[Int[np.ndarray, "verts 4"], Float[np.ndarray, "verts 4"]]:
     """The bones that each vertex follows: those of the nearest chain, and of the nearer chain beside it.
 
     Between two chains a vertex is shared by its distances to them. Along a chain it follows the rope that it is beside,
-    and half-way to the next one both alike; from the middle of the first rope up more and more what carries the root.
+    and half-way to the next one both alike; along the first rope more and more, the higher the vertex, what the skin
+    under it follows. All is measured on the garment as it was made: before it drapes no fold is near another.
 
     Args:
         ropes: The ropes.
-        vertices: The garment as it was made, before it draped: there no fold is near another [m].
+        garment: Their garment.
+        shaped: The body that the garment was made on.
 
     Returns:
         Bones (the 24 joints, then those of the chains) and weights, the largest four.
     """
+    vertices = garment.vertices
     chains, nodes = ropes.chains, ropes.embedded(vertices)
     every = np.arange(len(vertices))
     beside = np.empty((len(chains.offsets) - 1, len(vertices)))
@@ -116,9 +122,12 @@ def chain_weights(ropes: Ropes, vertices: Vertices) -> tuple[Int[np.ndarray, "ve
     other = _nearer_neighbour(beside, one, _closed(ropes))
     near, far = beside[one, every], beside[other, every]
     of_one = np.where(other == one, 1.0, far / np.maximum(near + far, 1e-12))
+    ropes_down = of_one * along[one, every] + (1 - of_one) * along[other, every]
+    swinging = np.clip(ropes_down, 0.0, 1.0)
     weights = np.zeros((len(vertices), JOINT_COUNT + len(nodes) - int(chains.offsets[0])))
+    weights[:, :JOINT_COUNT] = (1 - swinging)[:, None] * Carriage.of(vertices, shaped).weights
     for chain, share in ((one, of_one), (other, 1 - of_one)):
-        _add_weights(weights, ropes, chain, along[chain, every], share)
+        _add_weights(weights, chains.offsets, chain, along[chain, every], share * swinging)
     bones = np.argsort(-weights, axis=1, kind="stable")[:, :4]
     largest = np.take_along_axis(weights, bones, axis=1)
     return bones.astype(np.int32), largest / largest.sum(axis=1, keepdims=True)
@@ -149,13 +158,15 @@ def _nearer_neighbour(beside: np.ndarray, one: np.ndarray, closed: bool) -> Int[
     return np.take_along_axis(sides, away.argmin(axis=0)[None], axis=0)[0]
 
 
-def _add_weights(weights: np.ndarray, ropes: Ropes, chain: np.ndarray, along: np.ndarray, share: np.ndarray) -> None:
-    """Add what vertices beside a chain follow; `along` counts ropes from its root, `share` is what there is to give."""
-    offsets, every = ropes.chains.offsets, np.arange(len(chain))
-    first, last = offsets[chain] - offsets[0], offsets[chain + 1] - offsets[0] - 2
-    upper = np.floor(along - 0.5).astype(int)
-    lower = np.where(upper < 0, 2 * along, along - 0.5 - upper) * share
-    top = np.where(upper < 0, share - lower, 0.0)
-    weights[:, :JOINT_COUNT] += top[:, None] * ropes.carriage.weights[len(ropes.kinematic) - len(offsets) + 1 + chain]
-    np.add.at(weights, (every, JOINT_COUNT + np.maximum(first + upper, first)), share - lower - top)
-    np.add.at(weights, (every, JOINT_COUNT + np.minimum(first + upper + 1, last)), lower)
+def _add_weights(
+    weights: np.ndarray, offsets: np.ndarray, chain: np.ndarray, along: np.ndarray, share: np.ndarray
+) -> None:
+    """Add the bones that vertices beside a chain follow; `along` counts ropes from its root, `share` is theirs."""
+    first, ropes_in = JOINT_COUNT + offsets[chain] - offsets[0], np.diff(offsets)[chain] - 1
+    middle = np.clip(along - 0.5, 0.0, ropes_in - 1)
+    upper = np.minimum(middle.astype(int), np.maximum(ropes_in - 2, 0))
+    lower = np.minimum(upper + 1, ropes_in - 1)
+    part = middle - upper
+    every = np.arange(len(chain))
+    np.add.at(weights, (every, first + upper), share * (1 - part))
+    np.add.at(weights, (every, first + lower), share * part)
