@@ -27,13 +27,14 @@ class Arguments:
 def run(arguments: Arguments) -> int:
     """Settle the garment in the T-pose, write."""
     from hemline.export import check_character_path, write_vrm
+    from hemline.animators import load
     from hemline.playback import character
 
-    from .model import open_model
+    from .model import body_of
 
     check_character_path(arguments.output)
-    animator, body = open_model(arguments.model, None, arguments.body, arguments.betas)
-    person = character(animator, body)
+    model = load(arguments.model)
+    person = character(model, body_of(model, arguments.body, arguments.betas))
     write_vrm(arguments.output, person)
     if not arguments.json:
         print(arguments.output)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.animators import Animator
+from hemline.animators import Animator, Wearable
 from hemline.animators.ropes import AnimatorRopes
 from hemline.arrays import AnyFaces, AnyVertices, Float, Int, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
@@ -21,7 +21,7 @@ Weights = tuple[Int[np.ndarray, "_verts 4"], Float[np.ndarray, "_verts 4"]]
 """Bones that each vertex follows, and by how much."""
 
 
-def character(animator: Animator, body: ShapedBody) -> Character:
+def character(animator: Animator | Wearable, body: ShapedBody) -> Character:
     """A body that stands in the T-pose, its garment settled, with the chains of the model as spring bones.
 
     Args:
@@ -32,17 +32,16 @@ def character(animator: Animator, body: ShapedBody) -> Character:
         BadInput: The model has no chains; or as `Player.prepare`.
     """
     if not isinstance(animator, AnimatorRopes):
-        what = f"spring bones are made of rope chains, which '{animator.garment.name}' does not have"
-        raise BadInput(what, f"a model of kind '{animator.name}'", "name one of kind 'ropes', such as cape or skirt")
+        cure = "name one of kind 'ropes', such as cape or skirt"
+        raise BadInput("spring bones are made of rope chains", f"a model of kind '{animator.name}'", cure)
     posed = _standing(body)
     vertices = _settled(animator, posed)
     ropes, capsules = animator.ropes, capsules_of(posed)
     chains, capsules = spring_chains(ropes, ropes.embedded(vertices), capsules)
     garment = animator.garment
-    still = np.tile(np.eye(4)[:3], (len(chains.bones), 1, 1))
-    transforms, places = np.concatenate([posed.transforms, still]), np.concatenate([posed.joints, chains.bones])
-    made_on = body.body.shaped(garment.body_betas)
-    worn = chain_weights(ropes, garment, made_on)
+    carried = posed.transforms[np.repeat(chains.joints, np.diff(chains.offsets))]
+    transforms, places = np.concatenate([posed.transforms, carried]), np.concatenate([posed.joints, chains.bones])
+    worn = chain_weights(ropes, garment.vertices)
     skin = _largest(body.body.weight_indices, body.body.weights)
     cloth = _bound(garment.name, vertices, garment.faces, CLOTH, worn, transforms, places)
     flesh = _bound("body", posed.vertices, posed.faces, SKIN, skin, np.asarray(posed.transforms), posed.joints)
@@ -91,7 +90,8 @@ def _bound(
 ) -> BoundMesh:
     r"""A mesh whose bones blend what our skin blends.
 
-    With transforms $A_j$ from the body's own rest pose to the T-pose and bones at $x_j$, the bind is $A_j$ moved by
+    With transforms $A_j$ from the body's own rest pose to the T-pose (a chain has that of the joint that carries it)
+    and bones at $x_j$, the bind is $A_j$ moved by
     $-x_j$; the mesh is stored at $(\sum_j w_{ij} A_j)^{-1} v_i$, so that in the T-pose it is where it is.
     """
     bones, weights = follows

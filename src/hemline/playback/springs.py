@@ -5,12 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from hemline.animators.ropes import Carriage, Ropes
-from hemline.arrays import Float, Int, Nodes
-from hemline.bodies.body import PosedBody, ShapedBody
+from hemline.animators.ropes import Ropes
+from hemline.arrays import Float, Int, Nodes, Vertices
+from hemline.bodies.body import PosedBody
 from hemline.collide.primitives.proxy import BodyProxy
 from hemline.export import Capsules, SpringChains
-from hemline.garments.garment import Garment
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, PARENTS
 
 FRAME = 1 / 60
@@ -92,24 +91,19 @@ def distances(capsules: Capsules, points: Nodes) -> Float[np.ndarray, "nodes cap
     return _beside(points, capsules.starts, capsules.ends)[0]
 
 
-def chain_weights(
-    ropes: Ropes, garment: Garment, shaped: ShapedBody
-) -> tuple[Int[np.ndarray, "verts 4"], Float[np.ndarray, "verts 4"]]:
+def chain_weights(ropes: Ropes, vertices: Vertices) -> tuple[Int[np.ndarray, "verts 4"], Float[np.ndarray, "verts 4"]]:
     """The bones that each vertex follows: those of the nearest chain, and of the nearer chain beside it.
 
     Between two chains a vertex is shared by its distances to them. Along a chain it follows the rope that it is beside,
-    and half-way to the next one both alike; along the first rope more and more, the higher the vertex, what the skin
-    under it follows. All is measured on the garment as it was made: before it drapes no fold is near another.
+    and half-way to the next one both alike; along the first rope more and more, the higher it is, what the root does.
 
     Args:
         ropes: The ropes.
-        garment: Their garment.
-        shaped: The body that the garment was made on.
+        vertices: The garment as it was made, before it draped: there no fold is near another [m].
 
     Returns:
         Bones (the 24 joints, then those of the chains) and weights, the largest four.
     """
-    vertices = garment.vertices
     chains, nodes = ropes.chains, ropes.embedded(vertices)
     every = np.arange(len(vertices))
     beside = np.empty((len(chains.offsets) - 1, len(vertices)))
@@ -122,11 +116,11 @@ def chain_weights(
     other = _nearer_neighbour(beside, one, _closed(ropes))
     near, far = beside[one, every], beside[other, every]
     of_one = np.where(other == one, 1.0, far / np.maximum(near + far, 1e-12))
-    ropes_down = of_one * along[one, every] + (1 - of_one) * along[other, every]
-    swinging = np.clip(ropes_down, 0.0, 1.0)
     weights = np.zeros((len(vertices), JOINT_COUNT + len(nodes) - int(chains.offsets[0])))
-    weights[:, :JOINT_COUNT] = (1 - swinging)[:, None] * Carriage.of(vertices, shaped).weights
+    roots = ropes.carriage.weights[-len(beside) :]
     for chain, share in ((one, of_one), (other, 1 - of_one)):
+        swinging = np.minimum(along[chain, every], 1.0)
+        weights[:, :JOINT_COUNT] += (share * (1 - swinging))[:, None] * roots[chain]
         _add_weights(weights, chains.offsets, chain, along[chain, every], share * swinging)
     bones = np.argsort(-weights, axis=1, kind="stable")[:, :4]
     largest = np.take_along_axis(weights, bones, axis=1)

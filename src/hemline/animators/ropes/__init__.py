@@ -3,8 +3,7 @@
 from .animator_state import AnimatorRopesState as AnimatorRopesState
 from .chains import Ropes as Ropes
 from .config import RopesConfig as RopesConfig
-from .embedding import Carriage as Carriage
 from .kind import KIND as KIND
 from .model import AnimatorRopes as AnimatorRopes
 
-__all__ = ["KIND", "AnimatorRopes", "AnimatorRopesState", "Carriage", "Ropes", "RopesConfig"]
+__all__ = ["KIND", "AnimatorRopes", "AnimatorRopesState", "Ropes", "RopesConfig"]
