@@ -1,4 +1,4 @@
-"""VRM as engines read it: by three-vrm in Chromium, and by Khronos' validator; the shipped cape, as its command does."""
+"""VRM as engines read it: three-vrm in Chromium, and Khronos' validator; the shipped models."""
 
 import json
 import struct

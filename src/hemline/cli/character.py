@@ -26,8 +26,8 @@ class Arguments:
 
 def run(arguments: Arguments) -> int:
     """Settle the garment in the T-pose, write."""
-    from hemline.export import check_character_path, write_vrm
     from hemline.animators import load
+    from hemline.export import check_character_path, write_vrm
     from hemline.playback import character
 
     from .model import body_of

@@ -1,4 +1,4 @@
-"""A person at rest whose garment an engine swings by itself: meshes on bones, chains of springs, what they collide with."""
+"""A person at rest whose garment an engine swings by itself: meshes on bones, chains of springs, colliders."""
 
 from dataclasses import dataclass
 from itertools import pairwise

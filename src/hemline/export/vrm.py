@@ -78,7 +78,7 @@ def vrm_bytes(character: Character) -> bytes:
 
 
 def _bone_nodes(character: Character) -> tuple[list[dict], int]:
-    """A node on the floor, the joints, then the bones of the chains; none is turned. And the number of the first joint."""
+    """A node on the floor, the joints, then the chains, none of them turned; and the number of the first joint."""
     chains, joint_count = character.chains, len(character.joints)
     places = np.concatenate([character.joints, chains.bones]).astype(np.float64)
     parents = np.concatenate([character.parents, np.arange(len(chains.bones)) + joint_count - 1])
