@@ -27,7 +27,7 @@ def write_vrm(path: str | Path, character: Character) -> tuple[Path, ...]:
     Raises:
         BadOutput: Another ending, or the path cannot be written.
 
-    Source: VRM Consortium, "VRMC_vrm 1.0" and "VRMC_springBone 1.0", 2022.
+    The format: https://github.com/vrm-c/vrm-specification, `VRMC_vrm` and `VRMC_springBone` 1.0.
     """
     path = Path(path)
     check_character_path(path)
