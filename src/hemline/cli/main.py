@@ -20,6 +20,7 @@ VERBS = {
     "fit": "an animator to a dataset, into one model file",
     "animate": "a model on a motion, into a file for Blender, Unity, the web",
     "export": "one simulated take, into any format that animate knows",
+    "character": "a body in a garment as VRM: an engine swings the garment by itself",
     "evaluate": "a model on a motion: milliseconds, millimetres, vertices inside",
     "view": "a model live on a local page: scrub, other bodies, wind, drag, colours",
     "compare": "clips side by side on a local page, blind; what people answer, and its statistics",

@@ -1,18 +1,15 @@
 """glTF 2.0 in one binary file: a mesh with a skeleton as a skin, one without as morph targets."""
 
-import json
-import struct
 from pathlib import Path
 
 import numpy as np
 
 from hemline.arrays import Float
 from hemline.files import written_whole
-from hemline.pictures import linear
-from hemline.version import VERSION
 
-from .clip import Clip, Part
+from .clip import Clip
 from .glb_buffer import Buffer
+from .glb_document import asset, material, packed
 from .glb_morph import add_morph
 from .glb_quantized import EXTENSION
 from .glb_skin import add_skin
@@ -48,7 +45,7 @@ def glb_bytes(clip: Clip, *, quantized: bool = False) -> bytes:
     buffer = Buffer()
     times = buffer.add((np.arange(clip.frame_count) / clip.fps).astype(np.float32), "SCALAR", bounds=True)
     document = {
-        "asset": _asset(clip),
+        "asset": asset(clip.notices),
         "scene": 0,
         "scenes": [{"nodes": []}],
         "nodes": [],
@@ -59,7 +56,7 @@ def glb_bytes(clip: Clip, *, quantized: bool = False) -> bytes:
     if quantized:
         document |= {"extensionsUsed": [EXTENSION], "extensionsRequired": [EXTENSION]}
     for part in clip.parts:
-        document["materials"].append(_material(part))
+        document["materials"].append(material(part.name, part.colour, both_sides=not part.suffix))
         if part.skeleton is not None:
             add_skin(document, buffer, part, part.skeleton, times, quantized=quantized)
         else:
@@ -69,7 +66,7 @@ def glb_bytes(clip: Clip, *, quantized: bool = False) -> bytes:
         document["meshes"][0]["extras"] = {"bones": clip.skin.bone_count} | errors
     if not document["animations"][0]["channels"]:
         del document["animations"]
-    return _packed(document | buffer.described(), buffer.content())
+    return packed(document | buffer.described(), buffer.content())
 
 
 def still_bytes(clip: Clip, places: Float[np.ndarray, "verts 2"]) -> bytes:
@@ -85,29 +82,11 @@ def still_bytes(clip: Clip, places: Float[np.ndarray, "verts 2"]) -> bytes:
     }
     primitive = {"attributes": attributes, "indices": buffer.add_indices(part.faces), "material": 0}
     document = {
-        "asset": _asset(clip),
+        "asset": asset(clip.notices),
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"name": part.name, "mesh": 0}],
         "meshes": [{"name": part.name, "primitives": [primitive]}],
-        "materials": [_material(part)],
+        "materials": [material(part.name, part.colour, both_sides=not part.suffix)],
     }
-    return _packed(document | buffer.described(), buffer.content())
-
-
-def _asset(clip: Clip) -> dict:
-    asset = {"version": "2.0", "generator": f"hemline {VERSION}"}
-    return asset | ({"copyright": "; ".join(clip.notices)} if clip.notices else {})
-
-
-def _material(part: Part) -> dict:
-    colour = [*linear(part.colour).tolist(), 1.0]
-    surface = {"baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.9}
-    return {"name": part.name, "pbrMetallicRoughness": surface, "doubleSided": not part.suffix}
-
-
-def _packed(document: dict, content: bytes) -> bytes:
-    text = json.dumps(document, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(content), b"BIN\0") + content
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+    return packed(document | buffer.described(), buffer.content())

@@ -17,6 +17,7 @@ from .obj import write_obj
 from .pc2 import write_pc2
 from .textures import write_textures
 from .usd import write_usd
+from .vrm import ENDING
 
 FORMATS: dict[str, Callable[..., tuple[Path, ...]]] = {
     ".glb": write_glb,
@@ -83,6 +84,9 @@ def check_format(path: str | Path, *, skinned: bool = False, quantized: bool = F
     """
     path = Path(path)
     ending = path.suffix.lower()
+    if ending == ENDING:
+        cure = f"write one with 'hemline character MODEL -o {path.name}'"
+        raise BadOutput(f"{ENDING} holds a character at rest and no motion", path.name, cure)
     if ending not in FORMATS:
         raise BadOutput(f"cannot write {path}", f"the ending '{path.suffix}'", f"choose one of {' '.join(FORMATS)}")
     if skinned and ending not in SKINNED:

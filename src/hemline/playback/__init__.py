@@ -1,5 +1,6 @@
 """From a fitted animator to frames: play, record, evaluate; one body or a crowd."""
 
+from .character import character as character
 from .crowd import crowd as crowd
 from .detail import detail_for as detail_for
 from .detail import level_of as level_of
@@ -18,6 +19,7 @@ __all__ = [
     "Frame",
     "Player",
     "PlayerState",
+    "character",
     "crowd",
     "detail_for",
     "evaluate",

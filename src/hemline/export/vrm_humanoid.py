@@ -1,0 +1,69 @@
+"""What VRM calls our joints, and what it asks about licences."""
+
+BONES = {
+    "pelvis": "hips",
+    "spine1": "spine",
+    "spine2": "chest",
+    "spine3": "upperChest",
+    "neck": "neck",
+    "head": "head",
+} | {
+    f"{side}_{ours}": f"{side}{theirs}"
+    for side in ("left", "right")
+    for ours, theirs in {
+        "collar": "Shoulder",
+        "shoulder": "UpperArm",
+        "elbow": "LowerArm",
+        "wrist": "Hand",
+        "hip": "UpperLeg",
+        "knee": "LowerLeg",
+        "ankle": "Foot",
+        "foot": "Toes",
+    }.items()
+}
+"""VRM's name of each joint; the hands' own, at the knuckles, are no bones of VRM's."""
+
+_LICENCE = "https://vrm.dev/licenses/1.0/"
+_CC0 = "https://creativecommons.org/publicdomain/zero/1.0/"
+_FREE = {
+    "avatarPermission": "everyone",
+    "allowExcessivelyViolentUsage": True,
+    "allowExcessivelySexualUsage": True,
+    "allowPoliticalOrReligiousUsage": True,
+    "allowAntisocialOrHateUsage": True,
+    "allowRedistribution": True,
+    "commercialUsage": "corporation",
+    "creditNotation": "unnecessary",
+    "modification": "allowModificationRedistribution",
+    "otherLicenseUrl": _CC0,
+}
+"""What CC0 allows, in VRM's words: all."""
+_OWN = {
+    "avatarPermission": "onlyAuthor",
+    "allowExcessivelyViolentUsage": False,
+    "allowExcessivelySexualUsage": False,
+    "allowPoliticalOrReligiousUsage": False,
+    "allowAntisocialOrHateUsage": False,
+    "allowRedistribution": False,
+    "commercialUsage": "personalNonProfit",
+    "creditNotation": "required",
+    "modification": "prohibited",
+}
+"""The least that VRM can say, for bodies under any other licence."""
+
+
+def humanoid(names: tuple[str, ...], first: int) -> dict[str, dict]:
+    """The node of each of VRM's bones that the body has.
+
+    Args:
+        names: Names of the joints.
+        first: Node of the first one.
+    """
+    return {BONES[name]: {"node": first + joint} for joint, name in enumerate(names) if name in BONES}
+
+
+def meta(name: str, notices: tuple[str, ...]) -> dict:
+    """VRM's questions about who may do what, answered by the licence of the body, the first of the notices."""
+    rights = _FREE if notices and notices[0].startswith("CC0") else _OWN
+    told = {"thirdPartyLicenses": "; ".join(notices)} if notices else {}
+    return {"name": name, "version": "1", "authors": ["hemline"], "licenseUrl": _LICENCE} | told | rights

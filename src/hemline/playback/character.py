@@ -1,0 +1,103 @@
+"""A body in a garment of rope chains, at rest, for engines that swing it themselves."""
+
+import numpy as np
+
+from hemline.animators import Animator, Wearable
+from hemline.animators.ropes import AnimatorRopes
+from hemline.arrays import AnyFaces, AnyVertices, Float, Int, Vertices
+from hemline.bodies.body import PosedBody, ShapedBody
+from hemline.errors import BadInput
+from hemline.export import BoundMesh, Character
+from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
+
+from .player import Player
+from .springs import capsules_of, chain_weights, spring_chains
+
+CLOTH, SKIN = (0.72, 0.23, 0.17), (0.70, 0.68, 0.66)
+_SETTLING = 4.0
+"""Time that the garment gets to settle in the T-pose [s]."""
+_INFLUENCES = 4
+Weights = tuple[Int[np.ndarray, "_verts 4"], Float[np.ndarray, "_verts 4"]]
+"""Bones that each vertex follows, and by how much."""
+
+
+def character(animator: Animator | Wearable, body: ShapedBody) -> Character:
+    """A body that stands in the T-pose, its garment settled, with the chains of the model as spring bones.
+
+    Args:
+        animator: A model of rope chains.
+        body: A body of the kind that it was fitted on, of any shape.
+
+    Raises:
+        BadInput: The model has no chains; or as `Player.prepare`.
+    """
+    if not isinstance(animator, AnimatorRopes):
+        cure = "name one of kind 'ropes', such as cape or skirt"
+        raise BadInput("spring bones are made of rope chains", f"a model of kind '{animator.name}'", cure)
+    posed = _standing(body)
+    vertices = _settled(animator, posed)
+    ropes, capsules = animator.ropes, capsules_of(posed)
+    chains, capsules = spring_chains(ropes, ropes.embedded(vertices), capsules)
+    garment = animator.garment
+    carried = posed.transforms[np.repeat(chains.joints, np.diff(chains.offsets))]
+    transforms, places = np.concatenate([posed.transforms, carried]), np.concatenate([posed.joints, chains.bones])
+    worn = chain_weights(ropes, garment.vertices)
+    skin = _largest(body.body.weight_indices, body.body.weights)
+    cloth = _bound(garment.name, vertices, garment.faces, CLOTH, worn, transforms, places)
+    flesh = _bound("body", posed.vertices, posed.faces, SKIN, skin, np.asarray(posed.transforms), posed.joints)
+    licence = body.body.licence
+    notices = tuple(dict.fromkeys(text for text in (licence, *animator.licences) if text))
+    return Character(
+        name=garment.name,
+        joint_names=JOINT_NAMES,
+        joints=posed.joints,
+        parents=body.body.parents,
+        meshes=(cloth, flesh),
+        chains=chains,
+        capsules=capsules,
+        notices=notices,
+    )
+
+
+def _standing(body: ShapedBody) -> PosedBody:
+    still = np.zeros((JOINT_COUNT, 4), np.float32)
+    still[:, 0] = 1.0
+    floor = body.posed(Pose(still, np.zeros(3, np.float32))).vertices[:, 1].min()
+    return body.posed(Pose(still, np.array([0.0, -floor, 0.0], np.float32)))
+
+
+def _settled(animator: Animator, posed: PosedBody) -> Vertices:
+    player = Player.prepare(animator, posed.shaped)
+    _, frame = player.step(player.start(posed.pose, pre_roll=_SETTLING), posed.pose, 1 / 30)
+    return frame.vertices
+
+
+def _largest(bones: np.ndarray, weights: np.ndarray) -> Weights:
+    """Each vertex's largest four."""
+    order = np.argsort(-weights, axis=1, kind="stable")[:, :_INFLUENCES]
+    bones, weights = (np.take_along_axis(each, order, axis=1) for each in (bones, weights))
+    return bones, weights / weights.sum(axis=1, keepdims=True)
+
+
+def _bound(
+    name: str,
+    vertices: AnyVertices,
+    faces: AnyFaces,
+    colour: tuple[float, float, float],
+    follows: Weights,
+    transforms: Float[np.ndarray, "bones 3 4"],
+    places: Float[np.ndarray, "bones 3"],
+) -> BoundMesh:
+    r"""A mesh whose bones blend what our skin blends.
+
+    With transforms $A_j$ from the body's own rest pose to the T-pose (a chain has that of the joint that carries it)
+    and bones at $x_j$, the bind is $A_j$ moved by
+    $-x_j$; the mesh is stored at $(\sum_j w_{ij} A_j)^{-1} v_i$, so that in the T-pose it is where it is.
+    """
+    bones, weights = follows
+    transforms = np.asarray(transforms, np.float64)
+    blended = np.einsum("vi,virc->vrc", weights, transforms[bones])
+    rest = np.linalg.solve(blended[..., :3], (vertices - blended[..., 3])[..., None])[..., 0]
+    binds = transforms.copy()
+    binds[..., 3] -= places
+    return BoundMesh(name, rest, faces, colour, bones, weights, binds)
