@@ -11,6 +11,7 @@ from hemline import animators, bodies, garments
 from hemline.animators.swingar import KIND, Swingar, SwingarConfig
 from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, STATIC, Cells
 from hemline.animators.swingar.lag.lag_net import LagNet, layer_sizes
+from hemline.animators.swingar.mover import LagMover
 from hemline.animators.swingar.relatives import Relatives
 from hemline.animators.swingar.weights import Weights
 from hemline.errors import BadDataset, BadInput, BadModel
@@ -25,7 +26,9 @@ def weights(seed: int = 0) -> Weights:
     drawn = {name: 0.2 * random.normal(size=size).astype(np.float32) for name, size in sizes.items()}
     biases = {name: 0.1 * random.normal(size=size[1]).astype(np.float32) for name, size in sizes.items()}
     known = Relatives(["a", "b", "c"], random.normal(size=(3, 256)).astype(np.float32))
-    return Weights(SwingarConfig(width=WIDTH), LagNet(drawn, biases), known, {"train_mm": 2.0}, ["a licence"]).rounded()
+    return Weights(
+        SwingarConfig(width=WIDTH), LagMover(LagNet(drawn, biases)), known, {"train_mm": 2.0}, ["a licence"]
+    ).rounded()
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +75,7 @@ def test_a_fit_begins_at_skinning():
 
 
 def test_the_order_of_vertices_does_not_matter(cape):
-    net, random, cells = weights().net, np.random.default_rng(2), Cells.of(cape)
+    net, random, cells = weights().mover.net, np.random.default_rng(2), Cells.of(cape)
     static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC, DYNAMIC))
     order = random.permutation(len(static))
     other = Cells(cells.cell[order], cells.near[order], cells.shares[order])
@@ -81,7 +84,7 @@ def test_the_order_of_vertices_does_not_matter(cape):
 
 
 def test_no_weight_is_sized_by_a_garment(cape):
-    for shape in ((len(array), *array.shape[1:]) for array in weights().net.weights.values()):
+    for shape in ((len(array), *array.shape[1:]) for array in weights().mover.net.weights.values()):
         assert len(cape.vertices) not in shape
 
 

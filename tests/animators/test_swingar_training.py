@@ -11,7 +11,7 @@ from hemline.animators.swingar.graph.estimator_config import EstimatorConfig
 from hemline.errors import BadDataset
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.animators.swingar import losses  # noqa: E402  # after the skip
+from hemline.animators.swingar.graph import losses  # noqa: E402  # after the skip
 from hemline.animators.swingar.graph.estimator import Estimator  # noqa: E402
 from hemline.animators.swingar.graph.objectives import CoarseObjective, CorrectiveObjective, Groups  # noqa: E402
 from hemline.animators.swingar.graph.train_estimator import STAGES, TrainingPlan, train_estimator  # noqa: E402

@@ -21,6 +21,7 @@ from hemline.animators.ropes.learned_bones import LearnedBones
 from hemline.animators.swingar import AnimatorSwingar, Swingar, SwingarConfig
 from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, STATIC
 from hemline.animators.swingar.lag.lag_net import LagNet, layer_sizes
+from hemline.animators.swingar.mover import LagMover
 from hemline.animators.swingar.relatives import Relatives
 from hemline.animators.swingar.weights import Weights
 from hemline.bodies import ShapedBody
@@ -180,7 +181,7 @@ def swingar_weights(width: int = 16, seed: int = 3) -> Weights:
     drawn["fourth"] *= 0.02
     biases = {name: np.zeros(size[1], np.float32) for name, size in sizes.items()}
     known = Relatives(["a", "b"], random.normal(size=(2, 256)).astype(np.float32))
-    return Weights(config, LagNet(drawn, biases), known, {"train_mm": 1.0}, ["a licence"]).rounded()
+    return Weights(config, LagMover(LagNet(drawn, biases)), known, {"train_mm": 1.0}, ["a licence"]).rounded()
 
 
 @cache
