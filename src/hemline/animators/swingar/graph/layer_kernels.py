@@ -8,9 +8,9 @@ the ring of vertex i is `ring[start[i]:start[i + 1]]`, itself included.
 import numpy as np
 
 from hemline.compiled import kernel, prange
+from hemline.learning.product_kernels import add_product
 
 from .curve_kernels import fill_exponentials, tangent
-from .product_kernels import add_product
 
 F = np.float32
 SLOPE = F(0.2)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.compiled import kernel
+from hemline.compiled import kernel, prange
 
 
 @kernel
@@ -20,16 +20,14 @@ def mean_of_cells(values, cell, means_out):
             means_out[c, k] *= scale
 
 
-@kernel
+@kernel(parallel=True)
 def hear(cells, near, shares, bias, values_out):
     # in: cells (cells, width); near, shares (verts, near); bias (width,)
-    # out: values (verts, width), added to and rectified
-    for v in range(len(values_out)):
+    # out: values (verts, width)
+    for v in prange(len(values_out)):
         for k in range(values_out.shape[1]):
-            values_out[v, k] += bias[k]
+            values_out[v, k] = bias[k]
         for i in range(near.shape[1]):
             share, c = shares[v, i], near[v, i]
             for k in range(values_out.shape[1]):
                 values_out[v, k] += share * cells[c, k]
-        for k in range(values_out.shape[1]):
-            values_out[v, k] = max(values_out[v, k], np.float32(0))

@@ -9,6 +9,7 @@ from hemline.animators.swingar.features.proxy_on_body import Cells
 from hemline.arrays import Float
 
 from .cell_kernels import hear, mean_of_cells
+from .dense_kernels import dense
 
 
 def layer_sizes(inputs: int, width: int) -> dict[str, tuple[int, int]]:
@@ -45,22 +46,26 @@ class LagNet:
         self, static: Float[np.ndarray, "verts width"], told: Float[np.ndarray, "verts dynamic"], cells: Cells
     ) -> Float[np.ndarray, "verts 3"]:
         """Displacements of one frame, in the turned frames [m]."""
-        h = told @ self.weights["first"][-told.shape[1] :]
-        h += static
-        np.maximum(h, 0, out=h)
+        h = _dense(told, self.weights["first"][-told.shape[1] :], static)
         h = self._layer("second", h)
         means = np.empty((cells.count, h.shape[1]), np.float32)
         mean_of_cells(h, cells.cell, means)
         c = self._layer("cell", means)
         c = self._layer("all_cells", np.concatenate([c, np.broadcast_to(c.mean(axis=0), c.shape)], axis=1))
         # what is heard is linear in the cells, so their part of the layer is done before it is shared out
-        width = h.shape[1]
-        third = self.weights["third"]
-        out = h @ third[:width]
-        hear(c @ third[width:], cells.near, cells.shares, self.biases["third"], out)
-        return out @ self.weights["fourth"] + self.biases["fourth"]
+        width, third = h.shape[1], self.weights["third"]
+        told_by_cells = _dense(c, third[width:], np.zeros((1, width), np.float32), rectified=False)
+        heard = np.empty_like(h)
+        hear(told_by_cells, cells.near, cells.shares, self.biases["third"], heard)
+        h = _dense(h, third[:width], heard)
+        return _dense(h, self.weights["fourth"], self.biases["fourth"][None], rectified=False)
 
     def _layer(self, name: str, inputs: np.ndarray) -> np.ndarray:
-        out = inputs @ self.weights[name]
-        out += self.biases[name]
-        return np.maximum(out, 0, out=out)
+        return _dense(inputs, self.weights[name], self.biases[name][None])
+
+
+def _dense(inputs: np.ndarray, weights: np.ndarray, start: np.ndarray, *, rectified: bool = True) -> np.ndarray:
+    """`start + inputs weights`, rectified or not."""
+    out = np.empty((len(inputs), weights.shape[1]), np.float32)
+    dense(inputs, weights, start, rectified, out)
+    return out

@@ -1,0 +1,28 @@
+"""A layer of a network on many rows, compiled: blocks of rows side by side, products without BLAS and its threads."""
+
+import numpy as np
+
+from hemline.compiled import kernel, prange
+from hemline.learning.product_kernels import add_product
+
+BLOCK = 48
+"""Rows that a thread takes at a time."""
+
+
+@kernel(parallel=True)
+def dense(inputs, weights, start, rectified, out):
+    # in: inputs (rows, n), weights (n, m), start (rows, m) or (1, m): what the product is added to
+    # out: (rows, m), rectified or not
+    rows = len(inputs)
+    for block in prange((rows + BLOCK - 1) // BLOCK):
+        first = block * BLOCK
+        last = min(rows, first + BLOCK)
+        for i in range(first, last):
+            at = i if len(start) > 1 else 0
+            for j in range(out.shape[1]):
+                out[i, j] = start[at, j]
+        add_product(inputs[first:last], weights, out[first:last])
+        if rectified:
+            for i in range(first, last):
+                for j in range(out.shape[1]):
+                    out[i, j] = max(out[i, j], np.float32(0))
