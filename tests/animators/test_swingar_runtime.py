@@ -9,12 +9,13 @@ from swingar_samples import SMALL, graph_of, inputs, sheet
 
 from hemline.animators.swingar.graph.estimator_config import EstimatorConfig, weight_shapes
 from hemline.animators.swingar.graph.graph import Graph
+from hemline.animators.swingar.graph.graph_inputs import skin_logits
 from hemline.animators.swingar.graph.onnx_frame import frame_inputs, write_onnx
 from hemline.animators.swingar.graph.runtime import PlayedEstimator
 from hemline.errors import BadInput, BadModel, MissingExtra
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.animators.swingar.graph.estimator import Estimator, cost, skin_logits  # noqa: E402  # after the skip
+from hemline.animators.swingar.graph.estimator import Estimator, cost  # noqa: E402  # after the skip
 
 FRAMES = 3
 CONFIGS = {
@@ -85,7 +86,7 @@ def test_at_the_start_it_is_skinning_and_adds_no_correction():
     torch.manual_seed(5)
     estimator, given = Estimator(config), inputs(config, graph.vertex_count, 1)
     weights = np.random.default_rng(5).dirichlet(np.full(24, 0.1), graph.vertex_count).astype(np.float32)
-    given["skin_logits"] = skin_logits(torch.from_numpy(weights)).numpy()
+    given["skin_logits"] = skin_logits(weights)
     _, dynamic, blend, corrective = run(estimator, graph, given)
     assert not corrective.any()
     assert np.abs(blend).max() < 0.1

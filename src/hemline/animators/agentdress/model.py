@@ -10,6 +10,7 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.model_file import garment_of, save_model
+from hemline.animators.own_body import refuse_other_body
 from hemline.arrays import Float, Int, Quaternions, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.lifted_arms import lifted_rotations
@@ -127,12 +128,7 @@ class AnimatorAgentDress:
             HemlineWarning: A beta of the body is outside `beta_range`.
         """
         shaped = posed.shaped
-        if shaped.body.hash != self.body_hash:
-            raise BadInput(
-                f"the model of '{self.garment.name}' was fitted on body {self.body_name} ({self.body_hash})",
-                f"{shaped.body.name} ({shaped.body.hash})",
-                "use that body, or fit the garment again",
-            )
+        refuse_other_body(self, shaped)
         warn_beyond(self.garment.name, self.fitted_betas, shaped.betas)
         tables, betas = self.tables, shaped.betas[None]
         posed_known, known = len(tables.shape_effects) // 2, len(tables.rest_effects) // 2

@@ -10,9 +10,10 @@ from typing import Any, Self
 import numpy as np
 
 from hemline.animators.model_file import garment_of, save_model
+from hemline.animators.own_body import refuse_other_body
 from hemline.arrays import Float, Int, Vertices
 from hemline.bodies import PosedBody, ShapedBody
-from hemline.errors import BadInput, BadModel
+from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry, refused
 from hemline.garments import Garment
 from hemline.garments.embedding import Embedding
@@ -86,12 +87,7 @@ class AnimatorLive:
             SimulationFailed: The garment could not be settled on that shape.
         """
         shaped = posed.shaped
-        if shaped.body.hash != self.body_hash:
-            raise BadInput(
-                f"the model of '{self.garment.name}' was fitted on body {self.body_name} ({self.body_hash})",
-                f"{shaped.body.name} ({shaped.body.hash})",
-                "use that body, or fit the garment again",
-            )
+        refuse_other_body(self, shaped)
         return self._on(shaped)[0].start(posed)
 
     def step(self, state: LiveState, posed: PosedBody, dt: float) -> tuple[LiveState, Vertices]:

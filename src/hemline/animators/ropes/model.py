@@ -9,9 +9,10 @@ from typing import Any, Self
 import numpy as np
 
 from hemline.animators.model_file import garment_of, save_model
+from hemline.animators.own_body import refuse_other_body
 from hemline.arrays import Nodes, Vertices
 from hemline.bodies.body import PosedBody
-from hemline.errors import BadInput, BadModel
+from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry, part, refused
 from hemline.garments.garment import Garment
 from hemline.learning.mlp import Mlp
@@ -224,12 +225,7 @@ class AnimatorRopes:
 
     def _rest_on(self, posed: PosedBody) -> tuple[Vertices, Nodes]:
         shaped = posed.shaped
-        if shaped.body.hash != self.body_hash:
-            raise BadInput(
-                f"the model of '{self.garment.name}' was fitted on body {self.body_name} ({self.body_hash})",
-                f"{shaped.body.name} ({shaped.body.hash})",
-                "use that body, or fit the garment again",
-            )
+        refuse_other_body(self, shaped)
         if self.ropes.carriage.nearest.max(initial=0) >= len(shaped.vertices):
             raise BadModel(
                 "a bone hangs on a vertex past the body's last", int(self.ropes.carriage.nearest.max()), AGAIN

@@ -11,11 +11,11 @@ import numpy as np
 
 from hemline.animators.leaps import Rigid, leaps
 from hemline.animators.model_file import garment_of, save_model
+from hemline.animators.own_body import refuse_other_body
 from hemline.animators.swingar.features.proxy_on_body import ProxyOnBody
 from hemline.animators.swingar.features.trail import Trail
 from hemline.arrays import Float, Int, Vertices
 from hemline.bodies import PosedBody, ShapedBody
-from hemline.errors import BadInput
 from hemline.files.contents import array_of, entry, refused
 from hemline.garments import Garment
 from hemline.garments.embedding import Embedding
@@ -99,12 +99,7 @@ class AnimatorSwingar:
             SimulationFailed: The garment could not be settled on that shape.
         """
         shaped = posed.shaped
-        if shaped.body.hash != self.body_hash:
-            raise BadInput(
-                f"the model of '{self.garment.name}' was fitted on body {self.body_name} ({self.body_hash})",
-                f"{shaped.body.name} ({shaped.body.hash})",
-                "use that body, or fit the garment again",
-            )
+        refuse_other_body(self, shaped)
         history = self.weights.mover.start(posed.pose)
         return SwingarState(Trail.start(self._on(shaped).proxy, posed), posed.pose, history)
 

@@ -13,8 +13,6 @@ START = 0.01
 """What displacements of the coarse mesh are first scaled by [m]."""
 FAINT = 0.1
 """What the logits of dynamic weights are first scaled by, beside those of skinning."""
-LEAST = 1e-3
-"""Skin weights below this count as this in the logits that dynamic weights start from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +87,7 @@ class Estimator(nn.Module):
             graph: Its graph.
             features: Normal, position [m] and distance to the body [m] of each vertex (verts, 7).
             descriptor: Its spectral descriptor (descriptor,).
-            skin_logits: Where the dynamic weights start (verts, joints), see `skin_logits`.
+            skin_logits: Where the dynamic weights start (verts, joints), see `graph_inputs.skin_logits`.
         """
         encoded = self.graph_second(graph, self.graph_first(graph, features[None, None]))
         if self.config.global_shape == "spectral":
@@ -161,11 +159,6 @@ def skinned(weights: Tensor, transforms: Tensor, points: Tensor) -> Tensor:
     """
     blended = (weights @ transforms.flatten(2)).unflatten(2, (3, 4))
     return (blended[..., :3] @ points[..., None])[..., 0] + blended[..., 3]
-
-
-def skin_logits(weights: Tensor) -> Tensor:
-    """Logits whose softmax are given skin weights (verts, joints), each counted as 0.001 at least."""
-    return weights.clamp(min=LEAST).log()
 
 
 def cost(config: EstimatorConfig, vertex_count: int, *, ring: float = 7.0) -> dict[str, tuple[int, int]]:

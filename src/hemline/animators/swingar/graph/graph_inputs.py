@@ -6,7 +6,7 @@ from hemline.animators.swingar.features.proxy_on_body import TRAILS, ProxyOnBody
 from hemline.arrays import Float
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.meshes import ClosestTree, vertex_normals
-from hemline.motions.quaternions import to_axis_angle
+from hemline.motions.quaternions import from_matrix, inverse, multiply, to_axis_angle
 
 from .descriptor import Descriptor
 from .estimator_config import JOINTS
@@ -36,9 +36,14 @@ def garment_inputs(proxy: ProxyOnBody, descriptor: int) -> GarmentSample:
         garment.faces,
         features,
         Descriptor.of(garment.vertices, garment.faces, size=min(descriptor, len(rest))).padded_to(descriptor),
-        np.log(np.maximum(proxy.skin.dense(), LEAST)).astype(np.float32),
+        skin_logits(proxy.skin.dense()),
         _masses(proxy),
     )
+
+
+def skin_logits(weights: Float[np.ndarray, "verts joints"]) -> Float[np.ndarray, "verts joints"]:
+    """Logits whose softmax are given skin weights, each counted as 0.001 at least; float32."""
+    return np.log(np.maximum(weights, LEAST)).astype(np.float32)
 
 
 def lag_inputs(told: Float[np.ndarray, "... dynamic"]) -> Float[np.ndarray, "... lag"]:
@@ -48,8 +53,6 @@ def lag_inputs(told: Float[np.ndarray, "... dynamic"]) -> Float[np.ndarray, "...
 
 def body_inputs(shaped: ShapedBody, posed: PosedBody, seen: Seen) -> Float[np.ndarray, " body"]:
     """Betas and axis-angles of the present pose, the root's without its heading, float32."""
-    from hemline.motions.quaternions import from_matrix, inverse, multiply
-
     rotations = posed.pose.rotations.astype(np.float64)
     rotations[0] = multiply(inverse(from_matrix(seen.turn)), rotations[0])
     return np.concatenate([shaped.betas, to_axis_angle(rotations).reshape(3 * JOINTS)]).astype(np.float32)

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hemline.animators.swingar.features.dataset_proxy import worn_in
 from hemline.animators.swingar.features.trail import Trail
-from hemline.animators.swingar.features.worn_proxy import worn_in
 from hemline.arrays import Float, Int
 from hemline.datasets.collection import Collection, Entry
 from hemline.garments.proxy import ProxySize

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hemline.animators.swingar.features.dataset_proxy import DatasetProxy, worn_in
 from hemline.animators.swingar.features.proxy_on_body import ProxyOnBody
 from hemline.animators.swingar.features.trail import Trail
-from hemline.animators.swingar.features.worn_proxy import WornProxy, worn_in
 from hemline.arrays import Float, Int
 from hemline.datasets import Take
 from hemline.datasets.collection import Collection, Entry
@@ -69,7 +69,7 @@ def gather(
     return found
 
 
-def frames_of(worn: WornProxy, take: Take, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def frames_of(worn: DatasetProxy, take: Take, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Features, turns and what is missed of every so many frames of a take, float16."""
     proxy = worn.proxy
     told, turns, apart = [], [], []

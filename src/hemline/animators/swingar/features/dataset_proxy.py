@@ -14,7 +14,7 @@ from .proxy_on_body import ProxyOnBody
 
 
 @dataclass(frozen=True, eq=False)
-class WornProxy:
+class DatasetProxy:
     """The garment of a dataset on a body, as its proxy."""
 
     proxy: ProxyOnBody
@@ -22,7 +22,7 @@ class WornProxy:
     """Which vertex of the dataset's garment each of its vertices is."""
 
 
-def worn_in(dataset: Dataset, betas: Sequence[float], size: ProxySize) -> WornProxy:
+def worn_in(dataset: Dataset, betas: Sequence[float], size: ProxySize) -> DatasetProxy:
     """The garment of a dataset on a body, settled.
 
     Args:
@@ -33,4 +33,4 @@ def worn_in(dataset: Dataset, betas: Sequence[float], size: ProxySize) -> WornPr
     shaped = bodies.load(dataset.garment.body_name).shaped(tuple(betas))
     coarse, kept = proxy_of(dataset.garment, size)
     rest = dataset.rest(shaped.betas).vertices[0][kept]
-    return WornProxy(ProxyOnBody.of(coarse.dressed(shaped), rest, shaped), kept)
+    return DatasetProxy(ProxyOnBody.of(coarse.dressed(shaped), rest, shaped), kept)
