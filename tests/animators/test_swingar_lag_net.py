@@ -163,3 +163,25 @@ def test_one_garment_is_not_enough(tmp_path):
 
     with pytest.raises(BadDataset, match=r"fitted to many garments; got cape-light; name several datasets, or go on"):
         KIND.fit(create(tmp_path / "cape", garments.load("cape-light")))
+
+
+def test_the_nearest_relative_of_a_garment_of_the_fit_is_itself(cape):
+    others = [coarser_garment(garments.load(name), 0.08)[0] for name in ("skirt-light", "tshirt-light", "dress-light")]
+    found = Relatives.of_garments([*others, cape]).nearest(cape)
+    assert len(found) == 3 and found[0] == (cape.name, pytest.approx(0, abs=1e-3))
+    assert [far for _, far in found] == sorted(far for _, far in found) and found[1][1] > 0.5
+
+
+@pytest.mark.parametrize(("spacing", "strange"), [(1e-3, True), (10.0, False)])
+def test_a_garment_unlike_all_of_the_fit_is_warned_of(cape, capsys, spacing, strange):
+    from hemline.cli.model import say_relatives
+    from hemline.errors import HemlineWarning
+
+    known = Relatives(["a", "b"], np.array([np.zeros(256), np.full(256, spacing)], np.float32))
+    worn = Swingar(replace(weights(), relatives=known)).worn_by(cape, bodies.load("anny24").shaped())
+    if strange:
+        with pytest.warns(HemlineWarning, match=r"'cape-light' is unlike all garments that swingar was fitted to"):
+            say_relatives(worn)
+    else:
+        say_relatives(worn)
+    assert "garments of the fit most like 'cape-light': " in capsys.readouterr().err
