@@ -18,7 +18,7 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.live import Live, LiveConfig
-from hemline.animators.live.config import LEVELS
+from hemline.animators.simulated_proxy import LEVELS
 from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody, skin_points
 from hemline.compiled import threads

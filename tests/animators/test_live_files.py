@@ -9,7 +9,7 @@ import pytest
 import hemline
 from hemline import animators
 from hemline.animators.live import KIND, Live, LiveConfig
-from hemline.animators.live.config import LEVELS
+from hemline.animators.simulated_proxy import LEVELS
 from hemline.cli.main import main
 from hemline.errors import BadInput, BadModel
 from hemline.files import read_tensors, write_tensors

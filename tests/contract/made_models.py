@@ -173,9 +173,9 @@ def live_model() -> AnimatorLive:
     return Live().worn_by(small_cape(), body())
 
 
-def swingar_weights(width: int = 16, seed: int = 3) -> Weights:
+def swingar_weights(width: int = 16, seed: int = 3, beginning: float = 0.0) -> Weights:
     """Weights drawn by chance, so small that no vertex moves by more than some centimetres."""
-    random, config = np.random.default_rng(seed), SwingarConfig(width=width)
+    random, config = np.random.default_rng(seed), SwingarConfig(width=width, beginning=beginning)
     sizes = layer_sizes(STATIC + DYNAMIC, width)
     drawn = {name: random.normal(size=size).astype(np.float32) * (2 / size[0]) ** 0.5 for name, size in sizes.items()}
     drawn["fourth"] *= 0.02
@@ -190,6 +190,12 @@ def swingar_model() -> AnimatorSwingar:
     return Swingar(swingar_weights()).worn_by(small_cape(), body())
 
 
+@cache
+def begun_model() -> AnimatorSwingar:
+    """The same, simulated for a fifth of a second first."""
+    return Swingar(swingar_weights(beginning=0.2)).worn_by(small_cape(), body())
+
+
 ANIMATORS = {
     "agentdress": agentdress_model,
     "agentdress, rigged": rigged_model,
@@ -197,6 +203,7 @@ ANIMATORS = {
     "ropes": ropes_model,
     "ropes, learned bones": learned_model,
     "swingar": swingar_model,
+    "swingar, simulated first": begun_model,
 }
 """Every animator; each runs through every law."""
 

@@ -1,40 +1,14 @@
 """Options of a garment that is simulated in real time."""
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
+from hemline.animators.simulated_proxy import LEVELS, Level
 from hemline.garments.proxy import ProxySize
 from hemline.options import check_options, not_negative, positive
 from hemline.sim.settings import SimSettings
 
 Quality = Literal["budget", "fast", "good", "fine"]
-
-
-HALVINGS = 3
-"""How often a step that fails is halved, before the cloth is carried along instead."""
-
-
-class Level(NamedTuple):
-    """What a quality means."""
-
-    substeps: int
-    """Steps of backward Euler in a frame of 1/30 s."""
-    newton_steps: int
-    """Newton steps in each, at most."""
-    residual_share: float
-    """Fewer, where the mean residual force is below this share of a vertex's mean weight."""
-    frame_ms: float
-    """What a frame costs however few vertices there are [ms]."""
-    vertex_us: float
-    """What each vertex adds [us]."""
-
-
-LEVELS = {
-    "fine": Level(4, 6, 0.25, 12.0, 24.0),
-    "good": Level(2, 6, 0.6, 6.0, 11.0),
-    "fast": Level(2, 4, 0.9, 5.0, 9.0),
-}
-"""From the best on. Costs are estimates from the light skirt at 1,000 vertices (README), without self-contact."""
 
 
 @dataclass(frozen=True)
@@ -86,13 +60,4 @@ class LiveConfig:
 
     def settings(self, vertices: int) -> SimSettings:
         """Those of the simulator, for a garment of so many vertices."""
-        level = self.level(vertices)
-        return SimSettings(
-            substeps=level.substeps,
-            newton_steps=level.newton_steps,
-            residual_share=level.residual_share,
-            self_contact=self.self_contact,
-            wind=self.wind,
-            gusts=self.gusts,
-            halvings=HALVINGS,
-        )
+        return self.level(vertices).settings(self_contact=self.self_contact, wind=self.wind, gusts=self.gusts)

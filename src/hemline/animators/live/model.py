@@ -11,6 +11,7 @@ import numpy as np
 
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
+from hemline.animators.simulated_proxy import ProxyState, SimulatedProxy
 from hemline.arrays import Float, Int, Vertices
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.errors import BadModel
@@ -21,8 +22,6 @@ from hemline.garments.proxy import proxy_of
 from hemline.options import options_of
 
 from .config import LiveConfig
-from .state import LiveState
-from .worn_proxy import WornProxy
 
 VERSION = 1
 """Of what a model file holds under `live`."""
@@ -46,7 +45,7 @@ class AnimatorLive:
     body_hash: str
     config: LiveConfig
 
-    _worn: dict[bytes, tuple[WornProxy, Embedding]] = field(default_factory=dict, init=False, repr=False)
+    _worn: dict[bytes, tuple[SimulatedProxy, Embedding]] = field(default_factory=dict, init=False, repr=False)
     """On each shape of the body, made when it is first asked for."""
     _making: Any = field(default_factory=threading.Lock, init=False, repr=False)
 
@@ -60,7 +59,7 @@ class AnimatorLive:
         """
         worn = garment.dressed(body)
         coarse, _ = proxy_of(worn, config.size)
-        settled = WornProxy(coarse, body, config.settings(len(coarse.vertices))).rest
+        settled = SimulatedProxy(coarse, body, config.settings(len(coarse.vertices))).rest
         return cls(worn, settled.astype(np.float32), body.body.name, body.body.hash, config)
 
     @property
@@ -79,7 +78,7 @@ class AnimatorLive:
         """The coarse garment, and which vertex of the garment each of its vertices is."""
         return proxy_of(self.garment, self.config.size)
 
-    def start(self, posed: PosedBody) -> LiveState:
+    def start(self, posed: PosedBody) -> ProxyState:
         """At rest on a body of any shape in its first pose; on a new shape the garment settles first.
 
         Raises:
@@ -90,7 +89,7 @@ class AnimatorLive:
         refuse_other_body(self, shaped)
         return self._on(shaped)[0].start(posed)
 
-    def step(self, state: LiveState, posed: PosedBody, dt: float) -> tuple[LiveState, Vertices]:
+    def step(self, state: ProxyState, posed: PosedBody, dt: float) -> tuple[ProxyState, Vertices]:
         """Advance to a pose.
 
         Args:
@@ -104,27 +103,27 @@ class AnimatorLive:
         after = self.simulated(state, posed, dt)
         return after, self.carried(after, posed.shaped)
 
-    def simulated(self, state: LiveState, posed: PosedBody, dt: float) -> LiveState:
+    def simulated(self, state: ProxyState, posed: PosedBody, dt: float) -> ProxyState:
         """The coarse half of `step`: the State after."""
         return self._on(posed.shaped)[0].step(state, posed.pose, dt)
 
-    def carried(self, state: LiveState, shaped: ShapedBody) -> Vertices:
+    def carried(self, state: ProxyState, shaped: ShapedBody) -> Vertices:
         """The fine half: the vertices of a State on that shape of the body (verts, 3) [m]."""
         here = self._on(shaped)[1].carried(state.cloth.positions)
         return state.home.points(here.astype(np.float64)).astype(np.float32)
 
-    def _on(self, shaped: ShapedBody) -> tuple[WornProxy, Embedding]:
+    def _on(self, shaped: ShapedBody) -> tuple[SimulatedProxy, Embedding]:
         key = np.asarray(shaped.betas, np.float32).tobytes()
         with self._making:
             if key not in self._worn:
                 self._worn[key] = self._made(shaped)
         return self._worn[key]
 
-    def _made(self, shaped: ShapedBody) -> tuple[WornProxy, Embedding]:
+    def _made(self, shaped: ShapedBody) -> tuple[SimulatedProxy, Embedding]:
         (coarse, kept), own = self.coarse, self.garment.is_on(shaped)
         fine, coarse = self.garment.dressed(shaped), coarse.dressed(shaped)
         settings = self.config.settings(len(kept))
-        worn = WornProxy(coarse, shaped, settings, self.rest.astype(np.float64) if own else None)
+        worn = SimulatedProxy(coarse, shaped, settings, self.rest.astype(np.float64) if own else None)
         return worn, Embedding.of(fine, coarse, kept)
 
     def save(self, path: str | Path) -> None:

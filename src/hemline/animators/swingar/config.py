@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hemline.garments.proxy import ProxySize
-from hemline.options import check_options, not_negative, positive
+from hemline.options import check_options, not_negative, positive, share
 
 Learner = Literal["lag", "graph"]
 Sizes = Literal["lean", "full"]
+Precision = Literal["float32", "bfloat16"]
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,15 @@ class SwingarConfig:
     """Every so many frames of a take are learned from."""
     edge_weight: float = not_negative(0.3)
     """Weight of the error of edge vectors, in edges, beside that of vertices."""
+    evenness: float = not_negative(0.5)
+    """Garments count by what skinning misses of them to minus this power: 0: millimetres of all are alike; 1: shares
+    of it are."""
+    unknown: float = share(0.2)
+    """Share of the groups of frames that are shown without how the garment lay at the beginning."""
+    precision: Precision = "float32"
+    """Of products of the lag network while it is trained."""
+    beginning: float = not_negative(1.0)
+    """A garment is simulated for so long before the network moves it; 0: it begins where skinning puts it [s]."""
     mirrored: bool = True
     """Whether half of the frames are shown with left and right exchanged."""
     held_out: float = positive(0.15)

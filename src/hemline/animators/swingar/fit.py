@@ -75,7 +75,7 @@ def fit(
 
 HOW = (
     *("start", "epochs", "rate", "frames", "vertices", "garments", "stride"),
-    *("edge_weight", "mirrored", "held_out", "threads"),
+    *("edge_weight", "evenness", "unknown", "precision", "beginning", "mirrored", "held_out", "threads"),
 )
 """Options of how it is learned; the others are those of the weights that are gone on from."""
 

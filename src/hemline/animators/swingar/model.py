@@ -1,5 +1,6 @@
 """A garment that nobody trained on, worn by the network."""
 
+import math
 import threading
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -12,6 +13,8 @@ import numpy as np
 from hemline.animators.leaps import Rigid, leaps
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
+from hemline.animators.simulated_proxy import SimulatedProxy
+from hemline.animators.swingar.features.beginning import beginner
 from hemline.animators.swingar.features.proxy_on_body import ProxyOnBody
 from hemline.animators.swingar.features.trail import Trail
 from hemline.arrays import Float, Int, Vertices
@@ -25,6 +28,11 @@ from hemline.motions.motion import Pose
 from .state import SwingarState
 from .weights import Weights
 
+LATE = 1e-6
+"""By so much sums of time steps may be too small [s]."""
+FORGIVEN = 0.2
+"""Time constant with which the cloth goes from where the simulation left it to where the network puts it [s]."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Worn:
@@ -35,6 +43,8 @@ class _Worn:
     prepared: Any
     """What the network knows of the garment."""
     fine: Garment
+    simulated: SimulatedProxy
+    """What moves the proxy at the beginning."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +102,7 @@ class AnimatorSwingar:
         return self.weights.relatives.nearest(self.coarse[0])
 
     def start(self, posed: PosedBody) -> SwingarState:
-        """On a body that has always stood in its first pose.
+        """On a body in its first pose, into which it came from its rest pose.
 
         Raises:
             BadInput: The body is another one than that of the garment.
@@ -100,8 +110,9 @@ class AnimatorSwingar:
         """
         shaped = posed.shaped
         refuse_other_body(self, shaped)
-        history = self.weights.mover.start(posed.pose)
-        return SwingarState(Trail.start(self._on(shaped).proxy, posed), posed.pose, history)
+        worn, history = self._on(shaped), self.weights.mover.start(posed.pose)
+        simulated = worn.simulated.start(posed) if self.weights.config.beginning > 0 else None
+        return SwingarState(Trail.start(worn.proxy, posed), posed.pose, history, 0.0, simulated, None)
 
     def step(self, state: SwingarState, posed: PosedBody, dt: float) -> tuple[SwingarState, Vertices]:
         """Advance to a pose.
@@ -120,9 +131,22 @@ class AnimatorSwingar:
             trail, history = trail.moved(way), history and history.moved(way)
         trail = trail.stepped(worn.proxy, posed, dt)
         history = history and history.followed(posed.pose, dt)
+        seconds, simulated, missed = state.seconds + dt, state.simulated, state.missed
+        over = simulated is not None and seconds > self.weights.config.beginning - LATE
+        if simulated is not None:
+            simulated = worn.simulated.step(simulated, posed.pose, dt)
+            trail = trail.begun(simulated.positions) if over else trail
         history, coarse = self.weights.mover.moved(worn.prepared, worn.proxy, trail, history, posed)
+        if simulated is not None:
+            missed = trail.turned_back(simulated.positions) - trail.turned_back(coarse) if over else None
+            coarse = simulated.positions.astype(np.float32)
+            simulated = None if over else simulated
+        elif missed is not None:
+            missed = missed * np.float32(math.exp(-dt / FORGIVEN))
+            coarse = trail.displaced(trail.turned_back(coarse) + missed)
         vertices = worn.embedding.carried(_held(coarse, worn.proxy.garment, posed).astype(np.float64))
-        return SwingarState(trail, posed.pose, history), _held(vertices, worn.fine, posed)
+        after = SwingarState(trail, posed.pose, history, seconds, simulated, missed)
+        return after, _held(vertices, worn.fine, posed)
 
     def _on(self, shaped: ShapedBody) -> _Worn:
         key = np.asarray(shaped.betas, np.float32).tobytes()
@@ -136,7 +160,8 @@ class AnimatorSwingar:
         fine, coarse = self.garment.dressed(shaped), coarse.dressed(shaped)
         rest = self.rest if own else settled(coarse, shaped).astype(np.float32)
         proxy = ProxyOnBody.of(coarse, rest, shaped)
-        return _Worn(proxy, Embedding.of(fine, coarse, kept), self.weights.mover.prepared(proxy), fine)
+        embedding, prepared = Embedding.of(fine, coarse, kept), self.weights.mover.prepared(proxy)
+        return _Worn(proxy, embedding, prepared, fine, beginner(proxy))
 
     def save(self, path: str | Path) -> None:
         """Write a model file, whole or not at all: the network, the garment, its coarse copy settled.

@@ -6,7 +6,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hemline.animators.swingar.features.feature_kernels import displace
 from hemline.animators.swingar.features.proxy_on_body import ProxyOnBody
 from hemline.animators.swingar.features.trail import Trail
 from hemline.animators.swingar.graph.graph_inputs import body_inputs, garment_inputs, lag_inputs
@@ -61,9 +60,7 @@ class LagMover:
     ) -> Moved:
         """Skinning, displaced."""
         displacements = self.net.displacements(prepared, trail.told(proxy, posed), proxy.cells)
-        out = np.empty_like(trail.skinned)
-        displace(trail.skinned, trail.turns, displacements, out)
-        return None, out
+        return None, trail.displaced(displacements)
 
     def arrays(self) -> Mapping[str, np.ndarray]:
         """In half precision, which is all that they are worth; biases in single."""

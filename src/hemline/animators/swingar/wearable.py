@@ -1,7 +1,7 @@
 """`swingar` before it is given a garment: the network, and nothing else."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -47,6 +47,14 @@ class Swingar:
             SimulationFailed: The garment could not be settled.
         """
         return AnimatorSwingar.on(garment, body, self.weights)
+
+    def beginning(self, seconds: float) -> Self:
+        """The same weights; a garment is simulated for so long before they move it; 0: it begins where skinning puts it.
+
+        Raises:
+            BadInput: A time that is negative or not finite.
+        """
+        return replace(self, weights=replace(self.weights, config=replace(self.weights.config, beginning=seconds)))
 
     def save(self, path: str | Path) -> None:
         """Write a model file, whole or not at all.

@@ -2,14 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from hemline import bodies
+from hemline.animators.simulated_proxy import SimulatedProxy
 from hemline.arrays import Int
 from hemline.datasets import Dataset
 from hemline.garments.proxy import ProxySize, proxy_of
 
+from .beginning import beginner
 from .proxy_on_body import ProxyOnBody
 
 
@@ -20,6 +23,11 @@ class DatasetProxy:
     proxy: ProxyOnBody
     kept: Int[np.ndarray, " coarse"]
     """Which vertex of the dataset's garment each of its vertices is."""
+
+    @cached_property
+    def simulated(self) -> SimulatedProxy:
+        """What simulates it at the beginning of a take."""
+        return beginner(self.proxy)
 
 
 def worn_in(dataset: Dataset, betas: Sequence[float], size: ProxySize) -> DatasetProxy:

@@ -32,7 +32,9 @@ def dynamic_mirror() -> tuple[Int[np.ndarray, " dynamic"], Float[np.ndarray, " d
     for point in _swapped([JOINT_NAMES[joint] for joint in POINTS]):
         order += [first + 3 * int(point) + k for k in range(3)]
         signs += [*VECTOR]
-    assert len(order) == DYNAMIC
+    order += range(len(order), DYNAMIC)
+    signs += [*VECTOR, 1]
+    assert len(order) == len(signs) == DYNAMIC
     return np.array(order), np.array(signs, np.float32)
 
 

@@ -41,7 +41,11 @@ NEAR_CELLS = 4
 STATIC = 3 + 1 + 3 + 3 + 3 + len(JOINT_NAMES)
 """Features of a vertex that do not change."""
 TRAILS = 3 * (len(LAGS) + 2 * len(SWINGS))
-DYNAMIC = 2 * TRAILS + 3 + 3 + 2 * 4 * len(PARTS) + 3 * len(POINTS)
+DESCRIBED = 2 * TRAILS + 3 + 3 + 2 * 4 * len(PARTS) + 3 * len(POINTS)
+"""Features of a vertex that `describe` writes."""
+BEGUN = 4
+"""Features of a vertex about how it lay at the beginning."""
+DYNAMIC = DESCRIBED + BEGUN
 """Features of a vertex that change from frame to frame."""
 
 
@@ -123,7 +127,7 @@ class ProxyOnBody:
         )
         still = np.zeros((len(rest), len(LAGS) + 2 * len(SWINGS) + 1, 3), np.float32)
         turns = np.tile(np.array([1, 0, 0, 0], np.float32), (len(rest), 1))
-        told = np.empty((len(rest), DYNAMIC), np.float32)
+        told = np.empty((len(rest), DESCRIBED), np.float32)
         frames = np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1))
         made.describe(made.rest, turns, made.rest, still, still, frames, shaped.joints, told)
         made.offsets[...] = told[:, -3 * len(POINTS) :].reshape(len(rest), -1, 3)

@@ -1,16 +1,18 @@
 """The memory of how a proxy moved: where skinning put its vertices, and how their filters trail."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from hemline.animators.leaps import Rigid
 from hemline.arrays import Float, Transforms
+from hemline.motions.quaternions import rotate
 
-from .feature_kernels import remember, skin_and_turn
+from .beginning import Beginning
+from .feature_kernels import displace, remember, skin_and_turn
 from .memory import LAGS, SWINGS, Step
-from .proxy_on_body import DYNAMIC, ProxyOnBody
+from .proxy_on_body import DESCRIBED, DYNAMIC, ProxyOnBody
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
@@ -28,6 +30,8 @@ class Trail:
     """Carried rigidly with the key joint [m]."""
     trails: Float[np.ndarray, "verts filters 3"]
     carried_trails: Float[np.ndarray, "verts filters 3"]
+    beginning: Beginning | None = None
+    """How the garment lay at first, where it is known."""
 
     @classmethod
     def start(cls, proxy: ProxyOnBody, posed: "PosedBody") -> Self:
@@ -42,7 +46,22 @@ class Trail:
         before = ((self.skinned, skinned, self.trails), (self.carried, carried, self.carried_trails))
         for (one, other, memory), out in zip(before, trails, strict=True):
             remember(one, other, np.float32(dt), step.lags, step.swings, memory, out)
-        return type(self)(skinned, turns, carried, *trails)
+        return type(self)(skinned, turns, carried, *trails, beginning=self.beginning and self.beginning.later(dt))
+
+    def begun(self, positions: Float[np.ndarray, "verts 3"]) -> Self:
+        """With vertices that lie there now [m]."""
+        return replace(self, beginning=Beginning(self.turned_back(positions)))
+
+    def turned_back(self, positions: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "verts 3"]:
+        """Positions as seen from where skinning puts each vertex, in its turned frame [m]."""
+        back = self.turns.astype(np.float64) * np.array([1, -1, -1, -1])
+        return rotate(back, positions.astype(np.float64) - self.skinned).astype(np.float32)
+
+    def displaced(self, displacements: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "verts 3"]:
+        """Positions of vertices that are so far from where skinning puts them, seen in their turned frames [m]."""
+        out = np.empty_like(self.skinned)
+        displace(self.skinned, self.turns, displacements, out)
+        return out
 
     def moved(self, way: Rigid) -> Self:
         """Turned and moved as a whole."""
@@ -51,7 +70,7 @@ class Trail:
         turned = (
             way.vectors(each.astype(np.float64)).astype(np.float32) for each in (self.trails, self.carried_trails)
         )
-        return type(self)(skinned, self.turns, carried, *turned)
+        return type(self)(skinned, self.turns, carried, *turned, beginning=self.beginning)
 
     def told(self, proxy: ProxyOnBody, posed: "PosedBody") -> Float[np.ndarray, "verts dynamic"]:
         """The features of this frame."""
@@ -60,6 +79,7 @@ class Trail:
         proxy.describe(
             self.skinned, self.turns, self.carried, self.trails, self.carried_trails, frames, posed.joints, out
         )
+        out[:, DESCRIBED:] = 0 if self.beginning is None else self.beginning.told()
         return out
 
 

@@ -51,7 +51,7 @@ def fit_lag(
         for name, entries in sides.items()
     }
     train, valid = samples["train"], [each for name in sides if name != "train" for each in samples[name]]
-    net = TorchLagNet(config.width, *scales(train), seed)
+    net = TorchLagNet(config.width, *scales(train), seed, config.precision)
     if start is not None:
         net.go_on_from(start.net)
     objective = LagObjective(net, train, valid, config)

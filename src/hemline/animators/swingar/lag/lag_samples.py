@@ -13,7 +13,6 @@ from hemline.datasets import Take
 from hemline.datasets.collection import Collection, Entry
 from hemline.garments.proxy import ProxySize
 from hemline.meshes import edges
-from hemline.motions.quaternions import rotate
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,18 +69,24 @@ def gather(
 
 
 def frames_of(worn: DatasetProxy, take: Take, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Features, turns and what is missed of every so many frames of a take, float16."""
-    proxy = worn.proxy
+    """Features, turns and what is missed of every so many frames of a take, float16.
+
+    As in play, the proxy is simulated until the lead-in is over.
+    """
+    proxy, dt = worn.proxy, 1 / take.motion.fps
     told, turns, apart = [], [], []
-    trail: Trail | None = None
+    first = proxy.shaped.posed(take.motion[0])
+    trail, simulated = Trail.start(proxy, first), worn.simulated.start(first)
+    if not take.lead_in.any():
+        trail = trail.begun(simulated.positions)
     for frame in range(len(take.motion)):
         posed = proxy.shaped.posed(take.motion[frame])
-        trail = trail.stepped(proxy, posed, 1 / take.motion.fps) if trail else Trail.start(proxy, posed)
-        if take.lead_in[frame] or frame % stride:
-            continue
-        told.append(trail.told(proxy, posed).astype(np.float16))
-        turns.append(trail.turns.astype(np.float16))
-        missed = (take.vertices[frame][worn.kept] - trail.skinned).astype(np.float64)
-        back = trail.turns.astype(np.float64) * np.array([1, -1, -1, -1])
-        apart.append(rotate(back, missed).astype(np.float16))
+        trail = trail.stepped(proxy, posed, dt)
+        if take.lead_in[frame]:
+            simulated = worn.simulated.step(simulated, posed.pose, dt)
+            trail = trail.begun(simulated.positions)
+        elif frame % stride == 0:
+            told.append(trail.told(proxy, posed).astype(np.float16))
+            turns.append(trail.turns.astype(np.float16))
+            apart.append(trail.turned_back(take.vertices[frame][worn.kept]).astype(np.float16))
     return np.array(told), np.array(turns), np.array(apart)

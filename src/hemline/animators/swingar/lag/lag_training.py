@@ -8,19 +8,22 @@ import torch
 from torch import nn
 
 from hemline.animators.swingar.features.mirror import VECTOR, dynamic_mirror, static_mirror
-from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, STATIC, Cells
+from hemline.animators.swingar.features.proxy_on_body import BEGUN, DYNAMIC, STATIC, Cells
 
 from .lag_net import LagNet, layer_sizes
 from .lag_samples import GarmentSamples
 
 Ends = np.ndarray | slice
+VALIDATED = 4
+"""Every so many samples of a garment are looked at after an epoch."""
 
 
 class TorchLagNet(nn.Module):
     """As `LagNet`, whose formula it is, for several frames of one garment."""
 
-    def __init__(self, width: int, mean: np.ndarray, spread: np.ndarray, seed: int):
+    def __init__(self, width: int, mean: np.ndarray, spread: np.ndarray, seed: int, precision: str = "float32"):
         super().__init__()
+        self.precision = getattr(torch, precision)
         generator = torch.Generator().manual_seed(seed)
         self.weights = nn.ParameterDict()
         self.biases = nn.ParameterDict()
@@ -36,13 +39,14 @@ class TorchLagNet(nn.Module):
         inputs = torch.cat([static.expand(frames, count, -1), told], dim=2)
         h = self._layer("first", (inputs - self.mean) / self.spread)
         h = self._layer("second", h)
-        c = self._layer("cell", cells.mean(h))
+        c = self._layer("cell", cells.mean(h.float()))
         c = self._layer("all_cells", torch.cat([c, c.mean(dim=1, keepdim=True).expand_as(c)], dim=2))
         h = self._layer("third", torch.cat([h, cells.heard(c)], dim=2))
-        return h @ self.weights["fourth"] + self.biases["fourth"]
+        return h.float() @ self.weights["fourth"] + self.biases["fourth"]
 
     def _layer(self, name: str, inputs: torch.Tensor) -> torch.Tensor:
-        return torch.relu(inputs @ self.weights[name] + self.biases[name])
+        products = inputs.to(self.precision) @ self.weights[name].to(self.precision)
+        return torch.relu(products + self.biases[name].to(self.precision))
 
     def go_on_from(self, net: LagNet) -> None:
         """Begin with the weights of one that plays."""
@@ -111,6 +115,9 @@ class LagObjective:
             for first in range(0, len(each.told) - config.frames + 1, config.frames)
         ]
         self._chunks = chunks
+        missed = np.array([np.linalg.norm(each.apart.astype(np.float32), axis=2).mean() for each in train])
+        weights = (missed + 1e-3) ** -config.evenness
+        self._weights = weights / np.average(weights, weights=[len(each.told) for each in train])
 
     @property
     def parameters(self) -> Sequence[torch.Tensor]:
@@ -129,23 +136,25 @@ class LagObjective:
             garment, _ = self._chunks[number]
             ready = self.train[garment]
             frames = np.sort(random.choice(ready.count, self.config.frames, replace=False))
-            losses.append(self._loss(ready, frames, self.config.mirrored and random.random() < 0.5, random))
+            mirrored = self.config.mirrored and random.random() < 0.5
+            losses.append(float(self._weights[garment]) * self._loss(ready, frames, mirrored, random))
         return torch.stack(losses).mean()
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
-        """Mean distance of vertices, each garment alike."""
-        return torch.stack([self._error(each) for each in self.valid]).mean()
+        """Mean distance of vertices in some of the frames, each garment alike."""
+        return torch.stack([self._error(each, VALIDATED) for each in self.valid]).mean()
 
     def errors(self, all_samples: Sequence[GarmentSamples]) -> list[float]:
         """Mean distance of vertices of each [m]."""
         with torch.no_grad():
             return [float(self._error(_Ready(each))) for each in all_samples]
 
-    def _error(self, ready: "_Ready") -> torch.Tensor:
+    def _error(self, ready: "_Ready", every: int = 1) -> torch.Tensor:
+        shown = np.arange(0, ready.count, every)
         with torch.no_grad():
             totals = [
                 (self.net(ready.static, ready.told(part), ready.cells) - ready.apart(part)).norm(dim=2).mean(dim=1)
-                for part in np.array_split(np.arange(ready.count), max(1, ready.count // 16))
+                for part in np.array_split(shown, max(1, len(shown) // 16))
             ]
         return torch.cat(totals).mean()
 
@@ -154,6 +163,8 @@ class LagObjective:
         count = min(self.config.vertices // 2, len(ready.edges))
         ends = ready.edges[random.choice(len(ready.edges), count, replace=False)].T.reshape(-1)
         static, told, apart = ready.static[ends], ready.told(frames, ends), ready.apart(frames, ends)
+        if random.random() < self.config.unknown:
+            told[..., -BEGUN:] = 0
         if mirrored:
             order, signs = self._static
             static = static[:, order] * torch.from_numpy(signs)

@@ -1,14 +1,16 @@
-"""The coarse garment on one shape of the body: settled, stepped, carried where no step can be taken."""
+"""A coarse garment simulated on one shape of the body: settled, stepped, carried where no step can be taken."""
 
 import math
 import threading
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hemline.animators.leaps import Rigid, leaps
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.bodies.lead_in import Stance, between
+from hemline.collide import ProjectorState
 from hemline.errors import SimulationFailed
 from hemline.garments import Garment
 from hemline.motions import JOINT_NAMES
@@ -22,8 +24,6 @@ from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState
 
-from .state import LiveState
-
 FRAME = 1 / 30
 """A longer time is cut into frames of this length at most [s]."""
 LONGEST = 0.5
@@ -36,7 +36,65 @@ RETURNED = 0.05
 """Share of the way to the settled drape that it goes then; twice that in each further frame."""
 
 
-class WornProxy:
+HALVINGS = 3
+"""How often a step that fails is halved, before the cloth is carried along instead."""
+
+
+class Level(NamedTuple):
+    """What a quality means."""
+
+    substeps: int
+    """Steps of backward Euler in a frame of 1/30 s."""
+    newton_steps: int
+    """Newton steps in each, at most."""
+    residual_share: float
+    """Fewer, where the mean residual force is below this share of a vertex's mean weight."""
+    frame_ms: float
+    """What a frame costs however few vertices there are [ms]."""
+    vertex_us: float
+    """What each vertex adds [us]."""
+
+    def settings(self, **others: Any) -> SimSettings:
+        """Those of the simulator; `others` go to it as they are."""
+        return SimSettings(
+            substeps=self.substeps,
+            newton_steps=self.newton_steps,
+            residual_share=self.residual_share,
+            halvings=HALVINGS,
+            **others,
+        )
+
+
+LEVELS = {
+    "fine": Level(4, 6, 0.25, 12.0, 24.0),
+    "good": Level(2, 6, 0.6, 6.0, 11.0),
+    "fast": Level(2, 4, 0.9, 5.0, 9.0),
+}
+"""From the best on. Costs are estimates from the light skirt at 1,000 vertices (README), without self-contact."""
+
+
+@dataclass(frozen=True, eq=False)
+class ProxyState:
+    """At the end of a frame; never changed in place."""
+
+    home: Rigid
+    """From where the body stood and headed at the start, in which all else is seen, to the world."""
+    cloth: ClothState
+    """The coarse cloth."""
+    projector: ProjectorState
+    """What the projection of the coarse cloth remembers."""
+    pose: Pose
+    """The body's."""
+    lost: int = 0
+    """Frames up to this one in which no step could be taken, one after the other."""
+
+    @property
+    def positions(self) -> Positions:
+        """Of the coarse cloth, in the world [m]."""
+        return self.home.points(self.cloth.positions)
+
+
+class SimulatedProxy:
     """One garment on one body shape.
 
     Args:
@@ -65,7 +123,7 @@ class WornProxy:
         # the solver works in arrays of its own: one step after the other
         self._turn = threading.Lock()
 
-    def start(self, posed: PosedBody) -> LiveState:
+    def start(self, posed: PosedBody) -> ProxyState:
         """At rest on the body in its first pose.
 
         The garment hangs settled on the rest pose, headed as the first one; from there the body moves into it.
@@ -74,7 +132,7 @@ class WornProxy:
         turn = to_matrix(stance.turn)
         home = Rigid(turn, stance.target - turn @ stance.pelvis)
         state, last = (
-            LiveState(home, self._dressed.stepper.start(self.rest), self._fresh, first),
+            ProxyState(home, self._dressed.stepper.start(self.rest), self._fresh, first),
             home.pose_back(posed.pose),
         )
         if np.abs(self.shaped.posed(first).joints - self.shaped.posed(last).joints).max() < 1e-4:
@@ -85,7 +143,7 @@ class WornProxy:
         still = np.zeros_like(self.rest)
         return replace(state, cloth=replace(state.cloth, velocities=still, change=still))
 
-    def step(self, state: LiveState, pose: Pose, seconds: float) -> LiveState:
+    def step(self, state: ProxyState, pose: Pose, seconds: float) -> ProxyState:
         """The State after a time, the body on its way from the State's pose to another one.
 
         Args:
@@ -103,7 +161,7 @@ class WornProxy:
             state = self._frame(state, between(first, pose, (frame + 1) / frames), seconds / frames)
         return state
 
-    def _frame(self, state: LiveState, pose: Pose, seconds: float) -> LiveState:
+    def _frame(self, state: ProxyState, pose: Pose, seconds: float) -> ProxyState:
         with self._turn:
             self._home = state.home
             try:
@@ -111,16 +169,16 @@ class WornProxy:
             except SimulationFailed:
                 return self._carried(state, pose, seconds)
 
-    def _stepped(self, state: LiveState, pose: Pose, seconds: float) -> LiveState:
+    def _stepped(self, state: ProxyState, pose: Pose, seconds: float) -> ProxyState:
         """A frame of the simulator, see `sim/takes/simulate.py`."""
         substeps = max(1, math.ceil(self.settings.substeps * seconds / FRAME - 1e-3))
         cloth, _, posed = self._dressed.frame(state.cloth, state.pose, pose, substeps=substeps, seconds=seconds)
         self._end.state = state.projector
         cleaned = self._end.clean(posed, cloth.positions, seconds, cloth.contact_history)
         cloth = self._dressed.fed_back(cloth, cleaned.positions, cleaned.pinched)
-        return LiveState(state.home, cloth, self._end.state, pose)
+        return ProxyState(state.home, cloth, self._end.state, pose)
 
-    def _carried(self, state: LiveState, pose: Pose, seconds: float) -> LiveState:
+    def _carried(self, state: ProxyState, pose: Pose, seconds: float) -> ProxyState:
         """The frame in which no step could be taken: the cloth rides on the key joint, and towards its drape."""
         then, now = self.shaped.posed(state.pose), self.shaped.posed(pose)
         way = Rigid.between(then.transforms[self._key], now.transforms[self._key])
@@ -132,13 +190,13 @@ class WornProxy:
         cleaned = self._end.clean(now, positions, seconds)
         cloth = self._dressed.stepper.start(np.where(model.fixed[:, None], positions, cleaned.positions))
         cloth = replace(cloth, velocities=SLOWED * way.vectors(state.cloth.velocities), time=state.cloth.time + seconds)
-        return LiveState(state.home, cloth, self._end.state, pose, state.lost + 1)
+        return ProxyState(state.home, cloth, self._end.state, pose, state.lost + 1)
 
     def _blown(self, seconds: float, positions: Positions) -> Positions:
         """The wind of the world, as it is seen from home."""
         return self._wind(seconds, self._home.points(positions)) @ self._home.turn
 
-    def _moved_along(self, state: LiveState, pose: Pose) -> LiveState:
+    def _moved_along(self, state: ProxyState, pose: Pose) -> ProxyState:
         """The State where the body was put: all of it turned and moved with the pelvis."""
         at = state.pose.rotations.copy()
         at[0] = pose.rotations[0]
