@@ -66,6 +66,22 @@ def test_what_plays_is_the_formula_and_what_was_trained(cape):
     np.testing.assert_allclose(played, by_formula(net, static, told, cells), atol=2e-5 * np.abs(expected).max())
 
 
+def test_the_onnx_file_is_equal_in_onnxruntime(cape, tmp_path):
+    onnxruntime = pytest.importorskip("onnxruntime")
+    pytest.importorskip("onnx", reason="ONNX files need onnx (extra 'onnx')")
+    from hemline.animators.swingar.lag.onnx_lag import frame_inputs, write_onnx
+
+    net, random = weights().mover.net, np.random.default_rng(3)
+    write_onnx(tmp_path / "lag.onnx", net)
+    session = onnxruntime.InferenceSession(tmp_path / "lag.onnx", providers=["CPUExecutionProvider"])
+    for garment in (cape, coarser_garment(garments.load("skirt-light"), 0.15)[0]):
+        cells, count = Cells.of(garment), len(garment.vertices)
+        static, told = (random.normal(size=(count, n)).astype(np.float32) for n in (STATIC, DYNAMIC))
+        (found,) = session.run(["displacements"], frame_inputs(static, told, cells))
+        played = net.displacements(net.static(static), told, cells)
+        np.testing.assert_allclose(found, played, atol=1e-4 * np.abs(played).max())
+
+
 def test_a_fit_begins_at_skinning():
     pytest.importorskip("torch")
     from hemline.animators.swingar.lag.lag_training import TorchLagNet

@@ -83,7 +83,8 @@ class Checkpoint:
 class Trainer:
     r"""Adam over shuffled batches, with the learning rate $\eta_0 (1 + \cos(\pi e / E)) / 2$ in epoch $e$ of $E$.
 
-    `losses` holds the validation loss at the start and after each epoch.
+    `losses` holds the validation loss at the start and after each epoch, `trained` the mean loss of the batches of
+    each.
 
     Each epoch draws from a generator of its own, seeded by the seed and the epoch: a training that is resumed from any
     checkpoint comes to the same bits as one that was never killed.
@@ -100,6 +101,7 @@ class Trainer:
         self.best_loss = math.inf
         self.done = 0
         self.losses: list[float] = []
+        self.trained: list[float] = []
         self._kept_at = time.monotonic()
 
     def run(self, *, checkpoint: Checkpoint | None = None, progress: Callable[[int, int], None]) -> None:
@@ -143,7 +145,7 @@ class Trainer:
         rate = 0.5 * schedule.rate * (1 + math.cos(math.pi * self.done / schedule.epochs))
         random = np.random.default_rng((schedule.seed, self.done))
         order = random.permutation(self.objective.samples)
-        loss = torch.zeros(())
+        loss, total = torch.zeros(()), torch.zeros(())
         steps_before = self.done * -(-len(order) // schedule.batch)
         for step, first in enumerate(range(0, len(order), schedule.batch), steps_before + 1):
             for group in self.adam.param_groups:
@@ -154,6 +156,8 @@ class Trainer:
             if schedule.clip < math.inf:
                 torch.nn.utils.clip_grad_norm_(self.parameters, schedule.clip)
             self.adam.step()
+            total += loss.detach()
+        self.trained.append(float(total) / -(-len(order) // schedule.batch))
         if not math.isfinite(float(loss.detach())):
             what = f"the training of the {self.objective.name} diverged"
             raise BadModel(what, "a loss that is not finite", "lower its learning rate")
@@ -174,7 +178,7 @@ class Trainer:
             arrays |= {f"first{i}": moments["exp_avg"].numpy(), f"second{i}": moments["exp_avg_sq"].numpy()}
         steps = float(self.adam.state[self.parameters[0]]["step"])
         best = self.best_loss if math.isfinite(self.best_loss) else None
-        arrays["losses"] = np.array(self.losses)
+        arrays |= {"losses": np.array(self.losses), "trained": np.array(self.trained)}
         metadata = {"kind": "training", "mark": checkpoint.mark, "done": self.done, "steps": steps, "best": best}
         write_tensors(checkpoint.path, arrays, metadata)
         self._kept_at = time.monotonic()
@@ -196,6 +200,6 @@ class Trainer:
                 }
         self.best = [torch.from_numpy(arrays[f"best{i}"]) for i in range(len(self.parameters))]
         self.best_loss = math.inf if metadata["best"] is None else metadata["best"]
-        self.losses = arrays["losses"].tolist() if "losses" in arrays else []
+        self.losses, self.trained = (arrays[name].tolist() if name in arrays else [] for name in ("losses", "trained"))
         self.done = int(metadata["done"])
         return True

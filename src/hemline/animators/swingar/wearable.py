@@ -49,7 +49,7 @@ class Swingar:
         return AnimatorSwingar.on(garment, body, self.weights)
 
     def beginning(self, seconds: float) -> Self:
-        """The same weights; a garment is simulated for so long before they move it; 0: it begins where skinning puts it.
+        """The same weights, before which a garment is simulated for so long; 0: it begins where skinning puts it.
 
         Raises:
             BadInput: A time that is negative or not finite.

@@ -5,15 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from hemline.animators.swingar.onnx_nodes import onnx_module
 from hemline.arrays import Float
-from hemline.errors import MissingExtra
-from hemline.files import written_whole
 
 from .estimator_config import JOINTS, MESHES, POSE_WIDTH, POSES
-from .onnx_nodes import Nodes
+from .onnx_layers import LayerNodes
 from .runtime import Garment, PlayedEstimator
-
-OPSET = 18
 
 
 def write_onnx(path: str | Path, estimator: PlayedEstimator) -> None:
@@ -30,27 +27,11 @@ def write_onnx(path: str | Path, estimator: PlayedEstimator) -> None:
         MissingExtra: onnx is not installed.
         BadOutput: The file cannot be written.
     """
-    try:
-        import onnx
-    except ImportError as reason:
-        raise MissingExtra("onnx", "onnx", "writing ONNX files") from reason
-    nodes = Nodes()
-    outputs = _frame(nodes, estimator)
-    for name, made in outputs.items():
-        nodes.nodes.append(onnx.helper.make_node("Identity", [made], [name]))
-    real, whole = onnx.TensorProto.FLOAT, onnx.TensorProto.INT64
-    ins = [
-        onnx.helper.make_tensor_value_info(name, whole if name == "ring" else real, shape)
-        for name, shape in _input_shapes(estimator).items()
-    ]
-    shapes = {"coarse": ["verts", 3], "weights": ["verts", JOINTS], "vertices": ["verts", 3]}
-    outs = [onnx.helper.make_tensor_value_info(name, real, shape) for name, shape in shapes.items()]
-    graph = onnx.helper.make_graph(nodes.nodes, "swingar", ins, outs, nodes.constants)
-    imports = [onnx.helper.make_opsetid("", OPSET)]
-    model = onnx.helper.make_model(graph, opset_imports=imports, producer_name="hemline", ir_version=9)
-    onnx.checker.check_model(model)
-    with written_whole(path) as temporary:
-        temporary.write_bytes(model.SerializeToString())
+    onnx_module()
+    nodes = LayerNodes()
+    made = _frame(nodes, estimator)
+    outputs = {"coarse": ["verts", 3], "weights": ["verts", JOINTS], "vertices": ["verts", 3]}
+    nodes.write(path, _input_shapes(estimator), outputs, made)
 
 
 def frame_inputs(
@@ -109,7 +90,7 @@ def _input_shapes(estimator: PlayedEstimator) -> dict[str, list[Any]]:
     return found | ({"lag": ["verts", config.lag]} if config.lag else {})
 
 
-def _frame(n: Nodes, estimator: PlayedEstimator) -> dict[str, str]:
+def _frame(n: LayerNodes, estimator: PlayedEstimator) -> dict[str, str]:
     """Add all nodes of a frame; the names of its outputs."""
     weights, layers = dict(estimator.arrays), estimator.layers
     lag = "lag" if estimator.config.lag else ""
@@ -132,7 +113,7 @@ def _frame(n: Nodes, estimator: PlayedEstimator) -> dict[str, str]:
     return {"coarse": coarse, "weights": dynamic, "vertices": n.add("Add", coarse, correction)}
 
 
-def _motion_feature(n: Nodes, weights: dict[str, np.ndarray], width: int) -> str:
+def _motion_feature(n: LayerNodes, weights: dict[str, np.ndarray], width: int) -> str:
     """The last hidden state of an LSTM; ONNX has its gates in the order input, output, forget, cell."""
     order = np.concatenate([np.arange(width) + width * gate for gate in (0, 3, 1, 2)])
     given, kept = (weights[f"motion.weight_{each}_l0"][order][None] for each in ("ih", "hh"))
@@ -142,7 +123,7 @@ def _motion_feature(n: Nodes, weights: dict[str, np.ndarray], width: int) -> str
     return n.add("Reshape", hidden, n.whole(width))
 
 
-def _correction(n: Nodes, estimator: PlayedEstimator, coarse: str) -> str:
+def _correction(n: LayerNodes, estimator: PlayedEstimator, coarse: str) -> str:
     weights, layers = dict(estimator.arrays), estimator.layers
     meshes = n.add("Concat", "before", n.add("Unsqueeze", coarse, n.whole(0)), axis=0)
     hidden = cell = ""

@@ -1,9 +1,8 @@
-"""A frame of the estimator as nodes of ONNX, written one by one: no torch, any number of vertices and neighbours."""
-
-from dataclasses import dataclass, field
-from typing import Any
+"""Layers of the estimator as nodes of ONNX: any number of neighbours."""
 
 import numpy as np
+
+from hemline.animators.swingar.onnx_nodes import Nodes
 
 from .layer_kernels import SLOPE, TINY
 from .runtime.layer import Layer
@@ -12,34 +11,8 @@ FAR = -1e9
 """Added to scores of places in a ring that hold no neighbour."""
 
 
-@dataclass(eq=False)
-class Nodes:
-    """Nodes and constants of a graph as they are added."""
-
-    nodes: list[Any] = field(default_factory=list)
-    constants: list[Any] = field(default_factory=list)
-
-    def constant(self, value: Any) -> str:
-        """A constant; its name. Numbers become float32, whole arrays keep their type."""
-        from onnx import numpy_helper
-
-        array = np.asarray(value, np.float32) if isinstance(value, float | int) else np.asarray(value)
-        name = f"constant{len(self.constants)}"
-        self.constants.append(numpy_helper.from_array(np.ascontiguousarray(array).reshape(array.shape), name))
-        return name
-
-    def add(self, kind: str, *inputs: Any, outputs: int = 1, **attributes: Any) -> Any:
-        """A node; the name of its output, or names. Inputs that are no names become constants."""
-        from onnx import helper
-
-        names = [each if isinstance(each, str) else self.constant(each) for each in inputs]
-        made = [f"{kind.lower()}{len(self.nodes)}_{i}" for i in range(outputs)]
-        self.nodes.append(helper.make_node(kind, names, made, **attributes))
-        return made[0] if outputs == 1 else made
-
-    def whole(self, *values: int) -> str:
-        """Whole numbers, as axes and shapes are given."""
-        return self.constant(np.array(values, np.int64))
+class LayerNodes(Nodes):
+    """Nodes, and whole layers of them."""
 
     def layer(self, layer: Layer, x: str, *, scale: str = "", extra: str = "") -> str:
         """Graph attention, see `layers.GatLn`; `x` (heads or 1, verts, ins), the result (groups, verts, outs)."""

@@ -1,0 +1,100 @@
+"""The first second of swingar: it is simulated, hands over without a jump, and is then remembered."""
+
+import math
+
+import numpy as np
+import pytest
+from made_models import small_cape, swingar_weights
+
+import hemline
+from hemline import bodies
+from hemline.animators.simulated_proxy import LEVELS, SimulatedProxy
+from hemline.animators.swingar import Swingar
+from hemline.animators.swingar.features.beginning import FADES, Beginning
+from hemline.animators.swingar.features.proxy_on_body import BEGUN
+from hemline.animators.swingar.model import FORGIVEN
+from hemline.errors import BadInput
+
+DT = 1 / 30
+SIMULATED = 6
+"""Frames of the garment below."""
+
+
+@pytest.fixture(scope="module")
+def body():
+    return bodies.load("anny24").shaped()
+
+
+@pytest.fixture(scope="module")
+def motion(body):
+    return body.placed(hemline.motions.load("run"))
+
+
+def worn(body, seconds):
+    return Swingar(swingar_weights()).beginning(seconds).worn_by(small_cape(), body)
+
+
+@pytest.fixture(scope="module")
+def frames(body, motion):
+    animator, found = worn(body, SIMULATED * DT), []
+    state = animator.start(body.posed(motion[0]))
+    for frame in range(1, 40):
+        state, vertices = animator.step(state, body.posed(motion[frame]), DT)
+        found.append((state, vertices))
+    return animator, found
+
+
+def test_it_is_what_the_simulator_of_live_makes_of_its_proxy(frames, body, motion):
+    animator, found = frames
+    proxy = SimulatedProxy(animator.coarse[0], body, LEVELS["good"].settings(), animator.rest.astype(np.float64))
+    state = proxy.start(body.posed(motion[0]))
+    for frame in range(1, SIMULATED):
+        state = proxy.step(state, motion[frame], DT)
+        np.testing.assert_array_equal(found[frame - 1][0].simulated.positions, state.positions)
+    assert all(each.simulated is None for each, _ in found[SIMULATED - 1 :])
+
+
+def test_it_is_over_after_its_time_however_that_is_cut(body, motion):
+    for rate in (20, 30, 144):
+        animator, steps = worn(body, 0.2), 0
+        state = animator.start(body.posed(motion[0]))
+        while state.simulated is not None:
+            state, _ = animator.step(state, body.posed(motion.at((steps + 1) / rate)), 1 / rate)
+            steps += 1
+        assert steps == math.ceil(0.2 * rate - 1e-9)
+
+
+def test_hands_over_without_a_jump_and_what_the_network_missed_is_forgiven(frames):
+    _, found = frames
+    handed = found[SIMULATED - 1][0]
+    sizes = [float(np.linalg.norm(state.missed, axis=1).mean()) for state, _ in found[SIMULATED - 1 :]]
+    assert sizes[0] > 1e-3, "the network does not know what the simulation makes"
+    np.testing.assert_allclose(sizes[1:], sizes[0] * np.exp(-DT / FORGIVEN * np.arange(1, len(sizes))), rtol=1e-3)
+    ways = np.linalg.norm(np.diff([vertices for _, vertices in found], axis=0), axis=2).mean(axis=1)
+    assert ways[SIMULATED - 1] < 1.5 * np.median(ways) + sizes[0] * (1 - math.exp(-DT / FORGIVEN))
+    assert handed.trail.beginning.seconds == 0
+
+
+def test_how_it_lay_is_told_in_turned_frames_and_fades(frames, body):
+    animator, found = frames
+    state = found[SIMULATED - 1][0]
+    proxy = animator._on(body).proxy
+    told = state.trail.told(proxy, body.posed(state.pose))[:, -BEGUN:]
+    np.testing.assert_allclose(state.trail.displaced(told[:, :3]), state.trail.displaced(state.trail.beginning.lay))
+    assert (told[:, 3] == 1).all()
+    lay = Beginning(np.ones((2, 3), np.float32)).later(FADES).later(FADES)
+    np.testing.assert_allclose(lay.told(), np.full((2, 4), math.exp(-2)), rtol=1e-6)
+
+
+def test_without_it_nothing_is_told_and_it_begins_at_once(body, motion):
+    animator = worn(body, 0.0)
+    state = animator.start(body.posed(motion[0]))
+    assert state.simulated is None and state.trail.beginning is None
+    state, _ = animator.step(state, body.posed(motion[1]), DT)
+    assert state.missed is None
+    assert (state.trail.told(animator._on(body).proxy, body.posed(motion[1]))[:, -BEGUN:] == 0).all()
+
+
+def test_a_negative_time_is_refused():
+    with pytest.raises(BadInput, match=r"option 'beginning' must not be negative; got -1.0"):
+        Swingar(swingar_weights()).beginning(-1.0)
