@@ -10,9 +10,9 @@ import hemline
 from hemline import bodies
 from hemline.animators.simulated_proxy import LEVELS, SimulatedProxy
 from hemline.animators.swingar import Swingar
+from hemline.animators.swingar.displaced import FORGIVEN, SMOOTHED, Displaced
 from hemline.animators.swingar.features.beginning import FADES, Beginning
 from hemline.animators.swingar.features.proxy_on_body import BEGUN
-from hemline.animators.swingar.model import FORGIVEN
 from hemline.errors import BadInput
 
 DT = 1 / 30
@@ -50,15 +50,15 @@ def test_it_is_what_the_simulator_of_live_makes_of_its_proxy(frames, body, motio
     state = proxy.start(body.posed(motion[0]))
     for frame in range(1, SIMULATED):
         state = proxy.step(state, motion[frame], DT)
-        np.testing.assert_array_equal(found[frame - 1][0].simulated.positions, state.positions)
-    assert all(each.simulated is None for each, _ in found[SIMULATED - 1 :])
+        np.testing.assert_array_equal(found[frame - 1][0].opening.simulated.positions, state.positions)
+    assert all(each.opening is None for each, _ in found[SIMULATED - 1 :])
 
 
 def test_it_is_over_after_its_time_however_that_is_cut(body, motion):
     for rate in (20, 30, 144):
         animator, steps = worn(body, 0.2), 0
         state = animator.start(body.posed(motion[0]))
-        while state.simulated is not None:
+        while state.opening is not None:
             state, _ = animator.step(state, body.posed(motion.at((steps + 1) / rate)), 1 / rate)
             steps += 1
         assert steps == math.ceil(0.2 * rate - 1e-9)
@@ -67,12 +67,20 @@ def test_it_is_over_after_its_time_however_that_is_cut(body, motion):
 def test_hands_over_without_a_jump_and_what_the_network_missed_is_forgiven(frames):
     _, found = frames
     handed = found[SIMULATED - 1][0]
-    sizes = [float(np.linalg.norm(state.missed, axis=1).mean()) for state, _ in found[SIMULATED - 1 :]]
+    sizes = [float(np.linalg.norm(state.displaced.missed, axis=1).mean()) for state, _ in found[SIMULATED - 1 :]]
     assert sizes[0] > 1e-3, "the network does not know what the simulation makes"
     np.testing.assert_allclose(sizes[1:], sizes[0] * np.exp(-DT / FORGIVEN * np.arange(1, len(sizes))), rtol=1e-3)
     ways = np.linalg.norm(np.diff([vertices for _, vertices in found], axis=0), axis=2).mean(axis=1)
-    assert ways[SIMULATED - 1] < 1.5 * np.median(ways) + sizes[0] * (1 - math.exp(-DT / FORGIVEN))
+    assert ways[SIMULATED - 1] < 1.5 * np.median(ways) + sizes[0] / 4
     assert handed.trail.beginning.seconds == 0
+
+
+@pytest.mark.parametrize("dt", [1 / 144, 1 / 30])
+def test_vertices_follow_a_step_of_the_network_by_an_exponential_whatever_the_time_step(dt):
+    displaced, said = Displaced(np.zeros((4, 3), np.float32)), np.ones((4, 3), np.float32)
+    for step in range(1, 8):
+        displaced = displaced.followed(said, dt)
+        np.testing.assert_allclose(displaced.now, 1 - math.exp(-step * dt / SMOOTHED), rtol=1e-5)
 
 
 def test_how_it_lay_is_told_in_turned_frames_and_fades(frames, body):
@@ -89,9 +97,9 @@ def test_how_it_lay_is_told_in_turned_frames_and_fades(frames, body):
 def test_without_it_nothing_is_told_and_it_begins_at_once(body, motion):
     animator = worn(body, 0.0)
     state = animator.start(body.posed(motion[0]))
-    assert state.simulated is None and state.trail.beginning is None
+    assert state.opening is None and state.trail.beginning is None
     state, _ = animator.step(state, body.posed(motion[1]), DT)
-    assert state.missed is None
+    assert state.displaced.missed is None
     assert (state.trail.told(animator._on(body).proxy, body.posed(motion[1]))[:, -BEGUN:] == 0).all()
 
 

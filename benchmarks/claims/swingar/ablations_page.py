@@ -1,19 +1,21 @@
-"""The page of `ablations.py`: `python benchmarks/claims/swingar/ablations_page.py ROWS.jsonl -o docs/swingar/ablations.md`."""
+"""Write docs/swingar/ablations.md: `python benchmarks/claims/swingar/ablations_page.py`, after `ablations.py`."""
 
-import argparse
 import json
 from pathlib import Path
 from typing import Any
+
+ROOT = Path(__file__).parents[3]
+ROWS = ROOT / "benchmarks" / "results" / "swingar_ablations.jsonl"
+PAGE = ROOT / "docs" / "swingar" / "ablations.md"
 
 
 def page(rows: list[dict[str, Any]]) -> str:
     """All of it."""
     budget, machine, commit = rows[-1]["budget"], rows[-1]["machine"], rows[-1]["commit"]
     lag, graph = ([row for row in rows if row["network"] == name] for name in ("lag", "graph"))
-    where = f"{machine['cpu']}, {machine['cores']} cores" if "cpu" in machine else str(machine)
     return f"""# What each part of swingar is worth
 
-Written by `python benchmarks/claims/swingar/ablations_page.py`, from what `ablations.py` measured on {where}, commit
+Written by `python benchmarks/claims/swingar/ablations_page.py`, from what `ablations.py` measured on {machine}, commit
 {commit}. Each variant is trained alike, from nothing, with one seed, on {budget["takes"]} takes, and judged on
 {budget["held_out"]} takes of subjects and garments that are held out: mean distance of the proxy's vertices. The
 budget is small: these are not the errors of what ships, and differences below about half a millimetre say nothing.
@@ -42,13 +44,9 @@ def _graph_row(row: dict[str, Any]) -> str:
 
 def main() -> None:
     """Read, write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("rows", type=Path)
-    parser.add_argument("-o", "--out", type=Path, required=True)
-    args = parser.parse_args()
-    rows = [json.loads(line) for line in args.rows.read_text().splitlines()]
+    rows = [json.loads(line) for line in ROWS.read_text().splitlines()]
     newest = [row for row in rows if row["mark"] == rows[-1]["mark"]]
-    args.out.write_text(page(newest))
+    PAGE.write_text(page(newest))
 
 
 if __name__ == "__main__":

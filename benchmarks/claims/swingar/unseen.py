@@ -155,6 +155,9 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path)
     given = parser.parse_args()
     models, rows = {Path(name).stem: load(name) for name in given.model}, []
+    models |= {
+        f"{name}, begins skinned": each.beginning(0.0) for name, each in models.items() if each.name == "swingar"
+    }
     for folder in given.takes:
         try:
             data = open_dataset(folder)

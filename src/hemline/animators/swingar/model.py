@@ -1,6 +1,5 @@
 """A garment that nobody trained on, worn by the network."""
 
-import math
 import threading
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -25,13 +24,12 @@ from hemline.garments.embedding import Embedding
 from hemline.garments.proxy import proxy_of
 from hemline.motions.motion import Pose
 
-from .state import SwingarState
+from .displaced import Displaced
+from .state import Opening, SwingarState
 from .weights import Weights
 
 LATE = 1e-6
 """By so much sums of time steps may be too small [s]."""
-FORGIVEN = 0.2
-"""Time constant with which the cloth goes from where the simulation left it to where the network puts it [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +109,8 @@ class AnimatorSwingar:
         shaped = posed.shaped
         refuse_other_body(self, shaped)
         worn, history = self._on(shaped), self.weights.mover.start(posed.pose)
-        simulated = worn.simulated.start(posed) if self.weights.config.beginning > 0 else None
-        return SwingarState(Trail.start(worn.proxy, posed), posed.pose, history, 0.0, simulated, None)
+        opening = Opening(worn.simulated.start(posed), 0.0) if self.weights.config.beginning > 0 else None
+        return SwingarState(Trail.start(worn.proxy, posed), posed.pose, history, opening, None)
 
     def step(self, state: SwingarState, posed: PosedBody, dt: float) -> tuple[SwingarState, Vertices]:
         """Advance to a pose.
@@ -131,21 +129,24 @@ class AnimatorSwingar:
             trail, history = trail.moved(way), history and history.moved(way)
         trail = trail.stepped(worn.proxy, posed, dt)
         history = history and history.followed(posed.pose, dt)
-        seconds, simulated, missed = state.seconds + dt, state.simulated, state.missed
-        over = simulated is not None and seconds > self.weights.config.beginning - LATE
-        if simulated is not None:
-            simulated = worn.simulated.step(simulated, posed.pose, dt)
-            trail = trail.begun(simulated.positions) if over else trail
+        opening = state.opening
+        if opening is not None:
+            opening = Opening(worn.simulated.step(opening.simulated, posed.pose, dt), opening.seconds + dt)
+        over = opening is not None and opening.seconds > self.weights.config.beginning - LATE
+        trail = trail.begun(opening.simulated.positions) if opening and over else trail
         history, coarse = self.weights.mover.moved(worn.prepared, worn.proxy, trail, history, posed)
-        if simulated is not None:
-            missed = trail.turned_back(simulated.positions) - trail.turned_back(coarse) if over else None
-            coarse = simulated.positions.astype(np.float32)
-            simulated = None if over else simulated
-        elif missed is not None:
-            missed = missed * np.float32(math.exp(-dt / FORGIVEN))
-            coarse = trail.displaced(trail.turned_back(coarse) + missed)
+        displaced = None
+        if opening is None:
+            said = trail.turned_back(coarse)
+            displaced = state.displaced.followed(said, dt) if state.displaced else Displaced(said)
+            coarse = trail.displaced(displaced.now)
+        else:
+            if over:
+                lay = trail.turned_back(opening.simulated.positions)
+                displaced = Displaced.handed_over(lay, trail.turned_back(coarse))
+            coarse = opening.simulated.positions.astype(np.float32)
         vertices = worn.embedding.carried(_held(coarse, worn.proxy.garment, posed).astype(np.float64))
-        after = SwingarState(trail, posed.pose, history, seconds, simulated, missed)
+        after = SwingarState(trail, posed.pose, history, None if over else opening, displaced)
         return after, _held(vertices, worn.fine, posed)
 
     def _on(self, shaped: ShapedBody) -> _Worn:

@@ -2,13 +2,12 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from hemline.animators.simulated_proxy import ProxyState
 from hemline.animators.swingar.features.trail import Trail
 from hemline.animators.swingar.graph.history import History
-from hemline.arrays import Float
 from hemline.motions.motion import Pose
+
+from .displaced import Displaced
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,10 +20,16 @@ class SwingarState:
     """The body's."""
     history: History | None
     """What the graph network remembers beside it; None for the lag network."""
+    opening: "Opening | None"
+    """The proxy while it is simulated; None: the network moves it."""
+    displaced: Displaced | None
+    """Where the network has moved it; None: it has not yet."""
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """The simulation that comes before the network."""
+
+    simulated: ProxyState
     seconds: float
-    """Since the start [s]."""
-    simulated: ProxyState | None
-    """The proxy, while it is simulated; None: the network moves it."""
-    missed: Float[np.ndarray, "verts 3"] | None
-    """Where the simulation had left each vertex, from where the network would have put it, in its turned frame [m];
-    None: it was not simulated."""
+    """How long it has lasted [s]."""
