@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hemline
-from hemline import animators
+from hemline import animators, garments
 from hemline.animators.live import KIND, Live, LiveConfig
 from hemline.animators.simulated_proxy import LEVELS
 from hemline.cli.main import main
@@ -104,3 +104,15 @@ def test_the_commands_play_it(tmp_path, monkeypatch, capsys):
     assert np.load("cape.npz")["vertices"].shape == (4, len(made.live_cape().garment.vertices), 3)
     assert main(["animate", "live", "-m", "run", "-o", "cape.npz"]) == 2
     assert "model 'live' needs a garment to wear; got none; name one with --garment" in capsys.readouterr().err
+
+
+def test_the_commands_play_one_garment_over_another(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    made.live_cape().garment.save("cape.safetensors")
+    Live(made.SMALL).save("small.safetensors")
+    two = ["--garment", "tshirt-light", "--over", "cape.safetensors"]
+    assert main(["animate", "small.safetensors", *two, "-m", "run", "--seconds", "0.1", "-o", "two.npz"]) == 0
+    count = len(garments.load("tshirt-light").vertices) + len(made.live_cape().garment.vertices)
+    assert np.load("two.npz")["vertices"].shape == (4, count, 3)
+    assert main(["animate", "cape", "--over", "skirt-light", "-m", "run", "-o", "no.npz"]) == 2
+    assert "got skirt-light; leave --over out, or fit an animator to that garment" in capsys.readouterr().err

@@ -23,6 +23,8 @@ class Arguments:
     """The file; its ending chooses the format. Left out: MOTION.glb beside the motion."""
     garment: str | None = None
     """The garment to wear, by name or a file, for a model that was fitted on many."""
+    over: tuple[str, ...] = ()
+    """Garments that it wears over that one, from the skin outwards. They are not kept out of each other."""
     betas: tuple[float, ...] = ()
     """Shape of the body."""
     clamp_betas: bool = False
@@ -67,7 +69,12 @@ def run(arguments: Arguments) -> int:
     path = arguments.output or _beside(arguments.motion)
     output = Output(path, arguments.skinned, arguments.bones, arguments.quantized)
     animator, body = open_model(
-        arguments.model, arguments.garment, arguments.body, arguments.betas, clamp=arguments.clamp_betas
+        arguments.model,
+        arguments.garment,
+        arguments.body,
+        arguments.betas,
+        over=arguments.over,
+        clamp=arguments.clamp_betas,
     )
     say_relatives(animator)
     if arguments.shapes is not None:

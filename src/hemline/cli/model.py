@@ -40,7 +40,13 @@ def body_of(model: Animator | Wearable, body: str | None, betas: tuple[float, ..
 
 
 def open_model(
-    name: str, garment: str | None, body: str | None, betas: tuple[float, ...], *, clamp: bool = False
+    name: str,
+    garment: str | None,
+    body: str | None,
+    betas: tuple[float, ...],
+    *,
+    over: tuple[str, ...] = (),
+    clamp: bool = False,
 ) -> tuple[Animator, ShapedBody]:
     """A model from a file or by name, and the body to play it on.
 
@@ -50,6 +56,7 @@ def open_model(
             for a model that has its own.
         body: As for `body_of`.
         betas: As for `body_of`.
+        over: Garments that such a model wears over that one, from the skin outwards.
         clamp: Move betas into the range in which the model is believed.
 
     Raises:
@@ -58,6 +65,8 @@ def open_model(
         BadInput: A model of many garments without one, or a garment for a model that has its own; or a model that has
             no such range.
     """
+    from hemline.garments import worn_together
+
     model = load(name)
     shaped = body_of(model, body, betas)
     if clamp:
@@ -65,10 +74,12 @@ def open_model(
     if isinstance(model, Wearable):
         if garment is None:
             raise BadInput(f"model '{name}' needs a garment to wear", "none", "name one with --garment")
-        return model.worn_by(_worn(garment, shaped), shaped), shaped
-    if garment is not None:
-        cure = "leave --garment out, or fit an animator to that garment"
-        raise BadInput(f"model '{name}' has its own garment, {model.garment.name}", garment, cure)
+        each = [_worn(one, shaped) for one in (garment, *over)]
+        return model.worn_by(worn_together(each) if over else each[0], shaped), shaped
+    for flag, given in (("--garment", garment), ("--over", " ".join(over))):
+        if given:
+            cure = f"leave {flag} out, or fit an animator to that garment"
+            raise BadInput(f"model '{name}' has its own garment, {model.garment.name}", given, cure)
     return model, shaped
 
 
