@@ -18,7 +18,7 @@ from .config import SwingarConfig
 from .mover import GraphMover, LagMover, Mover
 from .relatives import Relatives
 
-VERSION = 1
+VERSION = 2
 """Of what a model file holds under `swingar`."""
 
 
