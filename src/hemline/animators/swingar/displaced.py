@@ -10,7 +10,7 @@ from hemline.arrays import Float
 
 FORGIVEN = 0.2
 """Time constant with which cloth goes from where a simulation left it to where the network puts it [s]."""
-SMOOTHED = 0.04
+SMOOTHED = 0.05
 """Time constant with which it follows what the network says [s]."""
 
 
