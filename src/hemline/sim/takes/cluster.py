@@ -98,14 +98,12 @@ class Cluster:
             BadCluster: A worker has no hemline or another one, or more than one thread.
         """
 
-        def own() -> tuple[str, int]:  # sent as it is, so that it runs where there is no hemline
-            from distributed import get_worker
-
+        def own(dask_worker: Any) -> tuple[str, int]:  # sent as it is, so that it runs where there is no hemline
             try:
                 from hemline.sim.takes.cluster import code
             except ImportError:
                 return "no hemline of this version", 1
-            return code(), get_worker().state.nthreads
+            return code(), dask_worker.state.nthreads
 
         with self._said():
             answers = self._client.run(own, on_error="return")
