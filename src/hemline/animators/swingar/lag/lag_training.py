@@ -122,15 +122,17 @@ class LagObjective:
         """Numbers of chunks of frames of one garment."""
         return np.arange(len(self._chunks))
 
-    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
+    def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
         """Mean over garments."""
-        losses = []
-        for number in chosen:
-            garment, _ = self._chunks[number]
-            ready = self.train[garment]
-            frames = np.sort(random.choice(ready.count, self.config.frames, replace=False))
-            losses.append(self._loss(ready, frames, self.config.mirrored and random.random() < 0.5, random))
-        return torch.stack(losses).mean()
+        drawn = [self._drawn(self.train[self._chunks[number][0]], random) for number in chosen]
+        return torch.stack([self._loss(*each) for each in drawn[mine]]).mean()
+
+    def _drawn(self, ready: "_Ready", random: np.random.Generator) -> tuple["_Ready", np.ndarray, bool, np.ndarray]:
+        """Frames of a garment, whether they are mirrored, and edges: as many ends as `config.vertices`."""
+        frames = np.sort(random.choice(ready.count, self.config.frames, replace=False))
+        mirrored = self.config.mirrored and random.random() < 0.5
+        count = min(self.config.vertices // 2, len(ready.edges))
+        return ready, frames, mirrored, ready.edges[random.choice(len(ready.edges), count, replace=False)]
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
         """Mean distance of vertices, each garment alike."""
@@ -149,10 +151,9 @@ class LagObjective:
             ]
         return torch.cat(totals).mean()
 
-    def _loss(self, ready: "_Ready", frames: np.ndarray, mirrored: bool, random: np.random.Generator) -> torch.Tensor:
-        """Of the ends of some edges: as many vertices as `config.vertices`."""
-        count = min(self.config.vertices // 2, len(ready.edges))
-        ends = ready.edges[random.choice(len(ready.edges), count, replace=False)].T.reshape(-1)
+    def _loss(self, ready: "_Ready", frames: np.ndarray, mirrored: bool, edges: np.ndarray) -> torch.Tensor:
+        """Of the ends of some edges."""
+        count, ends = len(edges), edges.T.reshape(-1)
         static, told, apart = ready.static[ends], ready.told(frames, ends), ready.apart(frames, ends)
         if mirrored:
             order, signs = self._static
