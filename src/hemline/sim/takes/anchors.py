@@ -82,15 +82,15 @@ def produce_anchors(
     tasks = [_Task(each.pose, _given(each.betas), tuple(turns), tuple(betas)) for each in anchors]
     for task in tasks:
         setup.body.shaped(task.shape)
-    dataset = create(folder, garment)
 
-    def anchor(number: int, task: _Task) -> Job[str]:
+    def anchor(dataset: Dataset, number: int, task: _Task) -> Job[str]:
         take = yield from _anchor_job(dataset, setup, task)
         tell(str(number), 1, 1)
         return take.name
 
     with workers(jobs, scheduler) as those:
-        names = run_jobs((anchor(number, task) for number, task in enumerate(tasks)), those)
+        dataset = create(folder, garment)
+        names = run_jobs((anchor(dataset, number, task) for number, task in enumerate(tasks)), those)
     rows = {row.name: row for row in dataset.rows()}
     return [rows[name] for name in names]
 
@@ -159,12 +159,12 @@ def produce_posed(
     setup, given = Setup.of(garment, settings), [_given(each) for each in shapes]
     for betas in given:
         setup.body.shaped(betas)
-    dataset = create(folder, garment)
-    work = (
-        _posed_job(dataset, setup, poses, given, tuple(turns), _named(report, number))
-        for number, poses in enumerate(candidates)
-    )
     with workers(jobs, scheduler) as those:
+        dataset = create(folder, garment)
+        work = (
+            _posed_job(dataset, setup, poses, given, tuple(turns), _named(report, number))
+            for number, poses in enumerate(candidates)
+        )
         return run_jobs(work, those)
 
 
@@ -196,16 +196,17 @@ def produce_scattered(
     Returns:
         What each shape became; None where no pose came to rest.
     """
-    setup, dataset, tried = Setup.of(garment, settings), create(folder, garment), min(STAND_INS, len(poses))
+    setup, tried = Setup.of(garment, settings), min(STAND_INS, len(poses))
 
     def turned(number: int) -> Iterator[Pose]:
         return (poses[(number + later) % len(poses)] for later in range(tried))
 
-    work = (
-        _posed_job(dataset, setup, tuple(turned(number)), [_given(betas)], tuple(turns), _named(report, number))
-        for number, betas in enumerate(shapes)
-    )
     with workers(jobs, scheduler) as those:
+        dataset = create(folder, garment)
+        work = (
+            _posed_job(dataset, setup, tuple(turned(number)), [_given(betas)], tuple(turns), _named(report, number))
+            for number, betas in enumerate(shapes)
+        )
         return run_jobs(work, those)
 
 

@@ -149,12 +149,11 @@ class Cluster:
 
 
 @contextmanager
-def cluster(address: str, timeout: float = TIMEOUT) -> Iterator[Cluster]:
+def cluster(address: str) -> Iterator[Cluster]:
     """The workers of a scheduler; at the end of the block it forgets what was not done.
 
     Args:
-        address: Such as `tcp://host:8786`.
-        timeout: How long it is waited for [s].
+        address: Such as `tcp://host:8786`; it is waited for `TIMEOUT` long.
 
     Raises:
         BadCluster: None answers there, or its workers cannot run this hemline.
@@ -168,11 +167,11 @@ def cluster(address: str, timeout: float = TIMEOUT) -> Iterator[Cluster]:
     for name in ("distributed", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
-        client = Client(address, timeout=timeout, set_as_default=False)
+        client = Client(address, timeout=TIMEOUT, set_as_default=False)
     except (OSError, ValueError, TypeError) as reason:
         what = f"no dask scheduler answers at {address}"
         cure = "start one with 'dask scheduler' and name it as tcp://HOST:8786"
-        raise BadCluster(what, f"nothing within {timeout:g} s", cure) from reason
+        raise BadCluster(what, f"nothing within {TIMEOUT:g} s", cure) from reason
     try:
         found = Cluster(client, address)
         found.check()

@@ -89,12 +89,13 @@ def produce(
         BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
     """
     plan = Plan(tuple(betas), untangle, quantised, part_seconds)
-    dataset, setup = create(folder, garment), Setup.of(garment, settings)
+    setup = Setup.of(garment, settings)
     tell = report or (lambda clip, done, total: None)
     called = _told_apart([clip.motion.name for clip in clips])
-    for name, clip in zip(called, clips, strict=True):
-        tell(name, 0, clip.motion.frames_at(setup.settings.fps))
     with workers(jobs, scheduler) as those:
+        dataset = create(folder, garment)
+        for name, clip in zip(called, clips, strict=True):
+            tell(name, 0, clip.motion.frames_at(setup.settings.fps))
         (rest,) = run_jobs([rest_job(dataset, setup, plan.betas)], those)
         work = (
             clip_job(dataset, setup, plan, clip, rest, lambda done, total, name=name: tell(name, done, total))

@@ -101,9 +101,8 @@ def produce_rests(
     asked = [tuple(float(beta) for beta in np.asarray(betas, np.float32)) for betas in shapes]
     for betas in asked:
         setup.body.shaped(betas)
-    dataset = create(folder, garment)
 
-    def rest(betas: tuple[float, ...]) -> Job[Take | str]:
+    def rest(dataset: Dataset, betas: tuple[float, ...]) -> Job[Take | str]:
         nonlocal done
         try:
             found: Take | str = yield from rest_job(dataset, setup, betas)
@@ -115,4 +114,5 @@ def produce_rests(
         return found
 
     with workers(jobs, scheduler) as those:
-        return run_jobs((rest(betas) for betas in asked), those)
+        dataset = create(folder, garment)
+        return run_jobs((rest(dataset, betas) for betas in asked), those)
