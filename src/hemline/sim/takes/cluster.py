@@ -20,7 +20,7 @@ from weakref import WeakKeyDictionary
 
 from hemline.errors import BadCluster, HemlineWarning, MissingExtra
 
-from .jobs import Call, Tell, nothing_told
+from .jobs import Call, Tell, kept_setup, nothing_told
 
 TIMEOUT = 10.0
 """How long a scheduler is waited for [s]."""
@@ -71,14 +71,22 @@ class Cluster:
 
     def submit(self, call: Call) -> "Future[Any]":
         """Send it to the scheduler."""
+        from distributed.protocol.pickle import dumps
+
+        def called(*given: Any) -> Any:  # sent as it is, so that a worker without hemline can say so
+            from hemline.sim.takes.cluster import answered
+
+            return answered(*given)
+
         self._sent += 1
         self._heard[number := self._sent] = call.heard
         with self._said():
             if call.setup not in self._setups:
                 # a task, which is done again where its worker dies, and not scattered data, which would be lost
-                self._setups[call.setup] = self._client.submit(_itself, call.setup, pure=False)
-            given = (code(), self._topic, number, call.work, self._setups[call.setup], call.argument)
-            future = self._pool.submit(_called, *given, key=f"{call.work.__name__}-{uuid.uuid4().hex}")
+                self._setups[call.setup] = self._client.submit(bytes, dumps(call.setup), pure=False)
+            setup = self._setups[call.setup]
+            given = (code(), self._topic, number, setup.key, setup, dumps((call.work, call.argument)))
+            future = self._pool.submit(called, *given, key=f"{call.work.__name__}-{uuid.uuid4().hex}")
         answer: Future[Any] = Future()
         future.add_done_callback(lambda made: self._passed_on(made, number, answer))
         return answer
@@ -193,13 +201,22 @@ def _check(worker: str, there: str, threads: int) -> None:
         raise BadCluster(f"worker {worker} must have one thread: a take is simulated by one", threads, cure)
 
 
-def _itself(setup: Any) -> Any:
-    return setup
+def answered(there: str, topic: str, number: int, key: str, setup: bytes, asked: bytes) -> Any:
+    """Make one call, on a worker; one that came late was not asked before which hemline it has.
 
+    Args:
+        there: The `code` of who asks.
+        topic: Where it listens.
+        number: The call.
+        key: Of the setup.
+        setup: What the call has in common with others, serialised.
+        asked: Function and argument, serialised.
 
-def _called(there: str, topic: str, number: int, work: Any, setup: Any, argument: Any) -> Any:
-    """One call, on a worker; those that came later were not asked which hemline they have."""
+    Raises:
+        BadCluster: This worker has another hemline, or more than one thread.
+    """
     from distributed import get_worker
+    from distributed.protocol.pickle import loads
 
     from hemline.compiled import use_threads
 
@@ -216,4 +233,5 @@ def _called(there: str, topic: str, number: int, work: Any, setup: Any, argument
             last = time.monotonic()
             worker.log_event(topic, [number, done, total])
 
-    return work(setup, argument, tell)
+    work, argument = loads(asked)
+    return work(kept_setup(key, lambda: loads(setup)), argument, tell)

@@ -5,6 +5,7 @@ So one process alone touches the dataset, workers share no disk with it, and wha
 a call that can be made again, anywhere, to the same result.
 """
 
+from collections import OrderedDict
 from collections.abc import Callable, Collection, Generator, Iterable
 from concurrent.futures import Future
 from dataclasses import dataclass
@@ -15,6 +16,21 @@ Report = Callable[[str, int, int], None]
 """Called with what is worked on, the steps done and the steps in all."""
 Tell = Callable[[int, int], None]
 """Called with the steps done and the steps in all."""
+
+
+KEPT = 4
+"""Setups that a worker keeps."""
+_setups: OrderedDict[Any, Any] = OrderedDict()
+
+
+def kept_setup(key: Any, received: Callable[[], Any]) -> Any:
+    """The setup of that key as it came first to this worker: what is prepared for it is kept with it."""
+    if key not in _setups:
+        _setups[key] = received()
+    _setups.move_to_end(key)
+    while len(_setups) > KEPT:
+        _setups.popitem(last=False)
+    return _setups[key]
 
 
 def nothing_told(done: int, total: int) -> None:

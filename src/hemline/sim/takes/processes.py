@@ -4,7 +4,6 @@ import itertools
 import os
 import threading
 import time
-from collections import OrderedDict
 from collections.abc import Collection, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
@@ -12,10 +11,7 @@ from multiprocessing import get_context
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from .jobs import Call, Tell, nothing_told
-
-KEPT = 4
-"""Setups that a process keeps."""
+from .jobs import Call, Tell, kept_setup, nothing_told
 
 
 class Here:
@@ -81,7 +77,6 @@ def processes(jobs: int) -> Iterator[Processes]:
 
 
 _progress: Any = None
-_setups: OrderedDict[int, Any] = OrderedDict()
 
 
 def _start_worker(parent: int, threads: int, progress: Any) -> None:
@@ -101,11 +96,6 @@ def _start_worker(parent: int, threads: int, progress: Any) -> None:
 
 
 def _called(number: int, work: Any, key: int, setup: Any, argument: Any) -> Any:
-    # the one that came first: what is prepared for it is kept
-    setup = _setups.setdefault(key, setup)
-    _setups.move_to_end(key)
-    while len(_setups) > KEPT:
-        _setups.popitem(last=False)
     last = 0.0
 
     def tell(done: int, total: int) -> None:
@@ -114,4 +104,4 @@ def _called(number: int, work: Any, key: int, setup: Any, argument: Any) -> Any:
             last = time.monotonic()
             _progress.put((number, done, total))
 
-    return work(setup, argument, tell)
+    return work(kept_setup(key, lambda: setup), argument, tell)
