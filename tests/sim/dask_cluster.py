@@ -33,7 +33,7 @@ class DaskCluster:
     def add_worker(self, path: str | None = None, threads: int = 1) -> None:
         """One more; `path` is where it looks for modules first."""
         words = ["distributed.cli.dask_worker", self.address, "--nthreads", str(threads), "--no-nanny"]
-        words += ["--no-dashboard", "--local-directory", str(self.folder)]
+        words += ["--no-dashboard", "--local-directory", str(self.folder), "--death-timeout", "60"]
         self._start(words, os.pathsep.join([*([path] if path else []), *sys.path]))
 
     def wait_for(self, count: int) -> None:
