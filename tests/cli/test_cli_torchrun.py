@@ -12,7 +12,7 @@ pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 from hemline import bodies, garments, motions, sim  # after the skip
 
 OPTIONS = ["--epochs", "4", "--correction-epochs", "2", "--bones-epochs", "2", "--components", "8"]
-OPTIONS += ["--shape-components", "8", "--chains", "4", "--threads", "1"]
+OPTIONS += ["--shape-components", "8", "--chains", "4", "--threads", "1", "--bones", "ropes"]
 OPTIONS += ["--no-calibrate", "--gradient-steps", "0", "--collision-vertices", "20"]
 
 
@@ -35,6 +35,7 @@ def fitted(data: Path, model: Path, processes: int, *more: str) -> subprocess.Co
     return subprocess.run(words, capture_output=True, text=True, timeout=400, env=os.environ | alone, check=False)
 
 
+@pytest.mark.slow
 def test_two_processes_fit_what_one_fits(data, tmp_path):
     one, two = fitted(data, tmp_path / "one.safetensors", 1), fitted(data, tmp_path / "two.safetensors", 2)
     assert one.returncode == two.returncode == 0, one.stderr + two.stderr
@@ -46,6 +47,7 @@ def test_two_processes_fit_what_one_fits(data, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["one.safetensors", "two.safetensors"]
 
 
+@pytest.mark.slow
 def test_more_processes_than_a_batch_has_samples_are_one_line(data, tmp_path):
     done = fitted(data, tmp_path / "model.safetensors", 2, "--batch", "1")
     assert done.returncode != 0

@@ -88,6 +88,7 @@ def alone(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_three_workers_one_of_them_killed_make_the_same_bytes(alone, tmp_path):
     with dask_cluster(tmp_path / "dask", 3) as cluster:
         done = run(tmp_path, cluster, "worker")
@@ -101,6 +102,7 @@ def test_three_workers_one_of_them_killed_make_the_same_bytes(alone, tmp_path):
     assert not list((tmp_path / "data" / "takes").glob(".*"))
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_goes_away_is_said_and_what_is_done_is_kept(alone, tmp_path):
     with dask_cluster(tmp_path / "dask", 2) as cluster:
         done = run(tmp_path, cluster, cluster.scheduler.pid)
@@ -136,6 +138,7 @@ def other_hemline(folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "which, said",
     [
@@ -156,6 +159,7 @@ def test_workers_that_cannot_do_it_are_refused_before_anything_is_written(tmp_pa
     assert not list(tmp_path.glob("data/takes/*"))
 
 
+@pytest.mark.slow
 def test_a_worker_without_hemline_that_comes_later_is_refused_too(tmp_path):
     with dask_cluster(tmp_path / "dask", 0) as cluster:
         words = command(tmp_path / "data", cluster)
@@ -194,6 +198,7 @@ def test_without_dask_the_extra_is_named(monkeypatch):
         pass
 
 
+@pytest.mark.slow
 def test_rests_and_anchors_are_shared_out_too(tmp_path):
     shaped = bodies.load("anny24").shaped()
     napkin = garments.make_cape(shaped, rows=6, columns=11, name="napkin")
