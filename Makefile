@@ -27,7 +27,7 @@ $(VENV)/.learn: $(VENV)/.base
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.learn
-	$(INSTALL) --editable '.[learn,onnx,usd,view,dev]'
+	$(INSTALL) --editable '.[cluster,learn,onnx,usd,view,dev]'
 	touch $@
 
 # the shipped cape on a shipped run, the shipped T-shirt on three bodies: .glb, .webp, report.json in out/demo

@@ -11,6 +11,7 @@ HemlineError
 │   ├── BadDataset    folders of takes
 │   ├── BadModel      model files
 │   ├── BadAnswer     what the page of a study sent
+│   ├── BadCluster    a scheduler, its workers, the processes of a training
 │   └── BadOutput     a path that cannot be written, a format that is not known
 ├── MissingExtra (also an ImportError)   an optional library is not installed: exit status 2
 └── SimulationFailed                     a take that could not be finished: exit status 1
@@ -73,6 +74,10 @@ class BadModel(BadInput):
 
 class BadAnswer(BadInput):
     """What the page of a study sent and cannot be kept. The page shows the message, so it names no clip."""
+
+
+class BadCluster(BadInput):
+    """A scheduler that does not answer, workers that cannot do the work, processes that do not fit a training."""
 
 
 class BadOutput(BadInput):

@@ -109,9 +109,9 @@ def test_a_chain_does_not_depend_on_the_others(data):
     objective = GruObjective(data, SLOTS, options(), 0)
     random = np.random.default_rng(0)
     objective.wanted[:, 1] += 1.0
-    one = torch.autograd.grad(objective.loss(objective.samples[:4], random), objective.parameters)
+    one = torch.autograd.grad(objective.loss(objective.samples[:4], random, slice(None)), objective.parameters)
     objective.wanted[:, 1] -= 1.0
-    other = torch.autograd.grad(objective.loss(objective.samples[:4], random), objective.parameters)
+    other = torch.autograd.grad(objective.loss(objective.samples[:4], random, slice(None)), objective.parameters)
     for a, b in zip(one, other, strict=True):
         np.testing.assert_array_equal(a[0].numpy(), b[0].numpy())
     assert not np.array_equal(one[4][1].numpy(), other[4][1].numpy())

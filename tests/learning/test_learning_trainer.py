@@ -35,11 +35,11 @@ class Line:
     def samples(self):
         return np.arange(40)
 
-    def loss(self, chosen, random):
+    def loss(self, chosen, random, mine):
         self.seen.append(chosen)
         noise = 0.2 * random.normal(size=(len(chosen), 4)).astype(np.float32)
-        found = torch.from_numpy(self.inputs[chosen] + noise) @ self.weight + self.offset
-        return ((found - torch.from_numpy(self.outputs[chosen])) ** 2).mean()
+        found = torch.from_numpy((self.inputs[chosen] + noise)[mine]) @ self.weight + self.offset
+        return ((found - torch.from_numpy(self.outputs[chosen[mine]])) ** 2).mean()
 
     def validation_loss(self, random):
         held_out = np.arange(40, 50)
@@ -83,10 +83,10 @@ def test_stopped_after_any_epoch_it_comes_to_the_same_bits(straight, tmp_path, e
 @pytest.mark.parametrize("step", [1, 4, 20])
 def test_killed_within_an_epoch_it_comes_to_the_same_bits(straight, tmp_path, step):
     class Killed(Line):
-        def loss(self, chosen, random):
+        def loss(self, chosen, random, mine):
             if len(self.seen) == step:
                 raise KeyboardInterrupt
-            return super().loss(chosen, random)
+            return super().loss(chosen, random, mine)
 
     checkpoint = Checkpoint(tmp_path / "line.safetensors", "mark", 2)
     with pytest.raises(KeyboardInterrupt):
@@ -183,8 +183,8 @@ def test_the_rate_falls_along_a_cosine():
 
 def test_a_loss_that_is_not_finite_is_said():
     class Diverging(Line):
-        def loss(self, chosen, random):
-            return super().loss(chosen, random) * float("inf")
+        def loss(self, chosen, random, mine):
+            return super().loss(chosen, random, mine) * float("inf")
 
     with pytest.raises(BadModel, match="the training of the line diverged; got a loss that is not finite; lower"):
         trained(Diverging())

@@ -40,6 +40,8 @@ class Arguments:
     """Clips that the poses are taken from: .bvh or AMASS .npz files, or names of shipped ones."""
     jobs: int = 1
     """Poses that are settled at the same time, each in a process of its own; the result does not depend on it."""
+    scheduler: str | None = None
+    """Address of a dask scheduler, such as tcp://host:8786, whose workers settle instead; see docs/scale.md."""
     body: str = "anny24"
     """The body: anny24, or a file (.safetensors, SMPL .npz or .pkl)."""
     json: bool = False
@@ -75,6 +77,8 @@ def run(arguments: Arguments) -> int:
             arguments.output,
             garment,
             shapes,
+            jobs=arguments.jobs,
+            scheduler=arguments.scheduler,
             report=lambda done, total: display.update(task, completed=done, total=total),
         )
     rows = [
@@ -116,6 +120,7 @@ def _anchors(arguments: Arguments) -> int:
             derivatives=arguments.derivatives,
             seed=arguments.seed,
             jobs=arguments.jobs,
+            scheduler=arguments.scheduler,
             progress=progress,
         )
     rows = [

@@ -1,7 +1,9 @@
 """`hemline fit DATASET... --animator NAME -o MODEL`."""
 
 import json
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, make_dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -53,26 +55,18 @@ def _animator_in(words: Sequence[str]) -> str:
 
 def run(arguments: Any) -> int:
     """Fit and save."""
-    from hemline import animators
-    from hemline.datasets import open_collection, open_dataset
     from hemline.errors import BadInput
     from hemline.files import check_writable
 
-    check_writable(arguments.output)
     if not arguments.dataset:
         raise BadInput("no dataset", "hemline fit without a folder", "name what 'hemline simulate' made")
-    several = len(arguments.dataset) > 1
-    data = open_collection(arguments.dataset) if several else open_dataset(arguments.dataset[0])
-    with stages() as progress:
-        model = animators.fit(
-            data,
-            arguments.animator,
-            arguments.config,
-            seed=arguments.seed,
-            progress=progress,
-            checkpoints=arguments.output.with_suffix(".fitting"),
-        )
-    model.save(arguments.output)
+    with _together() as first:
+        if first:
+            check_writable(arguments.output)
+        model = _fitted(arguments, first)
+        if not first:
+            return 0
+        model.save(arguments.output)
     if arguments.json:
         print(json.dumps({"model": str(arguments.output), "figures": model.figures}))
     else:
@@ -80,3 +74,32 @@ def run(arguments: Any) -> int:
             print(f"{name:<28} {value:.4g}")
         print(arguments.output)
     return 0
+
+
+def _fitted(arguments: Any, first: bool) -> Any:
+    from hemline import animators
+    from hemline.datasets import open_collection, open_dataset
+
+    several = len(arguments.dataset) > 1
+    data = open_collection(arguments.dataset) if several else open_dataset(arguments.dataset[0])
+    with stages() if first else nullcontext() as progress:
+        return animators.fit(
+            data,
+            arguments.animator,
+            arguments.config,
+            seed=arguments.seed,
+            progress=progress,
+            checkpoints=arguments.output.with_suffix(".fitting") if first else None,
+        )
+
+
+@contextmanager
+def _together() -> Iterator[bool]:
+    """Whether this process writes and prints: of those that torchrun has started, the first one."""
+    if os.environ.get("WORLD_SIZE", "1") == "1":
+        yield True
+        return
+    from hemline.learning.group import joined
+
+    with joined() as group:
+        yield group.first

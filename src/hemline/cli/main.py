@@ -8,7 +8,7 @@ import sys
 import warnings
 from collections.abc import Iterator, Sequence
 
-from hemline.errors import BadInput, HemlineError, HemlineWarning, SimulationFailed
+from hemline.errors import BadCluster, BadInput, HemlineError, HemlineWarning, SimulationFailed
 
 from .misread import misread
 
@@ -46,6 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _run(words)
     except SimulationFailed as error:
         return _say(str(error), FELL_SHORT)
+    except BadCluster as error:
+        # of the processes of a training, all say the same
+        return _say(str(error), BAD_INPUT) if os.environ.get("RANK", "0") == "0" else BAD_INPUT
     except HemlineError as error:
         return _say(str(error), BAD_INPUT)
     except KeyboardInterrupt:
@@ -113,5 +116,6 @@ def _overview() -> str:
 
 
 def _say(text: str, status: int) -> int:
-    print(f"hemline: {text}", file=sys.stderr)
+    rank = os.environ.get("RANK", "0")  # set by torchrun
+    print(f"hemline: {text}" if rank == "0" else f"hemline: process {rank}: {text}", file=sys.stderr)
     return status

@@ -31,6 +31,25 @@ def stages() -> Iterator[Callable[[str, int, int], None]]:
         yield report
 
 
+@contextmanager
+def total(what: str) -> Iterator[Callable[[str, int, int], None]]:
+    """One bar for all pieces of some work, wherever they are worked on: called with a piece, its steps done and all."""
+    with bars() as display:
+        task, steps = display.add_task(what, total=None), {}
+
+        def report(piece: str, done: int, of: int) -> None:
+            steps[piece] = done, of
+            ended = sum(one == all_of for one, all_of in steps.values())
+            display.update(
+                task,
+                description=f"{ended} of {len(steps)} takes, {what}",
+                completed=sum(one for one, _ in steps.values()),
+                total=sum(all_of for _, all_of in steps.values()),
+            )
+
+        yield report
+
+
 def note(text: str) -> None:
     """Say something on stderr."""
     print(text, file=sys.stderr, flush=True)

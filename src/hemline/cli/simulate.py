@@ -11,7 +11,7 @@ import tyro
 from hemline.errors import BadInput
 
 from .garment import open_garment
-from .progress import note, stages
+from .progress import note, total
 
 FASTEST = 1000
 """Frames a second beyond which nobody simulates on purpose."""
@@ -36,6 +36,8 @@ class Arguments:
     """Shape of the body: a few numbers of about -3 to 3; what is left out is 0, the mean."""
     jobs: int = 1
     """Clips that are simulated at the same time, each in a process of its own; the result does not depend on it."""
+    scheduler: str | None = None
+    """Address of a dask scheduler, such as tcp://host:8786, whose workers simulate instead; see docs/scale.md."""
     seconds: float | None = None
     """Only the first so many seconds of each clip; all of it unless given."""
     fps: float = 30.0
@@ -85,7 +87,7 @@ def run(arguments: Arguments) -> int:
     garment = garments.worn_together(each) if arguments.over else each[0]
     if arguments.explain:
         note(garments.explain(garment))
-    with stages() as report:
+    with total("frames") as report:
         rows = produce(
             arguments.output,
             garment,
@@ -94,6 +96,7 @@ def run(arguments: Arguments) -> int:
             settings=settings,
             untangle=arguments.untangle,
             jobs=arguments.jobs,
+            scheduler=arguments.scheduler,
             quantised=arguments.quantised,
             report=report,
         )

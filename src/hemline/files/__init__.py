@@ -8,6 +8,7 @@ from .npz import npz_arrays as npz_arrays
 from .tensors import content_hash as content_hash
 from .tensors import read_metadata as read_metadata
 from .tensors import read_tensors as read_tensors
+from .tensors import tensor_bytes as tensor_bytes
 from .tensors import write_tensors as write_tensors
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "npz_arrays",
     "read_metadata",
     "read_tensors",
+    "tensor_bytes",
     "write_tensors",
     "written_whole",
 ]

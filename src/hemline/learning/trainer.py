@@ -1,17 +1,20 @@
 """The one loop that trains networks: seeded, resumed to the same bits after a kill, the best epoch kept."""
 
+import json
 import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import torch
 
-from hemline.errors import BadModel
-from hemline.files import read_tensors, write_tensors
+from hemline.errors import BadCluster, BadModel
+from hemline.files import read_tensors, tensor_bytes, write_tensors
+
+from .group import Group
 
 
 @runtime_checkable
@@ -33,8 +36,12 @@ class Objective(Protocol):
         """Numbers of the samples of the training set."""
         ...
 
-    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
-        """The loss of a batch; all that is drawn by chance is drawn from `random`."""
+    def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
+        """The mean over the samples `chosen[mine]` of a batch, never none.
+
+        All that is drawn by chance is drawn from `random`, for the whole of `chosen`: so a batch is the same on however
+        many processes.
+        """
         ...
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
@@ -89,10 +96,24 @@ class Trainer:
     Each epoch draws from a generator of its own, seeded by the seed and the epoch: a training that is resumed from any
     checkpoint comes to the same bits as one that was never killed.
 
+    In a process group (`group`) each process takes its share of each batch; their gradients, weighted by the sizes of
+    the shares, are summed, which is the gradient of the batch up to rounding:
+    $\nabla \frac{1}{n} \sum_{i \le n} l_i = \sum_p \frac{n_p}{n} \nabla \frac{1}{n_p} \sum_{i \in p} l_i$. The
+    first process validates and keeps checkpoints, which any number of processes goes on from.
+
     Source: Kingma, Ba, "Adam", 2015; Loshchilov, Hutter, "SGDR", 2017, Eq. 5 (the cosine, without restarts).
     """
 
     def __init__(self, objective: Objective, schedule: Schedule):
+        """Get ready.
+
+        Raises:
+            BadCluster: There are more processes than samples in a batch.
+        """
+        self.group = Group.now()
+        if self.group.count > schedule.batch:
+            what = f"the training of the {objective.name} has {schedule.batch} samples in a batch, one process each"
+            raise BadCluster(what, f"{self.group.count} processes", "start fewer, or raise the batch")
         torch.set_num_threads(schedule.threads)
         self.objective, self.schedule = objective, schedule
         self.parameters = list(objective.parameters)
@@ -114,12 +135,16 @@ class Trainer:
         Raises:
             BadModel: The loss is no longer finite, or the checkpoint is damaged.
         """
+        if not self.group.first:
+            checkpoint = None
         if not (checkpoint and self._restored(checkpoint)):
             self._remember_best()
+        self._agree()
         while not self.ended:
             self._run_epoch()
             self.done += 1
             self._remember_best()
+            self._agree()
             if checkpoint and (self.ended or self._is_due(checkpoint)):
                 self._keep(checkpoint)
             progress(self.done, self.schedule.epochs)
@@ -145,24 +170,51 @@ class Trainer:
         rate = 0.5 * schedule.rate * (1 + math.cos(math.pi * self.done / schedule.epochs))
         random = np.random.default_rng((schedule.seed, self.done))
         order = random.permutation(self.objective.samples)
-        loss, total = torch.zeros(()), torch.zeros(())
+        loss, total = 0.0, 0.0
         steps_before = self.done * -(-len(order) // schedule.batch)
         for step, first in enumerate(range(0, len(order), schedule.batch), steps_before + 1):
             for group in self.adam.param_groups:
                 group["lr"] = rate * min(1.0, step / max(schedule.warm_up, 1))
-            loss = self.objective.loss(np.sort(order[first : first + schedule.batch]), random)
-            self.adam.zero_grad()
-            loss.backward()
+            loss = self._step_down(np.sort(order[first : first + schedule.batch]), random)
             if schedule.clip < math.inf:
                 torch.nn.utils.clip_grad_norm_(self.parameters, schedule.clip)
             self.adam.step()
-            total += loss.detach()
-        self.trained.append(float(total) / -(-len(order) // schedule.batch))
-        if not math.isfinite(float(loss.detach())):
+            total += loss
+        self.trained.append(total / -(-len(order) // schedule.batch))
+        if not math.isfinite(loss):
             what = f"the training of the {self.objective.name} diverged"
             raise BadModel(what, "a loss that is not finite", "lower its learning rate")
 
+    def _step_down(self, chosen: np.ndarray, random: np.random.Generator) -> float:
+        """Gradients of a batch, of all processes together; its loss."""
+        mine, group = self.group.share(len(chosen)), self.group
+        self.adam.zero_grad()
+        total = torch.zeros(())
+        if mine.start < mine.stop:
+            weight = (mine.stop - mine.start) / len(chosen)
+            loss = self.objective.loss(chosen, random, mine)
+            (loss if group.count == 1 else weight * loss).backward()
+            total = weight * loss.detach()
+        if group.count > 1:
+            for parameter in self.parameters:
+                parameter.grad = torch.zeros_like(parameter) if parameter.grad is None else parameter.grad
+            group.summed([total, *(p.grad for p in self.parameters if p.grad is not None)])
+        return float(total)
+
+    def _agree(self) -> None:
+        """All processes go on from the state of the first: machines may round differently."""
+        if self.group.count == 1:
+            return
+        from safetensors.numpy import load
+
+        arrays, metadata = self._state()
+        sent = self.group.from_first(tensor_bytes(arrays, {})), self.group.from_first(json.dumps(metadata).encode())
+        if not self.group.first:
+            self._take(load(sent[0]), json.loads(sent[1]))
+
     def _remember_best(self) -> None:
+        if not self.group.first:
+            return
         with torch.no_grad():
             loss = float(self.objective.validation_loss(np.random.default_rng(self.schedule.seed)))
         self.losses.append(loss)
@@ -171,16 +223,8 @@ class Trainer:
             self.best = [p.detach().clone() for p in self.parameters]
 
     def _keep(self, checkpoint: Checkpoint) -> None:
-        arrays = {f"parameter{i}": p.detach().numpy() for i, p in enumerate(self.parameters)}
-        arrays |= {f"best{i}": p.numpy() for i, p in enumerate(self.best)}
-        for i, parameter in enumerate(self.parameters):
-            moments = self.adam.state[parameter]
-            arrays |= {f"first{i}": moments["exp_avg"].numpy(), f"second{i}": moments["exp_avg_sq"].numpy()}
-        steps = float(self.adam.state[self.parameters[0]]["step"])
-        best = self.best_loss if math.isfinite(self.best_loss) else None
-        arrays |= {"losses": np.array(self.losses), "trained": np.array(self.trained)}
-        metadata = {"kind": "training", "mark": checkpoint.mark, "done": self.done, "steps": steps, "best": best}
-        write_tensors(checkpoint.path, arrays, metadata)
+        arrays, metadata = self._state()
+        write_tensors(checkpoint.path, arrays, metadata | {"mark": checkpoint.mark})
         self._kept_at = time.monotonic()
 
     def _restored(self, checkpoint: Checkpoint) -> bool:
@@ -190,16 +234,34 @@ class Trainer:
         arrays, metadata = read_tensors(checkpoint.path, "training", error=BadModel)
         if metadata.get("mark") != checkpoint.mark:
             return False
+        self._take(arrays, metadata)
+        return True
+
+    def _state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """All that the next epoch depends on."""
+        arrays = {f"parameter{i}": p.detach().numpy() for i, p in enumerate(self.parameters)}
+        arrays |= {f"best{i}": p.numpy() for i, p in enumerate(self.best)}
+        steps = 0.0
+        for i, parameter in enumerate(self.parameters):
+            if moments := self.adam.state.get(parameter):
+                arrays |= {f"first{i}": moments["exp_avg"].numpy(), f"second{i}": moments["exp_avg_sq"].numpy()}
+                steps = float(moments["step"])
+        best = self.best_loss if math.isfinite(self.best_loss) else None
+        arrays |= {"losses": np.array(self.losses), "trained": np.array(self.trained)}
+        return arrays, {"kind": "training", "done": self.done, "steps": steps, "best": best}
+
+    def _take(self, arrays: dict[str, np.ndarray], metadata: dict[str, Any]) -> None:
+        """Go on from a state."""
         with torch.no_grad():
             for i, parameter in enumerate(self.parameters):
                 parameter.copy_(torch.from_numpy(arrays[f"parameter{i}"]))
-                self.adam.state[parameter] = {
-                    "step": torch.tensor(metadata["steps"]),
-                    "exp_avg": torch.from_numpy(arrays[f"first{i}"]),
-                    "exp_avg_sq": torch.from_numpy(arrays[f"second{i}"]),
-                }
+                if metadata["steps"]:
+                    self.adam.state[parameter] = {
+                        "step": torch.tensor(metadata["steps"]),
+                        "exp_avg": torch.from_numpy(arrays[f"first{i}"]),
+                        "exp_avg_sq": torch.from_numpy(arrays[f"second{i}"]),
+                    }
         self.best = [torch.from_numpy(arrays[f"best{i}"]) for i in range(len(self.parameters))]
         self.best_loss = math.inf if metadata["best"] is None else metadata["best"]
         self.losses, self.trained = (arrays[name].tolist() if name in arrays else [] for name in ("losses", "trained"))
         self.done = int(metadata["done"])
-        return True

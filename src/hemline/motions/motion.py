@@ -165,10 +165,14 @@ class Motion:
             raise BadMotion(f"fps of motion '{self.name}' must be positive", fps, "give a number above 0")
         if fps == self.fps:
             return self
-        frames = int(np.floor(self.seconds * fps + 1e-3)) + 1
+        frames = self.frames_at(fps)
         rotations, translations = self._between_frames(np.arange(frames) / fps)
         rotations = continuous(rotations)
         return replace(self, rotations=rotations, translations=translations, fps=fps)
+
+    def frames_at(self, fps: float) -> int:
+        """Frames that it has when it is resampled to another rate."""
+        return len(self) if fps == self.fps else int(np.floor(self.seconds * fps + 1e-3)) + 1
 
     def _between_frames(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         place = np.clip(times * self.fps, 0, len(self) - 1)

@@ -84,10 +84,10 @@ class CorrectionObjective:
         """The frames to train on."""
         return self.frames.train
 
-    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
+    def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
         """All terms on bones with noise."""
         bones = with_noise(self.frames.rope_bones[chosen], self.config.bone_noise, self.frames.free, random)
-        return self._terms(chosen, bones, random)
+        return self._terms(chosen[mine], bones[mine], random)
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
         """All terms on held-out frames, without noise."""

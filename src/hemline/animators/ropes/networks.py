@@ -85,10 +85,10 @@ class CoefficientObjective:
         """The frames to train on."""
         return self.training.train
 
-    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
+    def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
         """Both terms on bones with noise."""
         bones = with_noise(self.training.bones[chosen], self.config.bone_noise, self.training.free, random)
-        return self._both_terms(chosen, self.network(torch.from_numpy(bones)), random)
+        return self._both_terms(chosen[mine], self.network(torch.from_numpy(bones[mine])), random)
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
         """Both terms on held-out frames, without noise."""

@@ -1,6 +1,7 @@
 """The training of learned bones with torch: through rollouts, so that a step meets what the steps before it made."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -107,13 +108,13 @@ class RolloutObjective:
         """The frames to start rollouts from."""
         return self.data.windows(0, self.length)[:: max(1, round(STRIDE * self.length))]
 
-    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
+    def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
         """Over rollouts that start from bones with noise, on a body with noise.
 
         Besides how far coefficients are off, it counts how much that changes from step to step: else swing is averaged
         away.
         """
-        misses = self._misses(chosen, self.length, random)
+        misses = self._misses(chosen[mine], self.length, self._noise(len(chosen), random).of(mine))
         return misses.square().sum(2).mean() + self.config.swing_weight * misses.diff(dim=0).square().sum(2).mean()
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
@@ -126,27 +127,27 @@ class RolloutObjective:
         misses = self._misses(windows[:: VALIDATION_FRAMES // 2], length, None)[min(SETTLING, length - 1) :]
         return misses.square().sum(2).mean()
 
-    def _misses(self, frames: np.ndarray, length: int, random: np.random.Generator | None) -> torch.Tensor:
+    def _misses(self, frames: np.ndarray, length: int, noise: "_Noise | None") -> torch.Tensor:
         """How far coefficients are off (steps, rollouts, modes) [m]."""
-        found = self.rollout(frames, length, random)
+        found = self.rollout(frames, length, noise)
         wanted = self.wanted[torch.from_numpy(frames + np.arange(1, length + 1)[:, None])]
         return found - wanted
 
-    def rollout(self, frames: np.ndarray, length: int, random: np.random.Generator | None = None) -> torch.Tensor:
+    def rollout(self, frames: np.ndarray, length: int, noise: "_Noise | None" = None) -> torch.Tensor:
         """Coefficients (steps, rollouts, modes) of steps that go on from what they made [m].
 
         Args:
             frames: Frames to start from.
             length: Steps.
-            random: What noise on the start is drawn from; None: no noise.
+            noise: On start and body of each rollout; None: none.
         """
         rest = torch.from_numpy(self.data.rest[self.data.shape[frames]])
-        now, before = self._start(frames, rest, random)
-        found, noise = [], self._body_noise(len(frames), random)
+        now, before = self._start(frames, rest, noise)
+        found, body_noise = [], 0.0 if noise is None else noise.body
         for step in range(1, length + 1):
             inputs, carried, inertia = self._carried(frames + step, rest, now, before)
             kept = inputs.clamp(*self._reach(slice(None)))
-            new = (inertia + self.added(kept + noise)).clamp(*self._reach(slice(COUNT, COUNT + len(self.modes))))
+            new = (inertia + self.added(kept + body_noise)).clamp(*self._reach(slice(COUNT, COUNT + len(self.modes))))
             moved = rest + (new @ self.modes).reshape(now.shape)
             now, before = moved + self._push(frames + step, moved.detach()), carried
             found.append((now - rest).flatten(1) @ self.modes.T)
@@ -159,12 +160,11 @@ class RolloutObjective:
     def _reach(self, inputs: slice) -> tuple[torch.Tensor, torch.Tensor]:
         return torch.from_numpy(self.low[inputs]), torch.from_numpy(self.high[inputs])
 
-    def _body_noise(self, count: int, random: np.random.Generator | None) -> torch.Tensor:
-        """Noise on the inputs of each rollout (rollouts, ins), the same in all of its steps: as bodies differ."""
-        noise = np.zeros((count, COUNT + 2 * len(self.modes)), np.float32)
-        if random is not None:
-            noise[:, :COUNT] = random.standard_normal((count, COUNT), np.float32) * self.noise
-        return torch.from_numpy(noise)
+    def _noise(self, count: int, random: np.random.Generator) -> "_Noise":
+        start = torch.from_numpy(random.standard_normal((2, count, len(self.modes)), np.float32))
+        body = np.zeros((count, COUNT + 2 * len(self.modes)), np.float32)
+        body[:, :COUNT] = random.standard_normal((count, COUNT), np.float32) * self.noise
+        return _Noise(start * self.config.rollout_noise, torch.from_numpy(body))
 
     def _push(self, frames: np.ndarray, moved: torch.Tensor) -> torch.Tensor:
         """How far bones are pushed out of the body's primitives (rollouts, free, 3) [m]; taken as given by the loss."""
@@ -176,14 +176,13 @@ class RolloutObjective:
         return torch.from_numpy(points.astype(np.float32)) - moved
 
     def _start(
-        self, frames: np.ndarray, rest: torch.Tensor, random: np.random.Generator | None
+        self, frames: np.ndarray, rest: torch.Tensor, noise: "_Noise | None"
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """Simulated bones at some frames and one before, both in the key frame of the first (rollouts, free, 3)."""
         bones = [rest + torch.from_numpy(self.data.bones[frames - back]) for back in (0, 1)]
-        if random is not None:
-            size = (2, len(frames), len(self.modes))
-            noise = torch.from_numpy(random.standard_normal(size, np.float32)) * self.config.rollout_noise
-            bones = [each + (drawn @ self.modes).reshape(each.shape) for each, drawn in zip(bones, noise, strict=True)]
+        if noise is not None:
+            pairs = zip(bones, noise.start, strict=True)
+            bones = [each + (drawn @ self.modes).reshape(each.shape) for each, drawn in pairs]
         return bones[0], self._turned(frames, bones[1]) + torch.from_numpy(self.data.shifts[frames])[:, None]
 
     def _carried(
@@ -207,6 +206,20 @@ class RolloutObjective:
             inputs.append(given.numpy())
             outputs.append((self.wanted[torch.from_numpy(frames + 1)] - inertia).numpy())
         return np.concatenate(inputs), np.concatenate(outputs)
+
+
+@dataclass(frozen=True)
+class _Noise:
+    """What is drawn for rollouts."""
+
+    start: torch.Tensor
+    """On the modes of the two frames that they start from (2, rollouts, modes) [m]."""
+    body: torch.Tensor
+    """On the inputs (rollouts, ins), the same in all steps: as bodies differ."""
+
+    def of(self, mine: slice) -> "_Noise":
+        """Of some of them."""
+        return _Noise(self.start[:, mine], self.body[mine])
 
 
 def _ranges(inputs: np.ndarray, still: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

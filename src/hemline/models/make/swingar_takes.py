@@ -2,11 +2,13 @@
 
 CLIPS is the folder of `fit.clips`. Each garment is simulated as its proxy, in some takes of a few seconds: clips,
 stretches, speeds and bodies are dealt out by a seed so that all clips come equally often. Each garment gets a dataset
-of its own; what is there is kept, so a killed run goes on. A garment is a name or a file; a mesh that does not sit on
+of its own; what is there is kept, so a killed run goes on. With `--scheduler` the workers of a dask cluster do it; a
+mesh is then tried on in this process. A garment is a name or a file; a mesh that does not sit on
 the body is tried on. With `--only CLIP...`, `--edge` and `--most`, it makes the takes that a model is judged by, too.
 """
 
 import argparse
+import functools
 import sys
 import time
 from collections.abc import Sequence
@@ -16,11 +18,17 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, motions
-from hemline.datasets import Row
-from hemline.errors import HemlineError
+from hemline.datasets import Row, create
+from hemline.errors import BadCluster, HemlineError
+from hemline.garments.garment import Garment
 from hemline.garments.proxy import ProxySize, proxy_of
-from hemline.sim import Clip, produce, random_shapes
-from hemline.sim.takes.processes import Report, in_processes
+from hemline.motions.motion import Motion
+from hemline.sim import Clip, random_shapes
+from hemline.sim.takes.jobs import Call, Job, Tell, nothing_told, run_jobs
+from hemline.sim.takes.produce import Plan, clip_job
+from hemline.sim.takes.rest_states import rest_job
+from hemline.sim.takes.setup import Setup
+from hemline.sim.takes.workers import workers
 from hemline.tryon import open_worn
 
 FIT_CLIPS = Path(__file__).parents[1] / "fit.clips"
@@ -47,7 +55,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Job:
+class Recipe:
     """One garment and what it is simulated in."""
 
     garment: str
@@ -69,18 +77,24 @@ def main() -> None:
     parser.add_argument("--edge", type=float, default=ProxySize().edge, help="length of the proxy's edges [m]")
     parser.add_argument("--most", type=int, default=ProxySize().most, help="vertices of a proxy at most")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--scheduler", help="address of a dask scheduler, whose workers simulate instead")
     given = parser.parse_args()
     names = given.only or FIT_CLIPS.read_text().split()
     size = ProxySize(edge=given.edge, most=given.most, fewest=min(given.most, ProxySize().fewest))
     dealt = parts([given.clips / name for name in names], len(given.garments), given.takes, given.seed)
-    jobs = [
-        Job(name, given.output / folder_of(name), size, given.seconds, each)
+    recipes = [
+        Recipe(name, given.output / folder_of(name), size, given.seconds, each)
         for name, each in zip(given.garments, dealt, strict=True)
     ]
     began = time.monotonic()
-    for job, said in zip(jobs, in_processes(made, jobs, given.jobs, _quiet), strict=True):
-        _say(f"{job.garment:<28} {said}")
+    try:
+        with workers(given.jobs, given.scheduler) as those:
+            made = run_jobs((garment_job(recipe) for recipe in recipes), those)
+    except BadCluster as error:
+        sys.exit(f"hemline: {error}")
+    for recipe, said in zip(recipes, made, strict=True):
+        _say(f"{recipe.garment:<28} {said}")
     _say(f"{time.monotonic() - began:.0f} s")
 
 
@@ -121,50 +135,70 @@ def parts(clips: Sequence[Path], garments: int, takes: int, seed: int) -> list[t
     return dealt
 
 
-def made(job: Job, report: Report) -> str:
+def garment_job(recipe: Recipe) -> Job[str]:
     """Simulate one garment; what to say of it."""
     try:
-        worn = open_worn(job.garment, bodies.load(BODY).shaped(), job.folder, dressed=False)
-        garment, _ = proxy_of(worn, job.size)
+        if Path(recipe.garment).suffix:  # a file of ours, and what it becomes when it is tried on is kept here
+            garment = proxy(recipe, None, nothing_told)
+        else:
+            garment = yield Call(proxy, recipe, None)
+    except BadCluster:
+        raise
     except HemlineError as error:
         return f"left out: {error}"
-    rows: list[Row] = []
+    dataset, setup = create(recipe.folder, garment), Setup.of(garment, None)
+    names: list[str] = []
     reasons: list[str] = []
-    for betas in dict.fromkeys(part.betas for part in job.parts):
-        clips = [stretch(part, job.seconds) for part in job.parts if part.betas == betas]
+    for betas in dict.fromkeys(part.betas for part in recipe.parts):
+        clips = [stretch(part, recipe.seconds) for part in recipe.parts if part.betas == betas]
         try:
-            rows += produce(job.folder, garment, [each for each in clips if each], betas=betas, report=report)
+            rest = yield from rest_job(dataset, setup, betas)
+            for clip in clips:
+                if clip is not None:
+                    names += yield from clip_job(dataset, setup, Plan(betas), clip, rest, nothing_told)
+        except BadCluster:
+            raise
         except HemlineError as error:
             reasons.append(str(error))
+    by_name = {row.name: row for row in dataset.rows()}
+    rows: list[Row] = [by_name[name] for name in names]
     reasons += [str(row.failed) for row in rows if row.failed]
     frames = sum(row.clip_frames for row in rows)
     said = f"{len(garment.vertices)} vertices, {len(rows)} takes, {frames} frames"
-    _say(f"{time.strftime('%H:%M:%S')} {job.garment}: {said}")
+    _say(f"{time.strftime('%H:%M:%S')} {recipe.garment}: {said}")
     return said + "".join(f"; failed: {each}" for each in reasons)
+
+
+def proxy(recipe: Recipe, argument: None, tell: Tell) -> Garment:
+    """The garment as it is simulated."""
+    worn = open_worn(recipe.garment, bodies.load(BODY).shaped(), recipe.folder, dressed=False)
+    return proxy_of(worn, recipe.size)[0]
+
+
+@functools.cache
+def clean(clip: Path) -> Motion:
+    """The longest stretch of a clip without jumps."""
+    motion = motions.read(clip)
+    first, last = motions.longest_clean(motion)
+    return motion[first:last]
 
 
 def stretch(part: Part, seconds: float) -> Clip | None:
     """The stretch as a clip; None where the clip has none without jumps that is long enough."""
-    motion = motions.read(part.clip)
-    first, last = motions.longest_clean(motion)
-    clean = motion[first:last]
-    if clean.seconds < SHORTEST:
+    whole = clean(part.clip)
+    if whole.seconds < SHORTEST:
         return None
     length = round(seconds * part.speed * motion.fps) + 1
-    start = int(part.first * max(0, len(clean) - length))
-    cut = clean[start : start + length]
+    start = int(part.first * max(0, len(whole) - length))
+    cut = whole[start : start + length]
     if part.speed == 1:
-        return Clip(cut, motions.subject_of(motion))
-    return Clip(replace(cut, fps=cut.fps * part.speed, name=f"{cut.name} x{part.speed:g}"), motions.subject_of(motion))
+        return Clip(cut, motions.subject_of(whole))
+    return Clip(replace(cut, fps=cut.fps * part.speed, name=f"{cut.name} x{part.speed:g}"), motions.subject_of(whole))
 
 
 def _say(line: str) -> None:
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
-
-
-def _quiet(name: str, done: int, total: int) -> None:
-    pass
 
 
 if __name__ == "__main__":

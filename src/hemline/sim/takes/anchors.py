@@ -4,27 +4,27 @@ What an animator of settled states learns from (AgentDress, Wu et al. 2021, sect
 the hash of its inputs, so that a command that is run again makes only what is missing.
 """
 
-import functools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hemline import bodies
-from hemline.datasets import Dataset, Row, Take, create, open_dataset, read_take, take_name
+from hemline.datasets import Dataset, Row, Take, create, read_take, take_name
 from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion, Pose
 from hemline.sim.rest.rest import Rest
 from hemline.sim.rest.sensitivities import Sensitivities
-from hemline.sim.rest.settle import rest_state, settle
+from hemline.sim.rest.settle import settle
 from hemline.sim.rest.settling import Method
 from hemline.sim.rest.walk import WALK
 from hemline.sim.settings import SimSettings
 
-from .processes import Report, in_processes
+from .jobs import Call, Job, Report, Tell, run_jobs
+from .setup import Setup, drape, shaped
+from .workers import workers
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -52,6 +52,7 @@ def produce_anchors(
     betas: Sequence[int] = (),
     settings: SimSettings | None = None,
     jobs: int = 1,
+    scheduler: str | None = None,
     report: Report | None = None,
 ) -> list[Row]:
     """Settle a garment in many poses and shapes into a dataset; what is there already is kept.
@@ -64,6 +65,7 @@ def produce_anchors(
         betas: Shape coefficients whose derivatives are stored.
         settings: Settings of the simulator.
         jobs: Processes. What is made does not depend on it.
+        scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
         report: Called with an anchor's number, and 1 of 1, when it is done.
 
     Returns:
@@ -74,35 +76,34 @@ def produce_anchors(
         BadDataset: The folder holds another garment's takes.
         BadInput: No such joint, no such shape coefficient.
         BadOutput: It cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
     """
-    body, settings = bodies.load(garment.body_name), settings or SimSettings()
-    for anchor in anchors:
-        body.shaped(np.asarray(anchor.betas, np.float32))
-    dataset = create(folder, garment)
-    plan = _Derived(Path(folder), tuple(turns), tuple(betas), settings)
-    work = [(plan, number, anchor) for number, anchor in enumerate(anchors)]
-    names = in_processes(_anchor, work, jobs, report or (lambda name, done, total: None))
+    setup, tell = Setup.of(garment, settings), report or (lambda name, done, total: None)
+    tasks = [_Task(each.pose, _given(each.betas), tuple(turns), tuple(betas)) for each in anchors]
+    for task in tasks:
+        setup.body.shaped(task.shape)
+
+    def anchor(dataset: Dataset, number: int, task: _Task) -> Job[str]:
+        take = yield from _anchor_job(dataset, setup, task)
+        tell(str(number), 1, 1)
+        return take.name
+
+    with workers(jobs, scheduler) as those:
+        dataset = create(folder, garment)
+        names = run_jobs((anchor(dataset, number, task) for number, task in enumerate(tasks)), those)
     rows = {row.name: row for row in dataset.rows()}
     return [rows[name] for name in names]
 
 
 @dataclass(frozen=True)
-class _Derived:
-    """What anchors with derivatives have in common."""
+class _Task:
+    """One anchor: where the garment is settled, how, and with which derivatives."""
 
-    folder: Path
-    turns: tuple[int, ...]
-    betas: tuple[int, ...]
-    settings: SimSettings
-
-
-def _anchor(given: tuple[_Derived, int, Anchor], tell: Report) -> str:
-    plan, number, anchor = given
-    dataset = open_dataset(plan.folder)
-    shaped = bodies.load(dataset.garment.body_name).shaped(np.asarray(anchor.betas, np.float32))
-    take = _made(dataset, shaped, anchor.pose, plan.settings, turns=plan.turns, betas=plan.betas)
-    tell(str(number), 1, 1)
-    return take.name
+    pose: Pose
+    shape: tuple[float, ...]
+    turns: tuple[int, ...] = ()
+    betas: tuple[int, ...] = ()
+    method: Method = "newton"
 
 
 @dataclass(frozen=True)
@@ -118,16 +119,6 @@ class Posed:
     names: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class _Plan:
-    """All that a worker needs, small enough to be sent to another process."""
-
-    folder: Path
-    shapes: tuple[tuple[float, ...], ...]
-    turns: tuple[int, ...]
-    settings: SimSettings
-
-
 def produce_posed(
     folder: str | Path,
     garment: Garment,
@@ -137,6 +128,7 @@ def produce_posed(
     turns: Sequence[int] = (),
     settings: SimSettings | None = None,
     jobs: int = 1,
+    scheduler: str | None = None,
     report: Report | None = None,
 ) -> list[Posed | None]:
     """Walk a garment into poses on each of some shapes, into a dataset; what is there already is kept.
@@ -152,6 +144,7 @@ def produce_posed(
         turns: Joints whose derivatives are stored.
         settings: Settings of the simulator.
         jobs: Processes. What is made does not depend on it.
+        scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
         report: Called with an anchor's number, the shapes done and the shapes in all.
 
     Returns:
@@ -161,14 +154,18 @@ def produce_posed(
         BadBody: Betas that are too many or not finite.
         BadDataset: The folder holds another garment's takes.
         BadOutput: It cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
     """
-    body = bodies.load(garment.body_name)
-    plan = _Plan(Path(folder), tuple(tuple(each) for each in shapes), tuple(turns), settings or SimSettings())
-    for each in plan.shapes:
-        body.shaped(np.asarray(each, np.float32))
-    create(folder, garment)
-    work = [(plan, number, tuple(each)) for number, each in enumerate(candidates)]
-    return in_processes(_posed, work, jobs, report or (lambda name, done, total: None))
+    setup, given = Setup.of(garment, settings), [_given(each) for each in shapes]
+    for betas in given:
+        setup.body.shaped(betas)
+    with workers(jobs, scheduler) as those:
+        dataset = create(folder, garment)
+        work = (
+            _posed_job(dataset, setup, poses, given, tuple(turns), _named(report, number))
+            for number, poses in enumerate(candidates)
+        )
+        return run_jobs(work, those)
 
 
 def produce_scattered(
@@ -180,6 +177,7 @@ def produce_scattered(
     turns: Sequence[int] = (),
     settings: SimSettings | None = None,
     jobs: int = 1,
+    scheduler: str | None = None,
     report: Report | None = None,
 ) -> list[Posed | None]:
     """Walk a garment into one pose on each of many shapes, the poses in turn; see `produce_posed`.
@@ -192,35 +190,52 @@ def produce_scattered(
         turns: Joints whose derivatives are stored.
         settings: Settings of the simulator.
         jobs: Processes. What is made does not depend on it.
+        scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
         report: Called with a shape's number, and 1 of 1, when it is done.
 
     Returns:
         What each shape became; None where no pose came to rest.
     """
-    create(folder, garment)
-    work = []
-    for number, betas in enumerate(shapes):
-        plan = _Plan(Path(folder), (tuple(betas),), tuple(turns), settings or SimSettings())
-        tried = min(STAND_INS, len(poses))
-        work.append((plan, number, tuple(poses[(number + later) % len(poses)] for later in range(tried))))
-    return in_processes(_posed, work, jobs, report or (lambda name, done, total: None))
+    setup, tried = Setup.of(garment, settings), min(STAND_INS, len(poses))
+
+    def turned(number: int) -> Iterator[Pose]:
+        return (poses[(number + later) % len(poses)] for later in range(tried))
+
+    with workers(jobs, scheduler) as those:
+        dataset = create(folder, garment)
+        work = (
+            _posed_job(dataset, setup, tuple(turned(number)), [_given(betas)], tuple(turns), _named(report, number))
+            for number, betas in enumerate(shapes)
+        )
+        return run_jobs(work, those)
 
 
-def _posed(given: tuple[_Plan, int, tuple[Pose, ...]], tell: Report) -> Posed | None:
+def _given(betas: Sequence[float]) -> tuple[float, ...]:
+    return tuple(float(beta) for beta in np.asarray(betas, np.float32))
+
+
+def _named(report: Report | None, number: int) -> Tell:
+    return lambda done, total: report(str(number), done, total) if report else None
+
+
+def _posed_job(
+    dataset: Dataset,
+    setup: Setup,
+    poses: Sequence[Pose],
+    shapes: Sequence[tuple[float, ...]],
+    turns: tuple[int, ...],
+    tell: Tell,
+) -> Job[Posed | None]:
     """One anchor on all shapes, by the first candidate that comes to rest on all of them."""
-    plan, number, poses = given
-    dataset = open_dataset(plan.folder)
-    body = bodies.load(dataset.garment.body_name)
     for pose in poses:
         names: list[str] = []
-        for betas in plan.shapes:
-            shaped = body.shaped(np.asarray(betas, np.float32))
-            take = _made(dataset, shaped, pose, plan.settings, turns=plan.turns, method="walked")
+        for betas in shapes:
+            take = yield from _anchor_job(dataset, setup, _Task(pose, betas, turns, method="walked"))
             if take.failed is not None:
                 break
             names.append(take.name)
-            tell(str(number), len(names), len(plan.shapes))
-        if len(names) == len(plan.shapes):
+            tell(len(names), len(shapes))
+        if len(names) == len(shapes):
             return Posed(pose, tuple(names))
     return None
 
@@ -246,40 +261,32 @@ def anchor_inputs(
     } | ({"protocol": WALK.name} if method == "walked" else {})
 
 
-def _made(
-    dataset: Dataset,
-    shaped: "ShapedBody",
-    pose: Pose,
-    settings: SimSettings,
-    *,
-    turns: Sequence[int] = (),
-    betas: Sequence[int] = (),
-    method: Method = "newton",
-) -> Take:
+def _anchor_job(dataset: Dataset, setup: Setup, task: _Task) -> Job[Take]:
     """The anchor of a pose on a shape, made where the dataset has none."""
-    inputs = anchor_inputs(dataset.garment, shaped, pose, settings, turns, betas, method)
+    body = setup.body.shaped(task.shape)
+    inputs = anchor_inputs(setup.garment, body, task.pose, setup.settings, task.turns, task.betas, task.method)
     path = dataset.path(take_name(inputs))
     if path.exists():
         return read_take(path)
-    try:
-        drape = None
-        if method == "walked":
-            drape = _drape(dataset.folder, tuple(map(float, shaped.betas)), settings)
-            shaped = drape.shaped
-        rest = settle(dataset.garment, shaped, pose, settings, start=drape, method=method)
-        derivatives = derivatives_of(rest, turns, betas)
-        take = replace(rest.take(), kind="anchor", inputs=inputs, derivatives=derivatives)
-    except SimulationFailed as reason:
-        take = _failed(dataset.garment, shaped, pose, settings, inputs, str(reason))
+    take = yield Call(_anchor, setup, task)
+    take = replace(take, inputs=inputs)
     dataset.add(take)
     return take
 
 
-@functools.lru_cache(maxsize=64)
-def _drape(folder: Path, betas: tuple[float, ...], settings: SimSettings) -> Rest:
-    """Where all walks of a dataset's garment on a shape begin."""
-    garment = open_dataset(folder).garment
-    return rest_state(garment, bodies.load(garment.body_name).shaped(np.asarray(betas, np.float32)), settings)
+def _anchor(setup: Setup, task: _Task, tell: Tell) -> Take:
+    """An anchor, or why there is none, as a take."""
+    garment, body = setup.garment, shaped(setup, task.shape)
+    try:
+        start = None
+        if task.method == "walked":
+            start = drape(setup, task.shape)
+            body = start.shaped
+        rest = settle(garment, body, task.pose, setup.settings, start=start, method=task.method)
+        derivatives = derivatives_of(rest, task.turns, task.betas)
+        return replace(rest.take(), kind="anchor", derivatives=derivatives)
+    except SimulationFailed as reason:
+        return _failed(garment, body, task.pose, setup.settings, str(reason))
 
 
 def derivatives_of(rest: Rest, turns: Sequence[int], betas: Sequence[int]) -> dict[str, np.ndarray]:
@@ -302,9 +309,7 @@ def derivatives_of(rest: Rest, turns: Sequence[int], betas: Sequence[int]) -> di
     return {name: value.astype(np.float32) for name, value in found.items()}
 
 
-def _failed(
-    garment: Garment, shaped: "ShapedBody", pose: Pose, settings: SimSettings, inputs: dict[str, Any], reason: str
-) -> Take:
+def _failed(garment: Garment, shaped: "ShapedBody", pose: Pose, settings: SimSettings, reason: str) -> Take:
     """An anchor that could not be settled: the garment as it was made, and why."""
     motion = Motion(
         pose.rotations[None],
@@ -321,6 +326,6 @@ def _failed(
         lead_in=np.zeros(1, bool),
         pinched=np.zeros(1, np.int32),
         figures={},
-        inputs=inputs,
+        inputs={},
         failed=reason,
     )

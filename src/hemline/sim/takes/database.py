@@ -18,7 +18,7 @@ from hemline.motions.pose_clusters import PoseClusters, cluster_poses, without_h
 from hemline.sim.settings import SimSettings
 
 from .anchors import STAND_INS, Posed, produce_posed, produce_scattered
-from .processes import Report
+from .jobs import Report
 from .rest_states import random_shapes, spread_shapes
 
 SAMPLED_FPS, EVERY = 30.0, 4
@@ -63,6 +63,7 @@ def make_database(
     derivatives: bool = False,
     seed: int = 0,
     jobs: int = 1,
+    scheduler: str | None = None,
     settings: SimSettings | None = None,
     progress: Report | None = None,
 ) -> Database:
@@ -84,6 +85,7 @@ def make_database(
             what sensitivity-optimised rigging learns from.
         seed: Another number begins the clustering elsewhere.
         jobs: Processes. What is made does not depend on it.
+        scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
         settings: Settings of the simulator.
         progress: Called with what is made, what is done and what there is in all.
 
@@ -91,6 +93,7 @@ def make_database(
         BadInput: Fewer poses than anchors.
         BadDataset: The folder holds another garment's takes.
         BadOutput: It cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
         section 3.6. Differs: see `walk.WALK` and `lifted_arms` for how a garment comes into a pose.
@@ -113,6 +116,7 @@ def make_database(
         turns=range(JOINT_COUNT),
         settings=settings,
         jobs=jobs,
+        scheduler=scheduler,
         report=_counted(tell, "T-pose", len(shapes)),
     )
     dataset = open_dataset(folder)
@@ -128,6 +132,7 @@ def make_database(
         [[Pose(poses[index], rest) for index in members[:STAND_INS]] for members in single],
         settings=settings,
         jobs=jobs,
+        scheduler=scheduler,
         report=_counted(tell, "poses", beside),
     )
     candidates = [[Pose(poses[index], rest) for index in members[:STAND_INS]] for members in clusters.members]
@@ -138,6 +143,7 @@ def make_database(
         shapes,
         settings=settings,
         jobs=jobs,
+        scheduler=scheduler,
         report=_counted(tell, "anchors", count * len(shapes)),
     )
     if derivatives:
@@ -148,6 +154,7 @@ def make_database(
             turns=range(JOINT_COUNT),
             settings=settings,
             jobs=jobs,
+            scheduler=scheduler,
             report=_counted(tell, "derivatives", count),
         )
     settled = [anchor.pose for anchor in anchors if anchor is not None]
@@ -158,6 +165,7 @@ def make_database(
         random_shapes(body, random, seed + SEED_OF_BODIES) if settled else [],
         settings=settings,
         jobs=jobs,
+        scheduler=scheduler,
         report=_counted(tell, "random bodies", random),
     )
     return Database(clusters, weights, anchors, more, scattered, shapes)

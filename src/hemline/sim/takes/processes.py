@@ -1,48 +1,74 @@
-"""Work shared out over processes, which end when their parent is killed."""
+"""Calls made in this process, or in processes beside it, which end when their parent is killed."""
 
+import itertools
 import os
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Collection, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
 from multiprocessing import get_context
-from typing import Any, TypeVar
+from typing import Any
+from weakref import WeakKeyDictionary
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
-Report = Callable[[str, int, int], None]
-"""Called with what is worked on, the steps done and the steps in all."""
+from .jobs import Call, Tell, kept_setup, nothing_told
 
 
-def in_processes(
-    work: Callable[[Item, Report], Result], items: Sequence[Item], jobs: int, report: Report
-) -> list[Result]:
-    """Do a piece of work for each item, so many at a time; with one job in this process.
+class Here:
+    """Calls are made in this process, one after the other."""
 
-    Args:
-        work: A function of a module, given an item and whom to report to.
-        items: What can be sent to another process.
-        jobs: Processes.
-        report: Called in this process, about ten times a second of waiting.
+    slots = 1
 
-    Returns:
-        One result an item, in order.
-    """
-    if jobs == 1:
-        return [work(item, report) for item in items]
+    def submit(self, call: Call) -> "Future[Any]":
+        """Make it now."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(call.work(call.setup, call.argument, call.heard))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+    def finished(self, under_way: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
+        """All of them."""
+        return list(under_way)
+
+
+class Processes:
+    """Calls are made in processes of this machine."""
+
+    def __init__(self, pool: ProcessPoolExecutor, slots: int, progress: Any):
+        self.slots, self._pool, self._progress = slots, pool, progress
+        self._heard: dict[int, Tell] = {}
+        self._setups: WeakKeyDictionary[Any, int] = WeakKeyDictionary()
+        self._numbers = itertools.count()
+
+    def submit(self, call: Call) -> "Future[Any]":
+        """Send it to the next free process."""
+        number, setup = next(self._numbers), self._setups.setdefault(call.setup, next(self._numbers))
+        self._heard[number] = call.heard
+        future = self._pool.submit(_called, number, call.work, setup, call.setup, call.argument)
+        future.add_done_callback(lambda _: self._heard.pop(number))
+        return future
+
+    def finished(self, under_way: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
+        """Those that are done; see `Workers`."""
+        done = wait(under_way, timeout=0.1, return_when=FIRST_COMPLETED).done
+        while not self._progress.empty():
+            number, steps, total = self._progress.get()
+            self._heard.get(number, nothing_told)(steps, total)
+        return done
+
+
+@contextmanager
+def processes(jobs: int) -> Iterator[Processes]:
+    """So many processes; they end with the block."""
     # numba's threads and fork do not mix: spawn
     context = get_context("spawn")
     progress = context.SimpleQueue()
     threads = max(1, (os.cpu_count() or 1) // jobs)
     with ProcessPoolExecutor(jobs, context, _start_worker, (os.getpid(), threads, progress)) as pool:
-        futures: list[Future[Result]] = [pool.submit(_call, work, item) for item in items]
         try:
-            pending = set(futures)
-            while pending:
-                pending = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED).not_done
-                while not progress.empty():
-                    report(*progress.get())
-            return [future.result() for future in futures]
+            yield Processes(pool, jobs, progress)
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             for process in list(getattr(pool, "_processes", None) or {}):
@@ -69,13 +95,13 @@ def _start_worker(parent: int, threads: int, progress: Any) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def _call(work: Callable[[Item, Report], Result], item: Item) -> Result:
+def _called(number: int, work: Any, key: int, setup: Any, argument: Any) -> Any:
     last = 0.0
 
-    def tell(name: str, done: int, total: int) -> None:
+    def tell(done: int, total: int) -> None:
         nonlocal last
         if done == total or time.monotonic() - last > 0.2:
             last = time.monotonic()
-            _progress.put((name, done, total))
+            _progress.put((number, done, total))
 
-    return work(item, tell)
+    return work(kept_setup(key, lambda: setup), argument, tell)

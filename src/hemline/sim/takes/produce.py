@@ -4,26 +4,24 @@ A take's name is the hash of its inputs, so what is already there is known befor
 run again makes only what is missing. A part goes on from the end state that the part before it stored.
 """
 
-import functools
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hemline import bodies
-from hemline.datasets import Dataset, Row, Take, create, open_dataset, read_take, take_name
+from hemline.datasets import Dataset, Row, Take, create, read_take, take_name
 from hemline.errors import BadInput
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion
 from hemline.sim.settings import SimSettings
 
-from .processes import Report, in_processes
-from .rest_states import rest_of
-from .simulate import simulate
-
-if TYPE_CHECKING:
-    from hemline.bodies import ShapedBody
+from .jobs import Call, Job, Report, Tell, run_jobs
+from .rest_states import rest_job
+from .setup import Setup, shaped
+from .simulate import EndState, simulate
+from .workers import workers
 
 PART_SECONDS = 10.0
 """Clips are cut into parts of this length: a killed run loses at most that much cloth time."""
@@ -41,15 +39,16 @@ class Clip:
 
 @dataclass(frozen=True)
 class Plan:
-    """All that a worker needs, small enough to be sent to another process."""
+    """What the takes of some clips have in common, besides their setup."""
 
-    folder: Path
-    body_name: str
-    betas: tuple[float, ...]
-    settings: SimSettings
-    untangle: bool
-    quantised: bool
-    part_seconds: float
+    betas: tuple[float, ...] = ()
+    """Shape of the body."""
+    untangle: bool = True
+    """Lift limbs out of each other first."""
+    quantised: bool = False
+    """Store vertices in steps of 10 micrometres."""
+    part_seconds: float = PART_SECONDS
+    """Length of the parts that clips are cut into [s]."""
 
 
 def produce(
@@ -61,6 +60,7 @@ def produce(
     settings: SimSettings | None = None,
     untangle: bool = True,
     jobs: int = 1,
+    scheduler: str | None = None,
     quantised: bool = False,
     part_seconds: float = PART_SECONDS,
     report: Report | None = None,
@@ -75,9 +75,10 @@ def produce(
         settings: Settings of the simulator.
         untangle: Lift limbs out of each other first.
         jobs: Processes. The takes do not depend on it.
+        scheduler: Address of a dask scheduler whose workers simulate instead; see `workers`.
         quantised: Store vertices in steps of 10 micrometres.
         part_seconds: Length of the parts that clips are cut into [s].
-        report: Called with a clip's name, the frames done and the frames asked for.
+        report: Called with a clip's name, the frames done and the frames asked for; first with 0 for each clip.
 
     Returns:
         The index rows of the takes asked for, failed ones included, in the order of the clips.
@@ -85,69 +86,56 @@ def produce(
     Raises:
         BadDataset: The folder holds another garment's takes.
         BadOutput: It cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
     """
-    plan = Plan(
-        Path(folder), garment.body_name, tuple(betas), settings or SimSettings(), untangle, quantised, part_seconds
-    )
-    dataset = create(folder, garment)
-    rest_of(dataset, _shaped(plan.body_name, plan.betas), plan.settings)
+    plan = Plan(tuple(betas), untangle, quantised, part_seconds)
+    setup = Setup.of(garment, settings)
     tell = report or (lambda clip, done, total: None)
-    names = [name for made in in_processes(_work, [(plan, clip) for clip in clips], jobs, tell) for name in made]
+    called = _told_apart([clip.motion.name for clip in clips])
+    with workers(jobs, scheduler) as those:
+        dataset = create(folder, garment)
+        for name, clip in zip(called, clips, strict=True):
+            tell(name, 0, clip.motion.frames_at(setup.settings.fps))
+        (rest,) = run_jobs([rest_job(dataset, setup, plan.betas)], those)
+        work = (
+            clip_job(dataset, setup, plan, clip, rest, lambda done, total, name=name: tell(name, done, total))
+            for name, clip in zip(called, clips, strict=True)
+        )
+        names = [name for made in run_jobs(work, those) for name in made]
     by_name = {row.name: row for row in dataset.rows()}
     return [by_name[name] for name in names]
 
 
-def part_inputs(plan: Plan, dataset: Dataset, clip: Clip, part: Motion, index: int, before: str) -> dict[str, Any]:
-    """What a part of a clip depends on; the hash of it is its name."""
-    return {
-        "garment": dataset.garment.hash,
-        "body": bodies.load(plan.body_name).hash,
-        "betas": list(plan.betas),
-        "clip": clip.motion.name,
-        "subject": clip.subject,
-        "part": index,
-        "motion": part.hash,
-        "before": before,
-        "settings": asdict(plan.settings),
-    }
+def clip_job(dataset: Dataset, setup: Setup, plan: Plan, clip: Clip, rest: Take, tell: Tell) -> Job[list[str]]:
+    """Make what a dataset lacks of a clip, part after part.
 
+    Args:
+        dataset: The dataset.
+        setup: Garment, body, settings.
+        plan: The rest of what parts depend on.
+        clip: The clip.
+        rest: The settled drape on the body.
+        tell: Called with frames done and frames in all.
 
-@functools.lru_cache(maxsize=1)
-def _shaped(body_name: str, betas: tuple[float, ...]) -> "ShapedBody":
-    """The body of all clips: what is prepared for it, such as the balls that untangling fills it with, is kept."""
-    return bodies.load(body_name).shaped(betas)
-
-
-def _parts(motion: Motion, seconds: float) -> Iterator[Motion]:
-    length = max(1, round(seconds * motion.fps))
-    for first in range(0, len(motion), length):
-        yield motion[first : first + length]
-
-
-def _clip_takes(plan: Plan, dataset: Dataset, clip: Clip, tell: Report) -> list[str]:
-    """Make what is missing of one clip; the names of its takes in order."""
-    shaped = _shaped(plan.body_name, plan.betas)
-    motion = shaped.placed(clip.motion.resampled(plan.settings.fps))
-    motion = shaped.untangled_motion(motion) if plan.untangle else motion
+    Returns:
+        Names of its takes in order; the last may have failed.
+    """
+    motion: Motion = yield Call(_placed, setup, (plan, clip.motion))
     names: list[str] = []
-    before: Take | None = None
+    end: EndState | None = None
     done = 0
     for index, part in enumerate(_parts(motion, plan.part_seconds)):
-        inputs = part_inputs(plan, dataset, clip, part, index, names[-1] if names else "")
+        inputs = part_inputs(setup, plan, clip, part, index, names[-1] if names else "")
         take = _kept(dataset.path(take_name(inputs)))
         if take is None:
-            resume = before.end_state if before else None
-            start = rest_of(dataset, shaped, plan.settings) if before is None else None
-            began = time.perf_counter()
-            offset = done
 
-            def progress(frame: int, total: int, offset: int = offset) -> None:
-                tell(clip.motion.name, min(offset + frame, len(motion)), len(motion))
+            def heard(frame: int, total: int, offset: int = done) -> None:
+                tell(min(offset + frame, len(motion)), len(motion))
 
-            take = simulate(dataset.garment, shaped, part, plan.settings, start=start, resume=resume, progress=progress)
+            start = rest if end is None else None
+            take, seconds = yield Call(_simulated, setup, (plan.betas, part, start, end), heard)
             take = replace(take, inputs=inputs)
             dataset.add(take, quantised=plan.quantised)
-            seconds = time.perf_counter() - began
             dataset.log_timing(
                 {
                     "take": take.name,
@@ -158,12 +146,62 @@ def _clip_takes(plan: Plan, dataset: Dataset, clip: Clip, tell: Report) -> list[
                 }
             )
         names.append(take.name)
-        before = take
+        end = take.end_state
         done += len(part)
-        tell(clip.motion.name, done, len(motion))
+        tell(done, len(motion))
         if take.failed:
             break
     return names
+
+
+def part_inputs(setup: Setup, plan: Plan, clip: Clip, part: Motion, index: int, before: str) -> dict[str, Any]:
+    """What a part of a clip depends on; the hash of it is its name."""
+    return {
+        "garment": setup.garment.hash,
+        "body": setup.body.hash,
+        "betas": list(plan.betas),
+        "clip": clip.motion.name,
+        "subject": clip.subject,
+        "part": index,
+        "motion": part.hash,
+        "before": before,
+        "settings": asdict(setup.settings),
+    }
+
+
+def _placed(setup: Setup, given: tuple[Plan, Motion], tell: Tell) -> Motion:
+    """A clip as the body makes it."""
+    plan, motion = given
+    body = shaped(setup, plan.betas)
+    motion = body.placed(motion.resampled(setup.settings.fps))
+    return body.untangled_motion(motion) if plan.untangle else motion
+
+
+def _simulated(
+    setup: Setup, given: tuple[tuple[float, ...], Motion, Take | None, EndState | None], tell: Tell
+) -> tuple[Take, float]:
+    """One part of a clip, and the seconds that it took."""
+    betas, part, start, resume = given
+    began = time.perf_counter()
+    body = shaped(setup, betas)
+    take = simulate(setup.garment, body, part, setup.settings, start=start, resume=resume, progress=tell)
+    return take, time.perf_counter() - began
+
+
+def _parts(motion: Motion, seconds: float) -> Iterator[Motion]:
+    length = max(1, round(seconds * motion.fps))
+    for first in range(0, len(motion), length):
+        yield motion[first : first + length]
+
+
+def _told_apart(names: Sequence[str]) -> list[str]:
+    """The names of clips; where several have one, they are numbered."""
+    met, count = Counter(names), Counter[str]()
+    found = []
+    for name in names:
+        count[name] += 1
+        found.append(f"{name} #{count[name]}" if met[name] > 1 else name)
+    return found
 
 
 def _kept(path: Path) -> Take | None:
@@ -175,8 +213,3 @@ def _kept(path: Path) -> Take | None:
     except BadInput:
         path.unlink()
         return None
-
-
-def _work(given: tuple[Plan, Clip], tell: Report) -> list[str]:
-    plan, clip = given
-    return _clip_takes(plan, open_dataset(plan.folder), clip, tell)

@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline import bodies
 from hemline.datasets import Dataset, Take, create
 from hemline.errors import BadDataset, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.sim.rest.settle import rest_drape
 from hemline.sim.settings import SimSettings
 
+from .jobs import Call, Job, Tell, run_jobs
+from .setup import Setup, shaped
+from .workers import workers
+
 if TYPE_CHECKING:
-    from hemline.bodies import Body, ShapedBody
+    from hemline.bodies import Body
 
 SPREAD = (-2.0, -1.0, 1.0, 2.0)
 """Values that one beta takes while the others are 0 (AgentDress, Wu et al. 2021, section 3.2)."""
@@ -36,26 +39,32 @@ def random_shapes(body: "Body", count: int, seed: int) -> list[tuple[float, ...]
     return [tuple(float(beta) for beta in row) for row in betas]
 
 
-def rest_of(dataset: Dataset, shaped: "ShapedBody", settings: SimSettings) -> Take:
+def rest_job(dataset: Dataset, setup: Setup, betas: tuple[float, ...]) -> Job[Take]:
     """The settled drape on a body, made and kept where the dataset has none.
 
     Raises:
         SimulationFailed: It could not be settled.
     """
+    body = setup.body.shaped(betas)
     try:
-        return dataset.rest(shaped.betas)
+        found = dataset.rest(body.betas)
     except BadDataset:
         inputs = {
-            "garment": dataset.garment.hash,
-            "body": shaped.body.hash,
-            "betas": [float(b) for b in shaped.betas],
-            "settings": asdict(settings),
+            "garment": setup.garment.hash,
+            "body": setup.body.hash,
+            "betas": [float(b) for b in body.betas],
+            "settings": asdict(setup.settings),
             "clip": "",
             "part": 0,
         }
-        take = replace(rest_drape(dataset.garment, shaped, settings), inputs=inputs)
-        dataset.add(take)
-        return take
+        take = yield Call(_settled, setup, betas)
+        found = replace(take, inputs=inputs)
+        dataset.add(found)
+    return found
+
+
+def _settled(setup: Setup, betas: tuple[float, ...], tell: Tell) -> Take:
+    return rest_drape(setup.garment, shaped(setup, betas), setup.settings)
 
 
 def produce_rests(
@@ -64,6 +73,8 @@ def produce_rests(
     shapes: Sequence[Sequence[float]],
     *,
     settings: SimSettings | None = None,
+    jobs: int = 1,
+    scheduler: str | None = None,
     report: Callable[[int, int], None] | None = None,
 ) -> list[Take | str]:
     """Settle a garment on bodies of many shapes into a dataset; what is there already is kept.
@@ -73,6 +84,8 @@ def produce_rests(
         garment: The garment, made on the body of `garment.body_name`.
         shapes: Betas of each body; what is left out is 0.
         settings: Settings of the simulator.
+        jobs: Processes. What is made does not depend on it.
+        scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
         report: Called with shapes done and shapes in all.
 
     Returns:
@@ -82,15 +95,24 @@ def produce_rests(
         BadBody: Betas that are too many or not finite.
         BadDataset: The folder holds another garment's takes.
         BadOutput: It cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
     """
-    body = bodies.load(garment.body_name)
-    shaped = [body.shaped(np.asarray(betas, np.float32)) for betas in shapes]
-    dataset, found = create(folder, garment), []
-    for number, each in enumerate(shaped):
+    setup, done = Setup.of(garment, settings), 0
+    asked = [tuple(float(beta) for beta in np.asarray(betas, np.float32)) for betas in shapes]
+    for betas in asked:
+        setup.body.shaped(betas)
+
+    def rest(dataset: Dataset, betas: tuple[float, ...]) -> Job[Take | str]:
+        nonlocal done
         try:
-            found.append(rest_of(dataset, each, settings or SimSettings()))
+            found: Take | str = yield from rest_job(dataset, setup, betas)
         except SimulationFailed as reason:
-            found.append(str(reason))
+            found = str(reason)
+        done += 1
         if report:
-            report(number + 1, len(shaped))
-    return found
+            report(done, len(asked))
+        return found
+
+    with workers(jobs, scheduler) as those:
+        dataset = create(folder, garment)
+        return run_jobs((rest(dataset, betas) for betas in asked), those)

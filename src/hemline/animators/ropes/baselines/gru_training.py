@@ -145,9 +145,9 @@ class GruObjective:
         """Frames before windows, so far apart that windows follow each other."""
         return self.data.windows(0, WARM_UP + self.window)[:: self.window]
 
-    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
+    def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
         """Of some windows [m^2]; nothing is drawn by chance."""
-        return self._miss(chosen, self.window)
+        return self._miss(chosen[mine], self.window)
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
         """Of all windows of the takes for validation; where there are none, of those trained on."""

@@ -46,10 +46,10 @@ class _Stage:
         """Numbers of groups."""
         return np.arange(self.groups.epoch)
 
-    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> Tensor:
+    def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> Tensor:
         """The weighted terms, mean over the groups of a batch."""
         drawn = [self._drawn(random) for _ in chosen]
-        return torch.stack([self._terms(frames) for frames in drawn]).mean()
+        return torch.stack([self._terms(frames) for frames in drawn[mine]]).mean()
 
     def validation_loss(self, random: np.random.Generator) -> Tensor:
         """Mean distance of vertices [m], mean over garments."""

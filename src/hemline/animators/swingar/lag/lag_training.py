@@ -129,16 +129,19 @@ class LagObjective:
         """Numbers of chunks of frames of one garment."""
         return np.arange(len(self._chunks))
 
-    def loss(self, chosen: np.ndarray, random: np.random.Generator) -> torch.Tensor:
+    def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
         """Mean over garments."""
-        losses = []
-        for number in chosen:
-            garment, _ = self._chunks[number]
-            ready = self.train[garment]
-            frames = np.sort(random.choice(ready.count, self.config.frames, replace=False))
-            mirrored = self.config.mirrored and random.random() < 0.5
-            losses.append(float(self._weights[garment]) * self._loss(ready, frames, mirrored, random))
-        return torch.stack(losses).mean()
+        drawn = [self._drawn(int(self._chunks[number][0]), random) for number in chosen]
+        return torch.stack([float(self._weights[each.garment]) * self._loss(each) for each in drawn[mine]]).mean()
+
+    def _drawn(self, garment: int, random: np.random.Generator) -> "_Drawn":
+        """Frames of a garment, edges of it, and what is hidden."""
+        ready, config = self.train[garment], self.config
+        frames = np.sort(random.choice(ready.count, config.frames, replace=False))
+        mirrored = config.mirrored and random.random() < 0.5
+        count = min(config.vertices // 2, len(ready.edges))
+        edges = ready.edges[random.choice(len(ready.edges), count, replace=False)]
+        return _Drawn(garment, frames, edges, mirrored, random.random() < config.unknown)
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
         """Mean distance of vertices in some of the frames, each garment alike."""
@@ -158,12 +161,11 @@ class LagObjective:
             ]
         return torch.cat(totals).mean()
 
-    def _loss(self, ready: "_Ready", frames: np.ndarray, mirrored: bool, random: np.random.Generator) -> torch.Tensor:
-        """Of the ends of some edges: as many vertices as `config.vertices`."""
-        count = min(self.config.vertices // 2, len(ready.edges))
-        ends = ready.edges[random.choice(len(ready.edges), count, replace=False)].T.reshape(-1)
+    def _loss(self, drawn: "_Drawn") -> torch.Tensor:
+        ready, frames, mirrored = self.train[drawn.garment], drawn.frames, drawn.mirrored
+        count, ends = len(drawn.edges), drawn.edges.T.reshape(-1)
         static, told, apart = ready.static[ends], ready.told(frames, ends), ready.apart(frames, ends)
-        if random.random() < self.config.unknown:
+        if drawn.unknown:
             told[..., -BEGUN:] = 0
         if mirrored:
             order, signs = self._static
@@ -188,6 +190,19 @@ def _turned(turns: torch.Tensor, vectors: torch.Tensor) -> torch.Tensor:
     scalar, axis = turns[..., :1], turns[..., 1:]
     cross = 2 * torch.linalg.cross(axis, vectors)
     return vectors + scalar * cross + torch.linalg.cross(axis, cross)
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A part of a batch."""
+
+    garment: int
+    frames: np.ndarray
+    edges: np.ndarray
+    """As many ends as `config.vertices`."""
+    mirrored: bool
+    unknown: bool
+    """Whether it is hidden how the garment lay at the beginning."""
 
 
 class _Ready:

@@ -74,13 +74,13 @@ class SdfObjective:
         """Numbers of the posed bodies."""
         return np.arange(len(self.train.inputs))
 
-    def loss(self, chosen: np.ndarray, random: np.random.Generator):
+    def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice):
         """Eqs. 8 and 9 at random points around the chosen bodies."""
         import torch
 
         from hemline.learning.distance_network import distance_loss
 
-        drawn = self.train.drawn(chosen, self.config.points, random, jacobians=True)
+        drawn = self.train.drawn(chosen, self.config.points, random, mine, jacobians=True)
         features, jacobians, conditions, truth, normals = (torch.from_numpy(each) for each in drawn)
         codes = self.network.code(conditions).repeat_interleave(self.config.points, 0)
         weights = {"value_weight": self.config.value_weight, "eikonal_weight": self.config.eikonal_weight}
@@ -90,7 +90,8 @@ class SdfObjective:
         """Mean error of the distance at points around held-out bodies [m]."""
         import torch
 
-        drawn = self.held_out.drawn(np.arange(len(self.held_out.inputs)), VALIDATION_POINTS, random, jacobians=False)
+        every = np.arange(len(self.held_out.inputs))
+        drawn = self.held_out.drawn(every, VALIDATION_POINTS, random, slice(None), jacobians=False)
         features, _, conditions, truth, _ = (torch.from_numpy(each) for each in drawn)
         codes = self.network.code(conditions).repeat_interleave(VALIDATION_POINTS, 0)
         return (self.network.distances(features, codes) - truth).abs().mean()
@@ -118,10 +119,15 @@ class Around:
         self.gradients = np.concatenate([shard.gradients for shard in samples])
 
     def drawn(
-        self, bodies: np.ndarray, count: int, random: np.random.Generator, *, jacobians: bool
+        self, bodies: np.ndarray, count: int, random: np.random.Generator, mine: slice, *, jacobians: bool
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Features and their derivatives at some points of some bodies, conditions, distances, gradients."""
-        at = bodies[:, None], random.integers(self.points.shape[1], size=(len(bodies), count))
+        """Features and their derivatives at some points of `bodies[mine]`, conditions, distances, gradients.
+
+        Points are drawn for all of `bodies`.
+        """
+        points_of_all = random.integers(self.points.shape[1], size=(len(bodies), count))
+        bodies = bodies[mine]
+        at = bodies[:, None], points_of_all[mine]
         each = [
             self.inputs[body].features(points, jacobians=jacobians)
             for body, points in zip(bodies, self.points[at], strict=True)
