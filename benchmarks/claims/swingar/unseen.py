@@ -104,9 +104,9 @@ def means(rows: list[dict[str, float]]) -> dict[str, float]:
 
 
 def played(animator: Animator, shaped: ShapedBody, take: Take) -> dict[str, float]:
-    """What the player shows of a take, in numbers."""
+    """What the player shows of a take, in numbers; the take begins with the way into its first pose."""
     tally = Tally(animator)
-    for index, frame in enumerate(play(animator, shaped, take.motion, fps=None, placed=True)):
+    for index, frame in enumerate(play(animator, shaped, take.motion, fps=None, placed=True, pre_roll=0.0)):
         if not take.lead_in[index]:
             tally.add(frame, take.vertices[index], take.motion.fps)
     found = tally.figures()
