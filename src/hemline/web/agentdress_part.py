@@ -9,8 +9,6 @@ from hemline.errors import BadInput
 
 from .parts import Part, differences, short_faces
 
-_LEFT_OUT = ("basis.digits", "clearances", "nearest")
-
 
 def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> Part:
     """All tables of the model; the page makes of them what a shape does.
@@ -20,19 +18,15 @@ def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> Part:
         body: The body that wears it, in any shape.
 
     Raises:
-        BadInput: Another body than that of the fit; a pose model that is rigging, or clearances that the model keeps.
+        BadInput: Another body than that of the fit, or a pose model that is rigging.
     """
     refuse_other_body(model, body)
     if model.tables.rigged is not None:
-        raise BadInput("a page plays kernels as pose models", "a model with --pose-model sor", "fit it with 'kernel'")
-    if model.config.clearance > 0:
-        cure = "fit it with --clearance 0"
-        raise BadInput("a page keeps no clearances of its own", f"--clearance {model.config.clearance:g}", cure)
-    arrays = {name: array for name, array in model.tables.arrays().items() if name not in _LEFT_OUT}
-    arrays |= {
+        cure = "fit it with --pose-model kernel"
+        raise BadInput("a page plays a kernel as pose model", "a model of --pose-model sor", cure)
+    arrays = model.tables.arrays() | {
         "basis.digits": differences(model.tables.basis.digits),
         "indices": model.tables.indices.astype(np.uint8),
-        "nearest": model.tables.nearest,
         "faces": short_faces(model.garment.faces, len(model.tables.rest)),
     }
     config = model.config

@@ -148,10 +148,13 @@ export function areaNormals(faces: usize, vertices: usize, faceCount: i32, count
 // A close-fitting garment in a pose, as `animators/agentdress/worn_kernels.wear` makes it.
 // model: bones uint8, weights (count, 6), the heaviest first; regions (count, regionCount); digits (count, 3, columns)
 //     int8, columns a multiple of 16   in: mixed (regionCount, columns) [m]; rest, offset (count, 3) [m]; columns of the
-//     transforms (joints, 4, 4); quaternions (joints, 4); shares (columns): room   out: vertices (count, 3) [m]
+//     transforms (joints, 4, 4); quaternions (joints, 4); shares (columns): room; clearances (count), -1: none; skin
+//     (count, 3) and normals (count, 3): where the body under each vertex is, and its normal in the rest pose; deepest,
+//     aside: how deep, and how far beside it, what is moved out may be [m]   out: vertices (count, 3) [m]
 export function wear(
   bones: usize, weights: usize, regions: usize, regionCount: i32, digits: usize, columns: i32, mixed: usize,
-  rest: usize, offset: usize, transforms: usize, quaternions: usize, shares: usize, count: i32, vertices: usize,
+  rest: usize, offset: usize, transforms: usize, quaternions: usize, shares: usize, clearances: usize, skin: usize,
+  normals: usize, deepest: f32, aside: f32, count: i32, vertices: usize,
 ): void {
   for (let i = 0; i < count; i++) {
     memory.fill(shares, 0, 4 * columns);
@@ -182,36 +185,54 @@ export function wear(
     q = f32x4.mul(q, f32x4.splat(<f32>1 / sqrt<f32>(dot(q, q))));
     const a = f32x4.extract_lane(q, 0), b = f32x4.extract_lane(q, 1);
     const c = f32x4.extract_lane(q, 2), d = f32x4.extract_lane(q, 3);
-    // a vector u turned by (a, q): u + 2 a (q x u) + 2 q x (q x u)
-    const two: f32 = 2;
-    const ex = two * (c * uz - d * uy), ey = two * (d * ux - b * uz), ez = two * (b * uy - c * ux);
-    store<f32>(vertices, f32x4.extract_lane(at, 0) + ux + a * ex + c * ez - d * ey);
-    store<f32>(vertices, f32x4.extract_lane(at, 1) + uy + a * ey + d * ex - b * ez, 4);
-    store<f32>(vertices, f32x4.extract_lane(at, 2) + uz + a * ez + b * ey - c * ex, 8);
+    const u = turned(a, b, c, d, ux, uy, uz);
+    at = f32x4.add(at, u);
+    const clearance = load<f32>(clearances);
+    if (clearance > -1) {
+      const up = turned(a, b, c, d, load<f32>(normals), load<f32>(normals, 4), load<f32>(normals, 8));
+      const away = f32x4.sub(at, f32x4(load<f32>(skin), load<f32>(skin, 4), load<f32>(skin, 8), 0));
+      const height = dot(away, up), lack = clearance - height;
+      if (lack > 0 && lack < deepest && dot(away, away) - height * height < aside * aside) {
+        at = f32x4.add(at, f32x4.mul(f32x4.splat(lack), up));
+      }
+    }
+    store<f32>(vertices, f32x4.extract_lane(at, 0));
+    store<f32>(vertices, f32x4.extract_lane(at, 1), 4);
+    store<f32>(vertices, f32x4.extract_lane(at, 2), 8);
     bones += 6;
     weights += 24;
     regions += 4 * regionCount;
     digits += 3 * columns;
     rest += 12;
     offset += 12;
+    clearances += 4;
+    skin += 12;
+    normals += 12;
     vertices += 12;
   }
 }
 
-// A light push out of the body: along the normal of the nearest vertex of the skin, which is sought from where it was.
+// A light push out of the body: along the normal of the nearest vertex of the skin, which is sought from where it was and
+// from where that of the vertex before is.
 // model: starts (skinCount + 1), neighbours uint32: vertices of the skin around each; samples (sampleCount) uint32: some
-//     of them, from which every eighth vertex of the garment seeks anew, those of `turn` in this frame
-// in: skin, normals (skinCount, 3); gap: distance to keep, deepest: what lies deeper is left alone [m]
+//     of them, from which a part of the garment's vertices seeks anew: those of `turn` of 32, all where it is negative
+// in: skin, normals (skinCount, 3); gap: distance to keep; deepest, aside: what lies deeper or farther beside that vertex
+//     is left alone [m]
 // in/out: nearest (count) uint32, vertices (count, 3)   returns: how many were moved
 export function push(
   starts: usize, neighbours: usize, samples: usize, sampleCount: i32, turn: i32, skin: usize, normals: usize, gap: f32,
-  deepest: f32, count: i32, nearest: usize, vertices: usize,
+  deepest: f32, aside: f32, count: i32, nearest: usize, vertices: usize,
 ): i32 {
-  let pushed = 0;
+  let pushed = 0, best: u32 = load<u32>(nearest);
   for (let i = 0; i < count; i++) {
     const x = load<f32>(vertices), y = load<f32>(vertices, 4), z = load<f32>(vertices, 8);
-    let best = load<u32>(nearest), least = squared(skin, best, x, y, z);
-    if ((i & 7) == turn) {
+    const own = load<u32>(nearest), ownAway = squared(skin, own, x, y, z);
+    let least = squared(skin, best, x, y, z);
+    if (ownAway <= least) {
+      least = ownAway;
+      best = own;
+    }
+    if (turn < 0 || (i & 31) == turn) {
       for (let s = 0; s < sampleCount; s++) {
         const other = load<u32>(samples + 4 * s), there = squared(skin, other, x, y, z);
         if (there < least) {
@@ -236,7 +257,7 @@ export function push(
     const nx = load<f32>(up), ny = load<f32>(up, 4), nz = load<f32>(up, 8);
     const height = (x - load<f32>(at)) * nx + (y - load<f32>(at, 4)) * ny + (z - load<f32>(at, 8)) * nz;
     const lack = gap - height;
-    if (lack > 0 && lack < deepest) {
+    if (lack > 0 && lack < deepest && least - height * height < aside * aside) {
       store<f32>(vertices, x + lack * nx);
       store<f32>(vertices, y + lack * ny, 4);
       store<f32>(vertices, z + lack * nz, 8);
@@ -248,7 +269,7 @@ export function push(
   return pushed;
 }
 
-// in: values (count), share   in/out: totals (count), count a multiple of 4: totals + share values
+// in: values (count), share   in/out: totals (count), and up to three numbers more: totals + share values
 export function addScaled(values: usize, share: f32, count: i32, totals: usize): void {
   const all = f32x4.splat(share);
   for (let k = 0; k < 4 * count; k += 16) {
@@ -261,6 +282,15 @@ export function addScaled(values: usize, share: f32, count: i32, totals: usize):
 function moved(c0: v128, c1: v128, c2: v128, x: f32, y: f32, z: f32): v128 {
   const plane = f32x4.add(f32x4.mul(c0, f32x4.splat(x)), f32x4.mul(c1, f32x4.splat(y)));
   return f32x4.add(plane, f32x4.mul(c2, f32x4.splat(z)));
+}
+
+// A vector u turned by (a, q), q = (b, c, d): u + 2 a (q x u) + 2 q x (q x u).
+// @ts-ignore: decorator
+@inline
+function turned(a: f32, b: f32, c: f32, d: f32, ux: f32, uy: f32, uz: f32): v128 {
+  const two: f32 = 2;
+  const ex = two * (c * uz - d * uy), ey = two * (d * ux - b * uz), ez = two * (b * uy - c * ux);
+  return f32x4(ux + a * ex + c * ez - d * ey, uy + a * ey + d * ex - b * ez, uz + a * ez + b * ey - c * ex, 0);
 }
 
 // @ts-ignore: decorator

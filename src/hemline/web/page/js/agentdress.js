@@ -5,6 +5,7 @@ import { at, multiply, normalised } from "hemline/quaternions.js";
 
 const LEAST_INFLUENCE = 1e-3, LANES = 16, RAD = Math.PI / 180;
 const LIFT = 20 * RAD, HANGING = 30 * RAD, RAISED = 75 * RAD, ARMS = [[16, 1], [17, -1]];
+const DEEPEST = 0.03, ASIDE = 0.03; // as in animators/agentdress/model [m]
 
 export class AgentDress {
   constructor(arrays, metadata, kernels) {
@@ -15,6 +16,10 @@ export class AgentDress {
     this.weights = kernels.floatsOf(arrays.weights);
     this.regions = kernels.floatsOf(arrays.regions);
     this.offset = kernels.floatsOf(arrays.offset);
+    this.clearances = kernels.floatsOf(arrays.clearances);
+    this.kept = arrays.clearances.some((clearance) => clearance > -1);
+    this.skin = kernels.floats(3 * this.count);
+    this.normals = kernels.floats(3 * this.count);
     this.rest = kernels.floats(3 * this.count);
     this.#unpack(arrays["basis.digits"]);
     this.mixed = kernels.floats(this.regionCount * this.columns);
@@ -22,7 +27,6 @@ export class AgentDress {
     this.transforms = kernels.floats(16 * 24);
     this.quaternions = kernels.floats(4 * 24);
     this.joints = this.#countingJoints();
-    this.novelty = NaN;
   }
 
   /** At rest on a body of any shape: what depends on the shape alone is made anew. */
@@ -38,6 +42,7 @@ export class AgentDress {
     features(body.betas, narrow).forEach((feature, f) => {
       if (feature !== 0) for (let i = 0; i < size; i++) this.effects[i] += feature * effects[f * size + i];
     });
+    this.#under(body.restNormals, this.normals);
     return { distances: null };
   }
 
@@ -58,11 +63,18 @@ export class AgentDress {
     this.#mix();
     intoColumns(body.transforms, transforms);
     for (let joint = 0; joint < 24; joint++) quaternions.set(quaternionOf(body.transforms, 12 * joint), 4 * joint);
+    if (this.kept) this.#under(body.vertices, this.skin);
     kernels.wear(
       bones.byteOffset, weights.byteOffset, regions.byteOffset, this.regionCount, digits.byteOffset, this.columns,
       mixed.byteOffset, rest.byteOffset, offset.byteOffset, transforms.byteOffset, quaternions.byteOffset,
-      shares.byteOffset, this.count, vertices.byteOffset,
+      shares.byteOffset, this.clearances.byteOffset, this.skin.byteOffset, this.normals.byteOffset, DEEPEST, ASIDE,
+      this.count, vertices.byteOffset,
     );
+  }
+
+  /** Of the body's vertex under each of the garment's. */
+  #under(values, out) {
+    this.tables.nearest.forEach((vertex, i) => out.set(values.subarray(3 * vertex, 3 * vertex + 3), 3 * i));
   }
 
   /** Digits (columns, 3, verts), differences along the vertices, to (verts, 3, columns), padded by zeros. */

@@ -94,15 +94,16 @@ export class Body {
   skin() {
     const { kernels, bones, weights, columns, moved, restNormals, count, vertices, normals } = this;
     intoColumns(this.transforms, columns);
-    if (this.posedirs) this.#addPoseOffsets();
+    this.bend();
     kernels.skin(
       bones.byteOffset, weights.byteOffset, columns.byteOffset, moved.byteOffset, restNormals.byteOffset, count,
       vertices.byteOffset, normals.byteOffset,
     );
   }
 
-  /** What the pose adds to the skin at rest: sum of P_jk (R_j - 1)_k (SMPL, Eq. 9). */
-  #addPoseOffsets() {
+  /** The skin at rest with what the pose adds to it, sum of P_jk (R_j - 1)_k (SMPL, Eq. 9), into `moved`. */
+  bend() {
+    if (!this.posedirs) return;
     this.moved.set(this.rest);
     for (let joint = 1; joint < JOINTS; joint++) {
       toMatrix(at(this.rotations, joint)).forEach((entry, k) => {

@@ -18,14 +18,19 @@ export async function open(contents, code) {
     },
     sought: (seconds) => stage.seek(seconds),
   });
+  controls.play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
   let last = performance.now();
   const draw = (now) => {
     const dt = Math.min(Math.max(now - last, 1) / 1000, LONGEST) * controls.speed;
     last = now;
-    if (controls.playing && dt > 0) stage.advance(dt);
-    scene.show(stage);
+    if (controls.playing) stage.advance(dt);
+    if (stage.changed) {
+      stage.changed = false;
+      stage.player.shade();
+      scene.show(stage);
+      controls.told();
+    }
     scene.draw();
-    controls.told();
     requestAnimationFrame(draw);
   };
   document.getElementById("loading").hidden = true;

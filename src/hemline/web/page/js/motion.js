@@ -41,6 +41,7 @@ export class Clip {
     const soles = soleVertices(body);
     return Array.from({ length: this.count }, (_, index) => {
       body.pose(this.frame(index));
+      body.bend();
       return soles.reduce((lowest, vertex) => Math.min(lowest, heightOf(body, vertex)), Infinity);
     });
   }
@@ -94,7 +95,7 @@ function soleVertices(body) {
 }
 
 function heightOf(body, vertex) {
-  const t = body.transforms, x = body.rest[3 * vertex], y = body.rest[3 * vertex + 1], z = body.rest[3 * vertex + 2];
+  const t = body.transforms, [x, y, z] = body.moved.subarray(3 * vertex, 3 * vertex + 3);
   let height = 0;
   for (let k = 6 * vertex; k < 6 * vertex + 6 && body.weights[k] !== 0; k++) {
     const row = 12 * body.bones[k] + 4;

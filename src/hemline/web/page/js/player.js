@@ -7,7 +7,7 @@ import { runUp } from "hemline/motion.js";
 import { Ropes } from "hemline/ropes.js";
 
 const ANIMATORS = { ropes: Ropes, agentdress: AgentDress };
-const PRE_ROLL = 1, GAP = 0.003, DEEPEST = 0.06;
+const PRE_ROLL = 1, GAP = 0.003, DEEPEST = 0.06, ASIDE = 0.02, TURNS = 32;
 
 export class Player {
   constructor(index, contents, body, kernels) {
@@ -20,7 +20,7 @@ export class Player {
     this.normals = kernels.floats(3 * this.count);
     this.nearest = kernels.wordsOf(arrays.nearest);
     this.settled = this.nearest.slice();
-    this.turn = 0;
+    this.turn = -1;
   }
 
   /** The state before a clip's frame at a time [s], in which the garment has settled. */
@@ -34,7 +34,7 @@ export class Player {
       state = this.animator.advance(state, this.body, dt);
     }
     this.nearest.set(this.settled);
-    this.turn = 0;
+    this.turn = -1; // all seek anew
     return state;
   }
 
@@ -46,8 +46,7 @@ export class Player {
     const skinned = performance.now(), after = animator.advance(state, body, dt);
     animator.show(body, vertices);
     const animated = performance.now();
-    this.turn = (this.turn + 1) % 8;
-    this.pushed = pushing ? this.#push() : 0;
+    if (pushing) this.#push();
     const done = performance.now();
     this.milliseconds = { body: skinned - began, animator: animated - skinned, push: done - animated, all: done - began };
     return after;
@@ -61,10 +60,11 @@ export class Player {
 
   #push() {
     const { starts, neighbours, samples, vertices: skin, normals } = this.body;
-    return this.kernels.push(
+    this.kernels.push(
       starts.byteOffset, neighbours.byteOffset, samples.byteOffset, samples.length, this.turn, skin.byteOffset,
-      normals.byteOffset, GAP, DEEPEST, this.count, this.nearest.byteOffset, this.vertices.byteOffset,
+      normals.byteOffset, GAP, DEEPEST, ASIDE, this.count, this.nearest.byteOffset, this.vertices.byteOffset,
     );
+    this.turn = (this.turn + 1) % TURNS;
   }
 
   /** Where the pelvis is `dt` after a clip's start, to whose speed the body runs up. */

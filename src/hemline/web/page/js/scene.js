@@ -19,6 +19,8 @@ export class Scene {
     this.controls.maxPolarAngle = 1.65;
     this.controls.minDistance = 0.5;
     this.controls.maxDistance = 15;
+    this.stale = true;
+    this.controls.addEventListener("change", () => (this.stale = true));
     this.#light();
     this.place = new THREE.Vector3();
     this.cloths = new Map();
@@ -36,8 +38,10 @@ export class Scene {
       mesh.geometry.attributes.position.needsUpdate = mesh.geometry.attributes.normal.needsUpdate = true;
     }
     this.#follow(stage.body.joints);
+    this.stale = true;
   }
 
+  /** Draw, if anything changed since it was drawn. */
   draw() {
     const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
     const ratio = this.renderer.getPixelRatio(), canvas = this.renderer.domElement;
@@ -45,9 +49,11 @@ export class Scene {
       this.renderer.setSize(width, height, false);
       this.camera.aspect = width / height;
       this.camera.updateProjectionMatrix();
+      this.stale = true;
     }
     this.controls.update();
-    this.renderer.render(this.scene, this.camera);
+    if (this.stale) this.renderer.render(this.scene, this.camera);
+    this.stale = false;
   }
 
   /** Camera and light go along with the pelvis over the floor. */

@@ -37,7 +37,7 @@ export class Stage {
   seek(seconds, step = STEP) {
     this.seconds = Math.min(Math.max(seconds, 0), this.clip.seconds);
     this.state = this.player.start(this.clip, this.seconds, step);
-    this.#show(step, {});
+    this.#show(step);
   }
 
   /** `dt` later [s]; from the end of the clip on it starts again. */
@@ -47,22 +47,23 @@ export class Stage {
       return;
     }
     this.seconds += dt;
-    this.#show(dt, {});
+    this.#show(dt);
   }
 
-  /** Vertices of the clip's first frames at 30 a second, one array each; `pushing`: after the push out of the body. */
+  /** The clip's first frames at 30 a second, as arrays; `pushing`: after the push out of the body. */
   frames(count, { pushing = false } = {}) {
     this.seconds = 0;
     this.state = this.player.start(this.clip, 0, STEP);
     return Array.from({ length: Math.min(count, this.clip.count) }, (_, index) => {
       this.seconds = index * STEP;
       this.state = this.player.step(this.state, this.clip.at(this.seconds), STEP, { pushing });
-      return { vertices: this.player.vertices.slice(), milliseconds: this.player.milliseconds };
+      const { vertices, milliseconds } = this.player;
+      return { vertices: vertices.slice(), body: this.body.vertices.slice(), milliseconds };
     });
   }
 
-  #show(dt, options) {
-    this.state = this.player.step(this.state, this.clip.at(this.seconds), dt, options);
-    this.player.shade();
+  #show(dt) {
+    this.state = this.player.step(this.state, this.clip.at(this.seconds), dt);
+    this.changed = true; // a picture of it is due
   }
 }
