@@ -58,10 +58,17 @@ class Opened:
 
 
 @contextmanager
-def opened(address: str) -> Iterator[Opened]:
-    """A page in Chromium, once it plays; without it, a skip that says so."""
+def opened(address: str, *, playing: bool = False) -> Iterator[Opened]:
+    """A page in Chromium; without it, a skip that says so.
+
+    Args:
+        address: Where it is.
+        playing: It plays at once; else it waits, as for who asked their system for less motion.
+    """
     with browsing() as driver:
         driver.set_script_timeout(300)
+        wish = {"name": "prefers-reduced-motion", "value": "no-preference" if playing else "reduce"}
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [wish]})
         driver.get(address)
         page = Opened(driver)
         page.until("window.hemline !== undefined && document.getElementById('loading').hidden")

@@ -212,18 +212,19 @@ export function wear(
   }
 }
 
-// A light push out of the body: along the normal of the nearest vertex of the skin, which is sought from where it was and
-// from where that of the vertex before is.
-// model: starts (skinCount + 1), neighbours uint32: vertices of the skin around each; samples (sampleCount) uint32: some
-//     of them, from which a part of the garment's vertices seeks anew: those of `turn` of 32, all where it is negative
-// in: skin, normals (skinCount, 3); gap: distance to keep; deepest, aside: what lies deeper or farther beside that vertex
-//     is left alone [m]
-// in/out: nearest (count) uint32, vertices (count, 3)   returns: how many were moved
+// A light push out of the body: from the closest place on the triangles around the nearest vertex of the skin, which is
+// sought from where it was and from where that of the garment's vertex before is.
+// model: starts (skinCount + 1), around (.., 2) uint32: the two other corners of each triangle at a vertex of the skin;
+//     samples (sampleCount) uint32: some of these vertices, from which a part of the garment's seeks anew: those of
+//     `turn` of 32, all where it is negative
+// in: skin, normals (skinCount, 3); gap: distance to keep; deepest: what lies deeper is left alone [m]
+// in/out: nearest (count) uint32, vertices (count, 3)
 export function push(
-  starts: usize, neighbours: usize, samples: usize, sampleCount: i32, turn: i32, skin: usize, normals: usize, gap: f32,
-  deepest: f32, aside: f32, count: i32, nearest: usize, vertices: usize,
-): i32 {
-  let pushed = 0, best: u32 = load<u32>(nearest);
+  starts: usize, around: usize, samples: usize, sampleCount: i32, turn: i32, skin: usize, normals: usize, gap: f32,
+  deepest: f32, count: i32, nearest: usize, vertices: usize,
+): void {
+  const far = (deepest + LONGEST_EDGE) * (deepest + LONGEST_EDGE);
+  let best: u32 = load<u32>(nearest);
   for (let i = 0; i < count; i++) {
     const x = load<f32>(vertices), y = load<f32>(vertices, 4), z = load<f32>(vertices, 8);
     const own = load<u32>(nearest), ownAway = squared(skin, own, x, y, z);
@@ -245,7 +246,7 @@ export function push(
       before = best;
       const end = load<u32>(starts + 4 * best, 4);
       for (let at = load<u32>(starts + 4 * best); at < end; at++) {
-        const other = load<u32>(neighbours + 4 * at), there = squared(skin, other, x, y, z);
+        const other = load<u32>(around + 8 * at), there = squared(skin, other, x, y, z);
         if (there < least) {
           least = there;
           best = other;
@@ -253,20 +254,65 @@ export function push(
       }
     }
     store<u32>(nearest, best);
-    const at = skin + 12 * best, up = normals + 12 * best;
-    const nx = load<f32>(up), ny = load<f32>(up, 4), nz = load<f32>(up, 8);
-    const height = (x - load<f32>(at)) * nx + (y - load<f32>(at, 4)) * ny + (z - load<f32>(at, 8)) * nz;
-    const lack = gap - height;
-    if (lack > 0 && lack < deepest && least - height * height < aside * aside) {
-      store<f32>(vertices, x + lack * nx);
-      store<f32>(vertices, y + lack * ny, 4);
-      store<f32>(vertices, z + lack * nz, 8);
-      pushed++;
-    }
+    if (least < far) pushFrom(best, starts, around, skin, normals, gap, deepest, vertices);
     nearest += 4;
     vertices += 12;
   }
-  return pushed;
+}
+
+const LONGEST_EDGE: f32 = 0.06;
+let second: f32 = 0, third: f32 = 0; // shares of the corners of a triangle in the place that `closest` found
+
+function pushFrom(
+  best: u32, starts: usize, around: usize, skin: usize, normals: usize, gap: f32, deepest: f32, vertex: usize,
+): void {
+  const p = v128.load(vertex), corner = v128.load(skin + 12 * best), end = load<u32>(starts + 4 * best, 4);
+  let least: f32 = 1e9, place = corner, up = v128.load(normals + 12 * best);
+  for (let at = load<u32>(starts + 4 * best); at < end; at++) {
+    const one = load<u32>(around + 8 * at), other = load<u32>(around + 8 * at, 4);
+    const b = f32x4.sub(v128.load(skin + 12 * one), corner), c = f32x4.sub(v128.load(skin + 12 * other), corner);
+    closest(f32x4.sub(p, corner), b, c);
+    const there = f32x4.add(corner, f32x4.add(f32x4.mul(b, f32x4.splat(second)), f32x4.mul(c, f32x4.splat(third))));
+    const apart = f32x4.sub(p, there), away = dot3(apart, apart);
+    if (away < least) {
+      least = away;
+      place = there;
+      const first = f32x4.mul(v128.load(normals + 12 * best), f32x4.splat(<f32>1 - second - third));
+      const rest = f32x4.mul(v128.load(normals + 12 * one), f32x4.splat(second));
+      up = f32x4.add(first, f32x4.add(rest, f32x4.mul(v128.load(normals + 12 * other), f32x4.splat(third))));
+    }
+  }
+  if (least > deepest * deepest) return;
+  up = f32x4.mul(up, f32x4.splat(<f32>1 / sqrt<f32>(max<f32>(dot3(up, up), 1e-30))));
+  const lack = gap - dot3(f32x4.sub(p, place), up);
+  if (lack <= 0) return;
+  add(vertex, lack * f32x4.extract_lane(up, 0), lack * f32x4.extract_lane(up, 1), lack * f32x4.extract_lane(up, 2));
+}
+
+// The place on a triangle 0, b, c closest to p: b `second` + c `third` (Ericson, Real-Time Collision Detection, 5.1.5).
+function closest(p: v128, b: v128, c: v128): void {
+  const d1 = dot3(b, p), d2 = dot3(c, p), bb = dot3(b, b), bc = dot3(b, c), cc = dot3(c, c);
+  const d3 = d1 - bb, d4 = d2 - bc, d5 = d1 - bc, d6 = d2 - cc;
+  const va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+  second = 0;
+  third = 0;
+  if (d1 <= 0 && d2 <= 0) return;
+  if (d3 >= 0 && d4 <= d3) {
+    second = 1;
+  } else if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+    second = d1 / (d1 - d3);
+  } else if (d6 >= 0 && d5 <= d6) {
+    third = 1;
+  } else if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+    third = d2 / (d2 - d6);
+  } else if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    third = (d4 - d3) / (d4 - d3 + d5 - d6);
+    second = <f32>1 - third;
+  } else {
+    const whole = <f32>1 / (va + vb + vc);
+    second = vb * whole;
+    third = vc * whole;
+  }
 }
 
 // in: values (count), share   in/out: totals (count), and up to three numbers more: totals + share values
@@ -299,6 +345,13 @@ function dot(one: v128, other: v128): f32 {
   const each = f32x4.mul(one, other);
   const front = f32x4.extract_lane(each, 0) + f32x4.extract_lane(each, 1);
   return front + f32x4.extract_lane(each, 2) + f32x4.extract_lane(each, 3);
+}
+
+// @ts-ignore: decorator
+@inline
+function dot3(one: v128, other: v128): f32 {
+  const each = f32x4.mul(one, other);
+  return f32x4.extract_lane(each, 0) + f32x4.extract_lane(each, 1) + f32x4.extract_lane(each, 2);
 }
 
 // @ts-ignore: decorator

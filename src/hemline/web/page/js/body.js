@@ -114,19 +114,19 @@ export class Body {
     }
   }
 
-  /** Vertices of the skin around each, and some spread over it, for the push. */
+  /** The triangles around each vertex of the skin, by their two other corners, and some vertices spread over it. */
   #connect() {
-    const around = Array.from({ length: this.count }, () => new Set());
-    for (let f = 0; f < this.faces.length; f += 3) {
-      for (let k = 0; k < 3; k++) {
-        around[this.faces[f + k]].add(this.faces[f + ((k + 1) % 3)]).add(this.faces[f + ((k + 2) % 3)]);
-      }
-    }
     const starts = new Int32Array(this.count + 1);
-    around.forEach((some, i) => (starts[i + 1] = starts[i] + some.size));
-    this.starts = this.kernels.wordsOf(starts);
-    this.neighbours = this.kernels.wordsOf(Int32Array.from(around.flatMap((some) => [...some])));
+    this.faces.forEach((vertex) => starts[vertex + 1]++);
+    for (let i = 0; i < this.count; i++) starts[i + 1] += starts[i];
+    const around = new Int32Array(2 * this.faces.length), next = starts.slice();
+    this.faces.forEach((vertex, corner) => {
+      const first = corner - (corner % 3), place = 2 * next[vertex]++;
+      around[place] = this.faces[first + ((corner + 1) % 3)];
+      around[place + 1] = this.faces[first + ((corner + 2) % 3)];
+    });
     const samples = Int32Array.from({ length: Math.ceil(this.count / SAMPLED) }, (_, i) => SAMPLED * i);
+    Object.assign(this, { starts: this.kernels.wordsOf(starts), around: this.kernels.wordsOf(around) });
     this.samples = this.kernels.wordsOf(samples);
   }
 

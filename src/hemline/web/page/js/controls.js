@@ -39,6 +39,7 @@ export class Controls {
     const { clip, seconds, player } = this.stage;
     element("time").value = clip.seconds > 0 ? seconds / clip.seconds : 0;
     element("time-said").textContent = `${seconds.toFixed(2)} of ${clip.seconds.toFixed(2)} s`;
+    if (!this.playing) return; // the first frame after a start seeks all places on the skin anew
     this.spans = [...this.spans.slice(-59), player.milliseconds];
     const mean = (stage) => this.spans.reduce((sum, each) => sum + each[stage], 0) / this.spans.length;
     const parts = ["body", "animator", "push"].map((stage) => `${stage} ${mean(stage).toFixed(1)}`);

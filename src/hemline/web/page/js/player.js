@@ -7,7 +7,7 @@ import { runUp } from "hemline/motion.js";
 import { Ropes } from "hemline/ropes.js";
 
 const ANIMATORS = { ropes: Ropes, agentdress: AgentDress };
-const PRE_ROLL = 1, GAP = 0.003, DEEPEST = 0.06, ASIDE = 0.02, TURNS = 32;
+const PRE_ROLL = 1, GAP = 0.003, DEEPEST = 0.06, TURNS = 32;
 
 export class Player {
   constructor(index, contents, body, kernels) {
@@ -59,10 +59,10 @@ export class Player {
   }
 
   #push() {
-    const { starts, neighbours, samples, vertices: skin, normals } = this.body;
+    const { starts, around, samples, vertices: skin, normals } = this.body;
     this.kernels.push(
-      starts.byteOffset, neighbours.byteOffset, samples.byteOffset, samples.length, this.turn, skin.byteOffset,
-      normals.byteOffset, GAP, DEEPEST, ASIDE, this.count, this.nearest.byteOffset, this.vertices.byteOffset,
+      starts.byteOffset, around.byteOffset, samples.byteOffset, samples.length, this.turn, skin.byteOffset,
+      normals.byteOffset, GAP, DEEPEST, this.count, this.nearest.byteOffset, this.vertices.byteOffset,
     );
     this.turn = (this.turn + 1) % TURNS;
   }

@@ -12,8 +12,8 @@ export class Scene {
     this.renderer.shadowMap.enabled = true;
     this.scene = new THREE.Scene();
     this.scene.background = new THREE.Color(GROUND);
-    this.camera = new THREE.PerspectiveCamera(35, 1, 0.05, 50);
-    this.camera.position.set(1.9, 1.5, -4.2);
+    this.camera = new THREE.PerspectiveCamera(32, 1, 0.05, 50);
+    this.camera.position.set(1.7, 1.4, -3.6);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.target.set(0, 0.95, 0);
     this.controls.maxPolarAngle = 1.65;
@@ -47,13 +47,20 @@ export class Scene {
     const ratio = this.renderer.getPixelRatio(), canvas = this.renderer.domElement;
     if (canvas.width !== Math.floor(width * ratio) || canvas.height !== Math.floor(height * ratio)) {
       this.renderer.setSize(width, height, false);
-      this.camera.aspect = width / height;
-      this.camera.updateProjectionMatrix();
+      this.#frame(width, height);
       this.stale = true;
     }
     this.controls.update();
     if (this.stale) this.renderer.render(this.scene, this.camera);
     this.stale = false;
+  }
+
+  /** Keep the middle of the picture above the panel, and in a narrow window as much in sight as in a square one. */
+  #frame(width, height) {
+    const panel = Math.min(document.getElementById("panel").offsetHeight, 0.3 * height), free = height - panel;
+    this.camera.aspect = width / free;
+    this.camera.zoom = Math.min(1, 1.6 * this.camera.aspect);
+    this.camera.setViewOffset(width, free, 0, 0, width, height);
   }
 
   /** Camera and light go along with the pelvis over the floor. */
