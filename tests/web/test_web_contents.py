@@ -15,7 +15,6 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "export"))
 from made_models import agentdress_model, body, rigged_model, ropes_model, walk
-from web import packages
 
 import hemline
 from hemline.cli import main
@@ -23,6 +22,7 @@ from hemline.collide.primitives.primitive_kernels import BOX
 from hemline.errors import BadInput, BadModel, BadOutput
 from hemline.files.tensors import tensor_bytes
 from hemline.web import build, page_contents, parts, write_page
+from web import packages
 
 PAGE = build.PAGE
 

@@ -15,6 +15,7 @@ from hemline import bodies, web
 from hemline.motions import load
 
 MODELS = ("tshirt-light", "trousers-light")
+TALLEST = "return hemline.body.vertices.reduce((most, y, i) => (i % 3 === 1 ? Math.max(most, y) : most), 0)"
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +45,10 @@ def settled_picture(page) -> np.ndarray:
 
 
 def set_value(page, name: str, value: object, event: str) -> None:
-    script = "const [name, value, event] = arguments, at = document.getElementById(name); at.value = value; at.dispatchEvent(new Event(event, { bubbles: true }));"
+    script = (
+        "const [name, value, event] = arguments, at = document.getElementById(name);"
+        "at.value = value; at.dispatchEvent(new Event(event, { bubbles: true }));"
+    )
     page.driver.execute_script(script, name, value, event)
 
 
@@ -88,15 +92,18 @@ def test_from_its_end_a_clip_starts_again(visited):
 def test_garment_clip_and_shape_are_chosen(visited):
     set_value(visited, "clip", "kick", "change")
     set_value(visited, "garment", "trousers-light", "change")
-    assert visited.driver.execute_script("return [hemline.player.metadata.name, hemline.clip === hemline.clips[1]]") == [
+    assert visited.driver.execute_script(
+        "return [hemline.player.metadata.name, hemline.clip === hemline.clips[1]]"
+    ) == [
         "trousers-light",
         True,
     ]
-    before = visited.driver.execute_script("return hemline.body.vertices.reduce((most, y, i) => i % 3 == 1 ? Math.max(most, y) : most, 0)")
-    script = "const slider = document.querySelector('#shape input'); slider.value = 2; slider.dispatchEvent(new Event('input'));"
-    visited.driver.execute_script(script)
-    taller = visited.driver.execute_script("return hemline.body.vertices.reduce((most, y, i) => i % 3 == 1 ? Math.max(most, y) : most, 0)")
-    assert abs(taller - before) > 0.05
+    before = visited.driver.execute_script(TALLEST)
+    visited.driver.execute_script(
+        "const slider = document.querySelector('#shape input');"
+        "slider.value = 2; slider.dispatchEvent(new Event('input'));"
+    )
+    assert abs(visited.driver.execute_script(TALLEST) - before) > 0.05
     assert visited.driver.execute_script("return hemline.body.betas[0]") == 2
 
 
@@ -115,7 +122,7 @@ def test_a_narrow_window_keeps_the_whole_body_in_sight(visited):
     seen = settled_picture(visited)
     visited.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
     body = np.flatnonzero((seen[..., 0] - seen[..., 2] > 18).sum(axis=0) > 3)
-    assert 0 < body.min() and body.max() < seen.shape[1] - 1
+    assert body.min() > 0 and body.max() < seen.shape[1] - 1
 
 
 def test_a_folder_plays_from_a_plain_web_host(contents, tmp_path):

@@ -77,7 +77,9 @@ def opened(address: str, *, playing: bool = False) -> Iterator[Opened]:
 
 def played(model, body: ShapedBody, clip: Motion, count: int) -> list[Frame]:
     """The same frames in Python; what comes after the animator does not change its own vertices."""
-    return [frame for frame, _ in zip(play(model, body, clip, whole=False, guarantee="fast"), range(count), strict=False)]
+    return [
+        frame for frame, _ in zip(play(model, body, clip, whole=False, guarantee="fast"), range(count), strict=False)
+    ]
 
 
 def farthest_mm(found: np.ndarray, frames: Sequence[Frame]) -> float:

@@ -64,7 +64,7 @@ def page_contents(
         told.append({"name": name, "fps": clip.fps, "leg_length": clip.leg_length})
     metadata = {
         "kind": "page",
-        "models": [{"name": name} | part.metadata for name, part in zip(models, parts, strict=True)],
+        "models": [{"name": name, **part.metadata} for name, part in zip(models, parts, strict=True)],
         "clips": told,
         "notices": _notices(models.values(), clips.values(), body),
     }

@@ -20,7 +20,11 @@ ENDING = ".html"
 MEGABYTE = 1_000_000
 _PAGE = files("hemline.web") / "page"
 _CORE = "./three.core.min.js"
-_MODULES = {"three": "three.module.min.js", "three/core": "three.core.min.js", "three/OrbitControls.js": "OrbitControls.js"}
+_MODULES = {
+    "three": "three.module.min.js",
+    "three/core": "three.core.min.js",
+    "three/OrbitControls.js": "OrbitControls.js",
+}
 """Names by which modules import three.js, and its files."""
 
 
@@ -37,12 +41,16 @@ def check_page(path: str | Path) -> None:
     if path.suffix.lower() == ENDING:
         check_writable(path)
     elif path.suffix and not path.is_dir():
-        raise BadOutput(f"no page is written to {path}", f"the ending '{path.suffix}'", "end in .html, or name a folder")
+        raise BadOutput(
+            f"no page is written to {path}", f"the ending '{path.suffix}'", "end in .html, or name a folder"
+        )
     else:
         check_folder(path)
 
 
-def write_page(path: str | Path, contents: PageContents, *, title: str, most_mb: float | None = None) -> tuple[Path, ...]:
+def write_page(
+    path: str | Path, contents: PageContents, *, title: str, most_mb: float | None = None
+) -> tuple[Path, ...]:
     """Write a page that plays models with no server.
 
     Args:
@@ -85,7 +93,9 @@ def _file(title: str, data: bytes) -> bytes:
 
 def _folder(title: str, data: bytes) -> dict[str, bytes]:
     """Content by name within the folder."""
-    own = {f"js/{name.removeprefix('hemline/')}": text for name, text in _sources().items() if name.startswith("hemline/")}
+    own = {
+        f"js/{name.removeprefix('hemline/')}": text for name, text in _sources().items() if name.startswith("hemline/")
+    }
     parts = {name: text.encode() for name, text in own.items()}
     parts |= {f"three/{name}": (_PAGE / "three" / name).read_bytes() for name in (*_MODULES.values(), "LICENSE")}
     parts |= {"contents.bin": data, "kernels.wasm": (_PAGE / "kernels.wasm").read_bytes()}
@@ -120,7 +130,11 @@ def _write_folder(path: Path, made: dict[str, bytes]) -> tuple[Path, ...]:
 
 def _sources() -> dict[str, str]:
     """All modules by the names that import them."""
-    own = {f"hemline/{each.name}": each.read_text("utf-8") for each in (_PAGE / "js").iterdir() if each.name.endswith(".js")}
+    own = {
+        f"hemline/{each.name}": each.read_text("utf-8")
+        for each in (_PAGE / "js").iterdir()
+        if each.name.endswith(".js")
+    }
     three = {name: (_PAGE / "three" / file).read_text("utf-8") for name, file in _MODULES.items()}
     return own | three | {"three": three["three"].replace(_CORE, "three/core")}
 

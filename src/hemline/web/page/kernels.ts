@@ -260,7 +260,8 @@ export function push(
   }
 }
 
-const LONGEST_EDGE: f32 = 0.06;
+const LONGEST_EDGE: f32 = 0.06; // of the skin, about [m]
+const OUTSIDE: f32 = 0.03; // so far over the nearest vertex nothing is inside [m]
 let second: f32 = 0, third: f32 = 0; // shares of the corners of a triangle in the place that `closest` found
 
 function pushFrom(
@@ -268,6 +269,7 @@ function pushFrom(
 ): void {
   const p = v128.load(vertex), corner = v128.load(skin + 12 * best), end = load<u32>(starts + 4 * best, 4);
   let least: f32 = 1e9, place = corner, up = v128.load(normals + 12 * best);
+  if (dot3(f32x4.sub(p, corner), up) > OUTSIDE) return;
   for (let at = load<u32>(starts + 4 * best); at < end; at++) {
     const one = load<u32>(around + 8 * at), other = load<u32>(around + 8 * at, 4);
     const b = f32x4.sub(v128.load(skin + 12 * one), corner), c = f32x4.sub(v128.load(skin + 12 * other), corner);
