@@ -95,7 +95,9 @@ def figures(name: str) -> str:
         ends.append(np.linalg.norm(pushed[index] - frame.vertices, axis=1).mean())
         if index % EVERY == 0:
             skin, faces = frame.body.vertices, frame.body.faces
-            counts.append([100 * inside(skin, faces, each[index]).mean() for each in (animated, pushed)])
+            free = np.ones(len(frame.vertices), bool)
+            free[frame.report.pinched] = False
+            counts.append([100 * (inside(skin, faces, each[index]) & free).mean() for each in (animated, pushed)])
     times = {stage: np.min([[each[stage] for each in frames] for frames in rounds], axis=0) for stage in rounds[0][0]}
     parts = ", ".join(f"{stage} {np.median(times[stage]):.1f}" for stage in ("body", "animator", "push"))
     before, after = np.mean(counts, axis=0)
@@ -111,7 +113,8 @@ def _points(frames: list[str]) -> list[np.ndarray]:
 
 
 if __name__ == "__main__":
-    print("| model | size | frame | farthest from the animator in Python | from its finished frame, mean | inside |")
+    ends = "from its finished frame, mean | inside, not pinched: before the push; after |"
+    print("| model | size | frame: median; p95 | farthest from the animator in Python |", ends)
     print("|---|---|---|---|---|---|")
     for name in sys.argv[1:] or MODELS:
         print(figures(name), flush=True)

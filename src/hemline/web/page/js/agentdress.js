@@ -46,6 +46,11 @@ export class AgentDress {
     return { distances: null };
   }
 
+  /** The state on a body of another shape. */
+  reshaped(state, body) {
+    return { ...this.start(body), ...state };
+  }
+
   /** The state `dt` later [s]: distances that follow the pose. */
   advance(state, body, dt) {
     const distances = this.#distances(lifted(body.rotations)), { decay_seconds: decay } = this.metadata;

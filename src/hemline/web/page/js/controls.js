@@ -5,9 +5,9 @@ const SLIDERS = 6; // betas that have a slider
 const element = (id) => document.getElementById(id);
 
 export class Controls {
-  /** `changed` is called when garment, clip or shape changed; `sought` with a time [s] when the clip was scrubbed. */
-  constructor(stage, { changed, sought }) {
-    Object.assign(this, { stage, changed, sought, playing: true, speed: 1, spans: [] });
+  /** Called when garment or clip changed: `changed`; the shape: `reshaped`; when the clip was scrubbed: `sought`. */
+  constructor(stage, { changed, reshaped, sought }) {
+    Object.assign(this, { stage, changed, reshaped, sought, playing: true, speed: 1, spans: [] });
     this.#fill("garment", stage.metadata.models.map(({ name }) => name));
     this.#fill("clip", stage.metadata.clips.map(({ name }) => name));
     for (const id of ["garment", "clip"]) element(id).addEventListener("change", () => this.#chosen());
@@ -64,7 +64,7 @@ export class Controls {
     Array.from(this.stage.body.betas.slice(0, SLIDERS)).forEach((beta, i) => {
       const label = document.createElement("label"), slider = document.createElement("input");
       Object.assign(slider, { type: "range", min: range[0], max: range[1], step: 0.1, value: beta });
-      slider.addEventListener("input", () => this.#chosen());
+      slider.addEventListener("input", () => this.reshaped(this.#betas()));
       label.append(i === 0 ? "stature" : `shape ${i + 1}`, slider);
       shape.append(label);
     });

@@ -16,6 +16,7 @@ export async function open(contents, code) {
       stage.choose(model, clip, betas);
       if (same) stage.seek(seconds);
     },
+    reshaped: (betas) => stage.reshape(betas),
     sought: (seconds) => stage.seek(seconds),
   });
   controls.play(!matchMedia("(prefers-reduced-motion: reduce)").matches);

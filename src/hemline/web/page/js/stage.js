@@ -33,6 +33,15 @@ export class Stage {
     this.seek(0);
   }
 
+  /** Another shape from now on, where the garment follows it: nothing starts anew. */
+  reshape(betas) {
+    this.body.reshape(betas);
+    this.clip.place(this.body);
+    this.body.pose(this.clip.at(this.seconds));
+    this.state = this.player.animator.reshaped(this.state, this.body);
+    this.#show(STEP);
+  }
+
   /** The frame at a time of the clip, settled [s]. */
   seek(seconds, step = STEP) {
     this.seconds = Math.min(Math.max(seconds, 0), this.clip.seconds);
