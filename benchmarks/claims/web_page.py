@@ -66,6 +66,7 @@ def browsing(page: Path) -> Iterator[webdriver.Chrome]:
         os.sched_setaffinity(0, cores)
     try:
         driver.set_script_timeout(600)
+        driver.command_executor.client_config.timeout = 600
         wish = {"name": "prefers-reduced-motion", "value": "reduce"}
         driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [wish]})
         driver.get(page.as_uri())
