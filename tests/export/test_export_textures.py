@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PIL import Image
-from web import three, validated
 
 from hemline.errors import BadInput
 from hemline.export import write
 from hemline.export.textures import _Layout
 from hemline.meshes import vertex_normals
+from web import three, validated
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from web import three, validated
 
 import hemline
 from hemline.cli import main
@@ -14,6 +13,7 @@ from hemline.errors import BadInput, BadOutput
 from hemline.export import check_format, write_vrm
 from hemline.motions.motion import JOINT_NAMES, Pose
 from hemline.playback import character
+from web import three, validated
 
 STILL, WAY, AFTER = 90, 45, 240
 """Frames at 60 a second before, during and after the way."""

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from web import three, validated
 
 from hemline.export import skinned, write
+from web import three, validated
 
 BONES = 8
 

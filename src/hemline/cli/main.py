@@ -23,6 +23,7 @@ VERBS = {
     "character": "a body in a garment as VRM: an engine swings the garment by itself",
     "evaluate": "a model on a motion: milliseconds, millimetres, vertices inside",
     "view": "a model live on a local page: scrub, other bodies, wind, drag, colours",
+    "page": "models on a page that needs no server: one .html, or a folder for a web host",
     "compare": "clips side by side on a local page, blind; what people answer, and its statistics",
     "demo": "the shipped cape on a shipped run: a file, a picture, figures",
     "bench": "time the shipped models and the simulator on this machine",

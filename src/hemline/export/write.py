@@ -32,6 +32,8 @@ FORMATS: dict[str, Callable[..., tuple[Path, ...]]] = {
 }
 """What writes each ending."""
 
+PAGE = ".html"
+"""Ending of a page, which the room `web` writes."""
 SKINNED = (".glb", ".usdc")
 """Formats that hold a garment as a skinned mesh."""
 QUANTIZED = (".glb",)
@@ -87,6 +89,9 @@ def check_format(path: str | Path, *, skinned: bool = False, quantized: bool = F
     if ending == ENDING:
         cure = f"write one with 'hemline character MODEL -o {path.name}'"
         raise BadOutput(f"{ENDING} holds a character at rest and no motion", path.name, cure)
+    if ending == PAGE:
+        cure = f"write one with 'hemline page MODEL -o {path.name}'"
+        raise BadOutput(f"{PAGE} is a page that plays models, no clip", path.name, cure)
     if ending not in FORMATS:
         raise BadOutput(f"cannot write {path}", f"the ending '{path.suffix}'", f"choose one of {' '.join(FORMATS)}")
     if skinned and ending not in SKINNED:

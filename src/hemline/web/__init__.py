@@ -1,0 +1,7 @@
+"""A page that plays models with no server: one `.html`, or a folder for a static web host. See `README.md`."""
+
+from .contents import page_contents as page_contents
+from .write import check_page as check_page
+from .write import write_page as write_page
+
+__all__ = ["check_page", "page_contents", "write_page"]

@@ -1,0 +1,41 @@
+"""What a page holds of a close-fitting garment, for all shapes of the body."""
+
+import numpy as np
+
+from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.own_body import refuse_other_body
+from hemline.bodies import ShapedBody
+from hemline.errors import BadInput
+
+from .parts import Part, differences, short_faces
+
+
+def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> Part:
+    """All tables of the model; the page makes of them what a shape does.
+
+    Args:
+        model: The model.
+        body: The body that wears it, in any shape.
+
+    Raises:
+        BadInput: Another body than that of the fit, or a pose model that is rigging.
+    """
+    refuse_other_body(model, body)
+    if model.tables.rigged is not None:
+        cure = "fit it with --pose-model kernel"
+        raise BadInput("a page plays a kernel as pose model", "a model of --pose-model sor", cure)
+    arrays = model.tables.arrays() | {
+        "basis.digits": differences(model.tables.basis.digits),
+        "indices": model.tables.indices.astype(np.uint8),
+        "faces": short_faces(model.garment.faces, len(model.tables.rest)),
+    }
+    config = model.config
+    metadata = {
+        "animator": "agentdress",
+        "width": model.width,
+        "shape_width": model.shape_width,
+        "shape_model": config.shape_model,
+        "decay_seconds": config.decay_seconds,
+        "beta_range": list(model.beta_range),
+    } | config.blending
+    return Part(arrays, metadata)

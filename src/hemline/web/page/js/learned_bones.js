@@ -1,0 +1,196 @@
+// Learned bones: a network in a closed loop; animators/ropes/learned_bones, body_input_kernels, bone_contact_kernels.
+
+import { distance, found } from "hemline/cones.js";
+import { intoJoint, point, toRest, toWorld, turned } from "hemline/joint_frames.js";
+import { Mlp } from "hemline/networks.js";
+
+const MOST_STEPS = 16, NEARLY = 1e-6, NARROWEST = 0.02, ROUNDS = 4;
+const UNSEEN = [10, 11, 12, 15, 22, 23]; // feet, neck, head, hands
+const SEEN = Array.from({ length: 24 }, (_, joint) => joint).filter((joint) => !UNSEEN.includes(joint));
+const COUNT = 15 + 6 * SEEN.length;
+
+export class LearnedBones {
+  constructor(arrays, { seconds, clearance }, chains, kernels) {
+    this.network = new Mlp(arrays, kernels);
+    Object.assign(this, { seconds, clearance, chains, low: arrays.low, high: arrays.high });
+    [this.modeCount, this.rows] = arrays.modes.shape;
+    this.modes = Float64Array.from(arrays.modes);
+    this.margins = arrays.margins;
+    this.free = arrays.free;
+    this.rest = Float64Array.from(Array.from(this.free).flatMap((node) => [...arrays.rest.subarray(3 * node, 3 * node + 3)]));
+  }
+
+  start(positions, frames) {
+    return { positions: [positions, positions], bodies: [frames, frames, frames], elapsed: 0 };
+  }
+
+  /** The state, bones and their velocities `dt` later, and how far anything was out of the range of the training. */
+  step(state, frames, seconds) {
+    const h = this.seconds, dt = Math.min(seconds, MOST_STEPS * h);
+    let { positions, bodies, elapsed } = state, beyond = 0, past = 0;
+    while (elapsed + dt - past >= h * (1 - NEARLY)) {
+      past += h - elapsed;
+      elapsed = 0;
+      const now = past >= dt - NEARLY * h ? frames : this.#between(bodies[2], frames, past / dt);
+      const made = this.#moved(positions, bodies, now, h);
+      positions = [positions[1], made.bones], beyond = Math.max(beyond, made.out);
+      bodies = [bodies[1], now, bodies[2]];
+    }
+    elapsed += Math.max(dt - past, 0);
+    bodies = [bodies[0], bodies[1], frames];
+    if (elapsed < NEARLY * h) {
+      const velocities = positions[1].map((value, n) => (value - positions[0][n]) / h);
+      return { state: { positions, bodies, elapsed: 0 }, positions: positions[1], velocities, beyond };
+    }
+    const made = this.#moved(positions, bodies, frames, elapsed);
+    const velocities = made.bones.map((value, n) => (value - positions[1][n]) / elapsed);
+    const after = { positions, bodies, elapsed };
+    return { state: after, positions: made.bones, velocities, beyond: Math.max(beyond, made.out) };
+  }
+
+  /** The bones `dt` after the last full step, and how far anything is out of range. */
+  #moved(positions, bodies, now, dt) {
+    const share = dt / this.seconds, { modes, modeCount, rows, rest, low, high } = this, key = this.chains.key;
+    const seen = new Float64Array(low.length), f = 12 * key;
+    this.#seeBody(bodies[0], bodies[1], now, dt, seen);
+    const local = intoJoint(now, key, positions[1]).map((value, n) => value - rest[n]);
+    const earlier = intoJoint(now, key, positions[0]).map((value, n) => value - rest[n]);
+    for (let k = 0; k < modeCount; k++) {
+      let place = 0, way = 0;
+      for (let n = 0, m = k * rows; n < rows; n++, m++) {
+        place += modes[m] * local[n];
+        way += modes[m] * (local[n] - earlier[n]);
+      }
+      seen[COUNT + k] = place, seen[COUNT + modeCount + k] = way;
+    }
+    let out = 0;
+    const kept = seen.map((value, i) => {
+      const inside = Math.min(Math.max(value, low[i]), high[i]);
+      out = Math.max(out, Math.abs(value - inside) / Math.max(Math.fround(high[i] - low[i]), NARROWEST));
+      return inside;
+    });
+    const answer = this.network.run(kept), bones = new Float64Array(rows), moved = rest.slice();
+    for (let k = 0; k < modeCount; k++) {
+      const i = COUNT + k, told = seen[i] + share * seen[i + modeCount] + share ** 2 * answer[k];
+      const made = Math.min(Math.max(told, low[i]), high[i]);
+      out = Math.max(out, Math.abs(told - made) / Math.max(Math.fround(high[i] - low[i]), NARROWEST));
+      for (let n = 0, m = k * rows; n < rows; n++, m++) moved[n] += made * modes[m];
+    }
+    for (let n = 0; n < rows; n += 3) {
+      for (let a = 0; a < 3; a++) {
+        const row = f + 4 * a;
+        bones[n + a] = moved[n] * now[row] + moved[n + 1] * now[row + 1] + moved[n + 2] * now[row + 2] + now[row + 3];
+      }
+    }
+    this.#pushOut(now, bones);
+    return { bones, out };
+  }
+
+  /** What the body does around the key joint; `body_inputs.body_inputs`. */
+  #seeBody(before, then, now, dt, inputs) {
+    const h = this.seconds, { key, pivots } = this.chains, f = 12 * key;
+    const places = [before, then, now].map((frames) => jointsOn(frames, pivots));
+    const spins = [spinBetween(before, then, f), spinBetween(then, now, f)];
+    for (let a = 0; a < 3; a++) {
+      let way = 0, change = 0;
+      for (let c = 0; c < 3; c++) {
+        const velocity = (places[2][3 * key + c] - places[1][3 * key + c]) / dt;
+        const earlier = (places[1][3 * key + c] - places[0][3 * key + c]) / h;
+        way += now[f + 4 * c + a] * velocity;
+        change += now[f + 4 * c + a] * (velocity - earlier);
+      }
+      inputs[a] = -now[f + 4 + a];
+      inputs[3 + a] = way, inputs[6 + a] = change;
+      inputs[9 + a] = spins[1][a] / dt;
+      inputs[12 + a] = spins[1][a] / dt - spins[0][a] / h;
+    }
+    SEEN.forEach((joint, k) => {
+      for (let a = 0; a < 3; a++) {
+        let here = 0, there = 0;
+        for (let c = 0; c < 3; c++) {
+          here += (places[2][3 * joint + c] - now[f + 4 * c + 3]) * now[f + 4 * c + a];
+          there += (places[1][3 * joint + c] - then[f + 4 * c + 3]) * then[f + 4 * c + a];
+        }
+        inputs[15 + 3 * k + a] = here - pivots[3 * joint + a];
+        inputs[15 + 3 * (SEEN.length + k) + a] = (here - there) / dt;
+      }
+    });
+  }
+
+  /** Each bone the shortest way to its own distance from the cone that it is deepest in. */
+  #pushOut(frames, bones) {
+    const { joints, shapes } = this.chains.cones, { margins } = this, balls = this.#balls(frames);
+    for (let i = 0; i < margins.length; i++) {
+      const n = 3 * i;
+      for (let round = 0; round < ROUNDS; round++) {
+        let depth = 0, nx = 0, ny = 0, nz = 0;
+        for (let k = 0; k < joints.length; k++) {
+          const a = bones[n] - balls[4 * k], b = bones[n + 1] - balls[4 * k + 1], c = bones[n + 2] - balls[4 * k + 2];
+          if (a * a + b * b + c * c >= balls[4 * k + 3]) continue;
+          toRest(frames, joints[k], bones[n], bones[n + 1], bones[n + 2]);
+          distance(shapes, k, point[0], point[1], point[2]);
+          if (margins[i] - found[0] > depth) {
+            depth = margins[i] - found[0];
+            turned(frames, joints[k], found[1], found[2], found[3]);
+            nx = point[0], ny = point[1], nz = point[2];
+          }
+        }
+        if (depth <= 0) break;
+        bones[n] += depth * nx, bones[n + 1] += depth * ny, bones[n + 2] += depth * nz;
+      }
+    }
+  }
+
+  /** Balls around the cones in the world, grown by the widest margin, radii squared. */
+  #balls(frames) {
+    const { joints, shapes } = this.chains.cones, widest = Math.max(...this.margins);
+    const balls = new Float64Array(4 * joints.length);
+    for (let k = 0; k < joints.length; k++) {
+      const s = shapes.subarray(16 * k, 16 * k + 8);
+      toWorld(frames, joints[k], (s[0] + s[3]) / 2, (s[1] + s[4]) / 2, (s[2] + s[5]) / 2);
+      const half = Math.hypot(s[3] - s[0], s[4] - s[1], s[5] - s[2]) / 2 + Math.max(s[6], s[7], 0);
+      balls.set([...point, Math.max(half + widest, 0) ** 2], 4 * k);
+    }
+    return balls;
+  }
+
+  /** The body at a share of the way between two poses: joints on straight lines, turns blended, made rigid again. */
+  #between(one, other, share) {
+    const { pivots } = this.chains, first = jointsOn(one, pivots), second = jointsOn(other, pivots);
+    const out = new Float64Array(one.length), blended = one.map((value, i) => (1 - share) * value + share * other[i]);
+    for (let j = 0; 12 * j < out.length; j++) {
+      const column = (c) => [0, 1, 2].map((row) => blended[12 * j + 4 * row + c]);
+      const x = unit(column(0)), raw = column(1), along = raw[0] * x[0] + raw[1] * x[1] + raw[2] * x[2];
+      const y = unit(raw.map((value, i) => value - along * x[i]));
+      const z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+      for (let row = 0; row < 3; row++) {
+        const place = (1 - share) * first[3 * j + row] + share * second[3 * j + row];
+        const turn = [x[row], y[row], z[row]];
+        const shift = turn.reduce((sum, value, c) => sum + value * pivots[3 * j + c], 0);
+        out.set([...turn, place - shift], 12 * j + 4 * row);
+      }
+    }
+    return out;
+  }
+}
+
+const unit = (vector) => vector.map((value) => value / Math.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2));
+
+function jointsOn(frames, pivots) {
+  const places = new Float64Array(pivots.length);
+  for (let j = 0; 3 * j < pivots.length; j++) {
+    toWorld(frames, j, pivots[3 * j], pivots[3 * j + 1], pivots[3 * j + 2]);
+    places.set(point, 3 * j);
+  }
+  return places;
+}
+
+/** Sines of the turn of a joint between two poses, in its own frame. */
+function spinBetween(before, now, f) {
+  const entry = (a, b) => {
+    let sum = 0;
+    for (let c = 0; c < 3; c++) sum += before[f + 4 * c + a] * now[f + 4 * c + b];
+    return sum;
+  };
+  return [[2, 1], [0, 2], [1, 0]].map(([a, b]) => 0.5 * (entry(a, b) - entry(b, a)));
+}

@@ -1,0 +1,39 @@
+// The page: what a visitor sees and does.
+
+import { Controls } from "hemline/controls.js";
+import { Scene } from "hemline/scene.js";
+import { Stage } from "hemline/stage.js";
+
+const LONGEST = 1 / 15; // a picture that takes longer is taken for one of so long [s]
+
+/** Open the page on its data and kernels, as bytes. `window.hemline` is the stage, for tests and tinkerers. */
+export async function open(contents, code) {
+  const stage = (window.hemline = await Stage.open(contents, code));
+  const scene = new Scene(document.getElementById("picture"));
+  const controls = new Controls(stage, {
+    changed(model, clip, betas) {
+      const { seconds } = stage, same = stage.clip === stage.clips[clip];
+      stage.choose(model, clip, betas);
+      if (same) stage.seek(seconds);
+    },
+    reshaped: (betas) => stage.reshape(betas),
+    sought: (seconds) => stage.seek(seconds),
+  });
+  controls.play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
+  let last = performance.now();
+  const draw = (now) => {
+    const dt = Math.min(Math.max(now - last, 1) / 1000, LONGEST) * controls.speed;
+    last = now;
+    if (controls.playing) stage.advance(dt);
+    if (stage.changed) {
+      stage.changed = false;
+      stage.player.shade();
+      scene.show(stage);
+      controls.told();
+    }
+    scene.draw();
+    requestAnimationFrame(draw);
+  };
+  document.getElementById("loading").hidden = true;
+  requestAnimationFrame(draw);
+}

@@ -1,0 +1,38 @@
+// A garment driven by rope chains; animators/ropes/model.
+
+import { BoneSource } from "hemline/bone_source.js";
+import { Chains } from "hemline/chains.js";
+import { part } from "hemline/container.js";
+import { LearnedBones } from "hemline/learned_bones.js";
+import { Mlp, PackedBasis } from "hemline/networks.js";
+
+export class Ropes {
+  constructor(arrays, metadata, kernels) {
+    const own = part(arrays, "ropes"), chains = new Chains(own, metadata.constants, metadata.key);
+    const learned = metadata.learned
+      && new LearnedBones({ ...part(arrays, "learned"), rest: own.rest_bones }, metadata.learned, chains, kernels);
+    this.source = new BoneSource(chains, new Mlp(part(arrays, "correction"), kernels), learned, own.rest_bones);
+    this.networks = ["skinning", "shape"].map((name) => new Mlp(part(arrays, name), kernels));
+    this.basis = new PackedBasis(["skinning_basis", "shape_basis"].map((name) => part(arrays, name)), kernels);
+    this.key = metadata.key;
+    this.rest = kernels.floatsOf(arrays.rest);
+  }
+
+  /** At rest on a body in a pose. */
+  start(body) {
+    return this.source.start(Float64Array.from(body.transforms));
+  }
+
+  /** The state `dt` later [s], before its vertices are made. */
+  advance(state, body, dt) {
+    const [after, moved] = this.source.step(state, Float64Array.from(body.transforms), dt);
+    this.moved = moved;
+    return after;
+  }
+
+  /** The vertices of the last `advance`, into the kernels' memory. */
+  show(body, vertices) {
+    const coefficients = this.networks.flatMap((network) => Array.from(network.run(this.moved)));
+    this.basis.place(coefficients, this.rest, body.transforms, this.key, vertices);
+  }
+}

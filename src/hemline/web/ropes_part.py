@@ -1,0 +1,58 @@
+"""What a page holds of rope chains, made ready for one shape of the body."""
+
+import numpy as np
+
+from hemline.animators.ropes import AnimatorRopes
+from hemline.animators.ropes.bones import margins_of
+from hemline.bodies import ShapedBody
+from hemline.collide.primitives.primitive_kernels import ROUND_CONE
+from hemline.errors import BadInput
+
+from .parts import Part, basis_arrays, nearest_skin, short_faces
+
+_CHAINS = ("offsets", "lengths", "rest_spans", "rest_directions", "chain_joints", "pairs", "pair_spans", "balance")
+_DERIVED = ("rest_tensions", "rest_loads", "inverse_masses", "margins", "across", "kinematic", "parents")
+
+
+def ropes_part(model: AnimatorRopes, body: ShapedBody) -> Part:
+    """Chains, networks and bases as they are; rest drape, roots and colliders as `start` puts them on this body.
+
+    Args:
+        model: The model.
+        body: The body that wears it.
+
+    Raises:
+        BadInput: Another body than that of the fit, or colliders that are no rounded cones.
+    """
+    posed, ropes = body.posed(body.rest_pose), model.ropes
+    state = model.start(posed)
+    moving, cones = state.bones.ropes, ropes.proxy
+    if (cones.kinds != ROUND_CONE).any():
+        raise BadInput("a page knows rounded cones as colliders", "ellipsoids or boxes", "fit the model again")
+    shift = body.joints[ropes.key_index] - ropes.proxy.pivots[ropes.key_index]
+    chains = {name: getattr(ropes.chains, name) for name in (*_CHAINS, *_DERIVED)} | {
+        "gentle_substep": np.array([min(ropes.chains.gentle_substep, 1e30)]),
+        "carriage_weights": ropes.carriage.weights,
+        "carriage_rest": moving.kinematic_rest,
+        "rest": ropes.rest + shift,
+        "rest_bones": state.rest_bones,
+        "pivots": moving.pivots,
+        "cone_joints": cones.joints,
+        "cone_shapes": moving.shapes,
+    }
+    arrays = {f"ropes.{name}": array for name, array in chains.items()}
+    for name in ("skinning", "shape", "correction"):
+        arrays |= {f"{name}.{key}": array for key, array in getattr(model, name).arrays().items()}
+    arrays |= basis_arrays(model.skinning_basis, "skinning_basis") | basis_arrays(model.shape_basis, "shape_basis")
+    metadata = {"animator": "ropes", "key": ropes.key_index, "constants": ropes.constants.as_dict()}
+    if model.learned is not None:
+        free = np.flatnonzero(ropes.parents >= 0).astype(np.int32)
+        learned = model.learned.arrays() | {"margins": margins_of(ropes, model.learned.clearance), "free": free}
+        arrays |= {f"learned.{name}": array for name, array in learned.items()}
+        metadata["learned"] = model.learned.metadata()
+    arrays |= {
+        "rest": state.rest,
+        "faces": short_faces(model.garment.faces, len(state.rest)),
+        "nearest": nearest_skin(state.rest, body.vertices),
+    }
+    return Part(arrays, metadata)
