@@ -50,7 +50,7 @@ def read_skeleton(path: str | Path, *, height: float | None = None, unit: str | 
     Args:
         path: A `.glb`, `.vrm` or `.gltf`.
         height: How tall it is to be [m]; None: as it is.
-        unit: `m`, `cm`, `mm` or `inch`; None: guessed from the length of its legs.
+        unit: `m`, `dm`, `cm`, `mm` or `inch`; None: guessed from the length of its legs.
 
     Raises:
         BadBody: It cannot be read, has no skin, is no humanoid, or has the size of no person.
@@ -104,7 +104,7 @@ def read_character(path: str | Path, *, height: float | None = None, unit: str |
     Args:
         path: A `.glb`, `.vrm` or `.gltf`.
         height: How tall it is to be [m]; None: as it is.
-        unit: `m`, `cm`, `mm` or `inch`; None: guessed from the length of its legs.
+        unit: `m`, `dm`, `cm`, `mm` or `inch`; None: guessed from the length of its legs.
 
     Raises:
         BadBody: It cannot be read, has no skin, is no humanoid, has the size of no person, weights that are NaN, or

@@ -25,12 +25,10 @@ APART = ("hair", "eye", "lash", "brow", "teeth", "tooth", "tongue", "mouth", "te
 _NEAR = 1e-5
 _CAPS = 0.05
 """Holes that are closed have this share of the skin's area at most."""
-_REACHED = (
-    ("neck", "head"),
-    *((f"{side}_wrist", f"{side}_hand", f"{side}_elbow") for side in ("left", "right")),
-    *((f"{side}_ankle", f"{side}_foot", f"{side}_knee") for side in ("left", "right")),
-    ("pelvis", "spine1", "spine2", "spine3"),
-)
+_REACHED = {"a head": ("neck", "head"), "a trunk": ("pelvis", "spine1", "spine2", "spine3")}
+for _side in ("left", "right"):
+    _REACHED[f"a {_side} arm"] = tuple(f"{_side}_{name}" for name in ("wrist", "hand", "elbow"))
+    _REACHED[f"a {_side} leg"] = tuple(f"{_side}_{name}" for name in ("ankle", "foot", "knee"))
 """A skin that is whole has vertices of one of each of these."""
 
 
@@ -78,6 +76,9 @@ def closed_mesh(mesh: CharacterMesh, name: str) -> ClosedMesh:
     chosen = kept.kept
     corners = body.weights[body.faces[around.sources[chosen]]]
     weights = np.einsum("vc,vcj->vj", np.maximum(around.shares[chosen], 0), corners)
+    if lacking := _unreached(weights):
+        cure = "close the gaps between its parts, or leave out meshes that are not the body"
+        raise BadBody(f"{name} cannot be closed: {own}", f"a surface without {' and '.join(lacking)}", cure)
     told = f"closed by a shell of {len(chosen)} vertices, since {own}: gaps below {100 * SPACING:g} cm are filled"
     if left_out:
         told += f"; left out: {', '.join(left_out)}"
@@ -100,7 +101,8 @@ def _welded(mesh: CharacterMesh) -> tuple[CharacterMesh, tuple[str, ...]]:
     size = float(np.ptp(mesh.vertices, axis=0).max())
     place = np.round(mesh.vertices / max(_NEAR * size, 1e-300)).astype(np.int64)
     _, first, inverse = np.unique(place, axis=0, return_index=True, return_inverse=True)
-    faces = inverse.reshape(-1)[mesh.faces]
+    first, inverse = _in_order(first, inverse.reshape(-1))
+    faces = inverse[mesh.faces]
     good = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     _, once = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     good[np.setdiff1d(np.arange(len(faces)), once)] = False
@@ -112,11 +114,20 @@ def _welded(mesh: CharacterMesh) -> tuple[CharacterMesh, tuple[str, ...]]:
     return welded, notes
 
 
+def _in_order(first: np.ndarray, inverse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What `np.unique` found, in the order in which it came."""
+    order = np.argsort(first)
+    number = np.empty_like(order)
+    number[order] = np.arange(len(order))
+    return first[order], number[inverse]
+
+
 def _own_skin(mesh: CharacterMesh) -> ClosedMesh | str:
     """The part of the mesh that is a whole skin, closed; or why there is none."""
     part = components(mesh.faces.astype(np.int32), len(mesh.vertices))[mesh.faces[:, 0]]
     areas = np.bincount(part, face_areas(mesh.vertices, mesh.faces))
-    bodies = [each for each in np.argsort(-areas)[:8] if _reaches_all(mesh.weights[np.unique(mesh.faces[part == each])])]
+    largest = np.argsort(-areas)[:8]
+    bodies = [each for each in largest if not _unreached(mesh.weights[np.unique(mesh.faces[part == each])])]
     if not bodies:
         return "no connected part of it reaches head, hands and feet"
     faces = mesh.faces[part == bodies[0]]
@@ -158,9 +169,10 @@ def _told(mesh: CharacterMesh, part: np.ndarray, body: int, caps: int) -> list[s
     return told
 
 
-def _reaches_all(weights: Float[np.ndarray, "verts joints"]) -> bool:
+def _unreached(weights: Float[np.ndarray, "verts joints"]) -> list[str]:
+    """Parts of a person that no vertex follows."""
     most = set(np.unique(weights.argmax(axis=1)).tolist())
-    return all(most & {JOINT_NAMES.index(name) for name in names} for names in _REACHED)
+    return [part for part, names in _REACHED.items() if not most & {JOINT_NAMES.index(name) for name in names}]
 
 
 def _edge_counts(faces: np.ndarray) -> np.ndarray:

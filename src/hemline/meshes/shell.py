@@ -8,12 +8,16 @@ from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.errors import BadMesh
 
 from .closest_points import ClosestTree
-from .shell_kernels import count_crossings
+from .shell_kernels import count_crossings, wind_about
 
 _CELLS_MAX = 40_000_000
 _MARGIN = 3
 _FLAT = 0.1
 """Corners of the grid are taken to be so far from the surface at least, as a share of the spacing."""
+
+_CERTAIN = 0.01
+_GROUP, _BEYOND = 4.0, 3.0
+"""Width of a group of triangles in spacings, and how many of its radii away it is far."""
 
 _CUBE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]])
 _TETS = np.array([[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]])
@@ -37,10 +41,11 @@ class Shell:
 def shell(vertices: Float[np.ndarray, "_verts 3"], faces: Int[np.ndarray, "_faces 3"], spacing: float) -> Shell:
     r"""The surface of what triangles enclose, holes closed, as marching tetrahedra find it.
 
-    Each corner of a grid is asked from both ends of all three axes how often a ray to it has come in and not gone out;
-    the mean of the six, each from 0 to 1, exceeds 1/2 inside. That is the winding number, seen in six directions, and
-    so bridges holes. The largest connected part is kept, hollows are filled. Near its surface the distance to the
-    triangles is exact, so that the surface lies on them, and only over holes between them.
+    Inside is where the winding number exceeds 1/2; of open triangles it changes smoothly over their holes, and so
+    bridges them. Each corner of a grid is asked from both ends of all three axes how often a ray to it has come in and
+    not gone out. Where all six agree, that is the winding number; where they do not, solid angles are summed. The
+    largest connected part is kept, hollows are filled. Near its surface the distance to the triangles is exact, so that
+    the surface lies on them, and only over holes between them.
 
     Args:
         vertices: Positions [m].
@@ -50,9 +55,10 @@ def shell(vertices: Float[np.ndarray, "_verts 3"], faces: Int[np.ndarray, "_face
     Raises:
         BadMesh: They enclose nothing, or the grid would be too large.
 
-    Source: Nooruddin, Turk, "Simplification and repair of polygonal models using volumetric techniques", 2003 (votes of
-        rays); Doi, Koide, "An efficient method of triangulating equi-valued surfaces by using tetrahedral cells", 1991.
-        Differs: signed crossings in the place of parity.
+    Source: Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers",
+        2013; Nooruddin, Turk, "Simplification and repair of polygonal models using volumetric techniques", 2003 (rays);
+        Barill et al., "Fast winding numbers for soups and clouds", 2018 (groups of triangles that are far); Doi, Koide, "An efficient method of triangulating equi-valued surfaces by using tetrahedral cells", 1991.
+        Differs: signed crossings in the place of parity; one level of groups.
     """
     tree = ClosestTree(np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int32))
     corners = tree.corners
@@ -61,7 +67,7 @@ def shell(vertices: Float[np.ndarray, "_verts 3"], faces: Int[np.ndarray, "_face
     counts = np.ceil((corners.reshape(-1, 3).max(axis=0) - low) / spacing).astype(int) + _MARGIN
     if not np.isfinite(counts).all() or np.prod(counts.astype(float)) > _CELLS_MAX:
         raise BadMesh("a mesh is too large to be closed", f"{np.ptp(corners.reshape(-1, 3), axis=0).max():.3g} m", "scale it")
-    inside = _solid(_votes(corners, low, spacing, counts) > 0.5)
+    inside = _solid(_inside(corners, low, spacing, counts))
     if not inside.any():
         raise BadMesh("triangles enclose nothing", f"{len(faces)} triangles", "turn its triangles outward")
     distances = _distances(tree, inside, low, spacing)
@@ -83,6 +89,35 @@ def _votes(corners: np.ndarray, low: np.ndarray, spacing: float, counts: np.ndar
         seen = np.clip(ahead, 0, 1) + np.clip(back, 0, 1)
         total += np.moveaxis(seen, (0, 1, 2), (first, second, along)).astype(np.float32)
     return total / 6
+
+
+def _inside(corners: np.ndarray, low: np.ndarray, spacing: float, counts: np.ndarray) -> np.ndarray:
+    """Where the winding number exceeds 1/2."""
+    votes = _votes(corners, low, spacing, counts)
+    unsure = np.argwhere((votes > _CERTAIN) & (votes < 1 - _CERTAIN))
+    inside = votes > 0.5
+    if len(unsure):
+        inside[tuple(unsure.T)] = _winding(low + spacing * unsure, corners, _GROUP * spacing) > 0.5
+    return inside
+
+
+def _winding(points: np.ndarray, corners: np.ndarray, size: float) -> np.ndarray:
+    """Winding numbers about points, triangles in groups as wide as `size`."""
+    middles = corners.mean(axis=1)
+    cells = np.floor((middles - middles.min(axis=0)) / size).astype(np.int64)
+    _, group = np.unique(cells, axis=0, return_inverse=True)
+    order = np.argsort(group.reshape(-1), kind="stable")
+    corners, group = np.ascontiguousarray(corners[order]), group.reshape(-1)[order]
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(group)) + 1, [len(group)]])
+    vectors = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    heavy = np.linalg.norm(vectors, axis=1) + 1e-30
+    total = np.add.reduceat(heavy, starts[:-1])
+    centres = np.add.reduceat(heavy[:, None] * corners.mean(axis=1), starts[:-1]) / total[:, None]
+    far = np.linalg.norm(corners - centres[group][:, None], axis=2).max(axis=1)
+    radii, areas = np.maximum.reduceat(far, starts[:-1]), np.add.reduceat(vectors, starts[:-1])
+    winding = np.empty(len(points))
+    wind_about(points, corners, starts, centres, radii, areas, _BEYOND, winding)
+    return winding
 
 
 def _solid(inside: np.ndarray) -> np.ndarray:

@@ -2,7 +2,20 @@
 
 import numpy as np
 
-from hemline.compiled import kernel
+from hemline.compiled import kernel, prange
+
+
+@kernel
+def solid_angle(point, corner):
+    """The solid angle of a triangle about a point, positive where the point is behind it (van Oosterom, Strackee)."""
+    ax, ay, az = corner[0, 0] - point[0], corner[0, 1] - point[1], corner[0, 2] - point[2]
+    bx, by, bz = corner[1, 0] - point[0], corner[1, 1] - point[1], corner[1, 2] - point[2]
+    cx, cy, cz = corner[2, 0] - point[0], corner[2, 1] - point[1], corner[2, 2] - point[2]
+    la, lb = np.sqrt(ax * ax + ay * ay + az * az), np.sqrt(bx * bx + by * by + bz * bz)
+    lc = np.sqrt(cx * cx + cy * cy + cz * cz)
+    volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    ab, bc, ca = ax * bx + ay * by + az * bz, bx * cx + by * cy + bz * cz, cx * ax + cy * ay + cz * az
+    return 2 * np.arctan2(volume, la * lb * lc + ab * lc + bc * la + ca * lb)
 
 
 @kernel
@@ -36,3 +49,24 @@ def count_crossings(corners, first, second, along, low, spacing, crossings_out):
                 beyond = int(np.ceil((at - low[along]) / spacing))
                 if beyond < depth:
                     crossings_out[i, j, max(beyond, 0)] += -1 if area > 0 else 1
+
+
+@kernel(parallel=True)
+def wind_about(points, corners, starts, centres, radii, areas, beyond, winding_out):
+    """Winding numbers of triangles about points; those of a group that is far away count as one.
+
+    in: points, corners (faces, 3, 3) in the order of their groups, the first triangle of each group and their number,
+    the middle of each group, its radius, the sum of its area vectors; how many radii away it is far.
+    out: winding.
+    """
+    for p in prange(len(points)):
+        total = 0.0
+        for g in range(len(centres)):
+            x, y, z = centres[g, 0] - points[p, 0], centres[g, 1] - points[p, 1], centres[g, 2] - points[p, 2]
+            square = x * x + y * y + z * z
+            if square > (beyond * radii[g]) ** 2:
+                total += (areas[g, 0] * x + areas[g, 1] * y + areas[g, 2] * z) / (square * np.sqrt(square))
+            else:
+                for f in range(starts[g], starts[g + 1]):
+                    total += solid_angle(points[p], corners[f])
+        winding_out[p] = total / (4 * np.pi)

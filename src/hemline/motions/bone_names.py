@@ -9,13 +9,13 @@ import re
 PARTS = {
     "hip": ("upleg", "thigh", "upperleg", "upperleg01", "legupper", "hip", "leg"),
     "knee": ("knee", "leg", "shin", "calf", "lowleg", "lowerleg", "lowerleg01", "leglower"),
-    "ankle": ("foot", "ankle"),
+    "ankle": ("ankle", "foot"),
     "shoulder": ("arm", "shldr", "upperarm", "uparm", "upperarm01", "armupper", "shoulder"),
     "elbow": ("forearm", "lowarm", "lowerarm", "lowerarm01", "armlower", "elbow"),
-    "wrist": ("hand", "wrist", "palm"),
+    "wrist": ("wrist", "hand", "palm"),
 }
 """Joints of limbs that every rig must have, without their side. Mixamo's `LeftShoulder` is a collar, SMPL's the arm:
-so the arm comes before the shoulder."""
+so the arm comes before the shoulder. Where there are ankle and foot, or wrist and hand, the second is the joint after."""
 
 HEADS = ("head", "chead")
 TOES = ("toebase", "toe", "toes", "ball", "toe0", "toe11")

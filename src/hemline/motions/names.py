@@ -91,13 +91,13 @@ def _by_names(skeleton: Skeleton, file: str) -> tuple[dict[str, int], dict[str, 
             joints[f"{side}_{role}"] = _needed(f"{side} {role}", spellings(side, parts), known, file)
         if joints[f"{side}_hip"] == joints[f"{side}_knee"]:
             _needed(f"{side} hip", spellings(side, PARTS["hip"][:-1]), known, file)
-        for role, parts in (("foot", TOES), ("wrist", FINGER_BASES)):
+        for role, parts, before in (("foot", (*TOES, "foot"), "ankle"), ("wrist", FINGER_BASES, "")):
             joint = _first(spellings(side, parts), known)
-            if joint is not None:
+            if joint is not None and joint != joints.get(f"{side}_{before}"):
                 joints[f"{side}_{role}"] = joint
-        for fingers, parts in ((thumbs, THUMBS), (middles, MIDDLES)):
+        for fingers, parts in ((thumbs, THUMBS), (middles, (*MIDDLES, "hand"))):
             joint = _first(spellings(side, parts), known)
-            if joint is not None:
+            if joint is not None and joint != joints[f"{side}_wrist"]:
                 fingers[side] = joint
     return joints, thumbs, middles
 

@@ -9,8 +9,8 @@ from hemline.errors import BadMotion
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}
 """Metres in each unit that is known; `cmu` is the unit of the CMU recordings, 1/0.45 inch."""
 
-METRIC = {name: UNITS[name] for name in ("m", "cm", "mm", "inch")}
-"""Those of characters."""
+METRIC = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
+"""Those of characters; MakeHuman's own is the decimetre."""
 
 USUAL_LEG = 0.84
 """Hip to knee to ankle of a person of middle height [m]."""
