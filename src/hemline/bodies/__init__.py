@@ -95,6 +95,7 @@ def write(path: str | Path, body: Body) -> None:
 
 
 __all__ = [
+    "CHARACTERS",
     "Body",
     "Character",
     "MotionUntangling",

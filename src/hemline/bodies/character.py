@@ -44,12 +44,15 @@ class Character:
     notes: tuple[str, ...]
 
 
-def read_skeleton(path: str | Path, *, height: float | None = None, unit: str | None = None) -> Character:
+def read_skeleton(
+    path: str | Path, *, height: float | None = None, unit: str | None = None, leg_length: float | None = None
+) -> Character:
     """The bones of a character, without its mesh.
 
     Args:
         path: A `.glb`, `.vrm` or `.gltf`.
         height: How tall it is to be [m]; None: as it is.
+        leg_length: How long its legs are to be, hip to knee to ankle [m]; None: as they are.
         unit: `m`, `dm`, `cm`, `mm` or `inch`; None: guessed from the length of its legs.
 
     Raises:
@@ -65,19 +68,10 @@ def read_skeleton(path: str | Path, *, height: float | None = None, unit: str | 
     places = places @ turn.T
     at = {name: places[joint] for name, joint in found.items()}
     leg = float(np.mean([_leg(at, side) for side in _SIDES]))
-    if height is None:
-        try:
-            unit, said = unit_of(leg, unit, Path(path).name, units=METRIC)
-        except BadMotion as reason:
-            cure = f"{reason.cure}, or say how tall it is with --height"
-            raise BadBody(f"{path}: {reason.what}", reason.got, cure) from reason
-        scale = METRIC[unit]
+    if leg_length is not None:
+        scale, said = leg_length / leg, f"scaled to legs of {leg_length:.3g} m"
     else:
-        if unit is not None:
-            raise BadBody("height and unit exclude each other", f"{height:g} m and '{unit}'", "give one of them")
-        spread = rig.skeleton.zero_positions @ turn.T
-        scale = height / _height(rig, turn, spread)
-        said = f"scaled by {scale:.4g} to be {height:g} m tall"
+        scale, said = _scale(rig, turn, leg, height, unit)
     to_body = np.eye(4)
     to_body[:3, :3] = scale * turn
     joints, missing = _joints({name: scale * place for name, place in at.items()}, _ours(rig, scale * places))
@@ -220,10 +214,21 @@ def _leg(at: dict[str, np.ndarray], side: str) -> float:
     return float(np.linalg.norm(knee - hip) + np.linalg.norm(ankle - knee))
 
 
-def _height(rig: GltfRig, turn: np.ndarray, places: np.ndarray) -> float:
-    """From the lowest vertex to the highest, y up [file's unit]."""
-    mesh = read_character_mesh(rig, np.zeros(len(rig.nodes.names), int))
-    return float(np.ptp((mesh.vertices @ turn.T)[:, 1]))
+def _scale(rig: GltfRig, turn: np.ndarray, leg: float, height: float | None, unit: str | None) -> tuple[float, str]:
+    """Metres in the file's unit, and why."""
+    path = rig.gltf.path
+    if height is not None and unit is not None:
+        raise BadBody("height and unit exclude each other", f"{height:g} m and '{unit}'", "give one of them")
+    if height is not None:
+        mesh = read_character_mesh(rig, np.zeros(len(rig.nodes.names), int))
+        scale = height / float(np.ptp((mesh.vertices @ turn.T)[:, 1]))
+        return scale, f"scaled by {scale:.4g} to be {height:g} m tall"
+    try:
+        unit, said = unit_of(leg, unit, path.name, units=METRIC)
+    except BadMotion as reason:
+        cure = f"{reason.cure}, or say how tall it is with --height"
+        raise BadBody(reason.what, reason.got, cure) from reason
+    return METRIC[unit], said
 
 
 def _rest_offsets(character: Character) -> np.ndarray:

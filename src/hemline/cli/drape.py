@@ -41,7 +41,7 @@ class Arguments:
     jobs: int = 1
     """Poses that are settled at the same time, each in a process of its own; the result does not depend on it."""
     body: str = "anny24"
-    """The body: anny24, or a file (.safetensors, SMPL .npz or .pkl)."""
+    """The body: anny24, or a file (.safetensors; a character, .glb or .vrm; SMPL .npz or .pkl)."""
     json: bool = False
     """Print the drapes as a JSON list instead of a table."""
 

@@ -79,6 +79,14 @@ class Gltf:
                 rows = np.maximum(rows.astype(np.float32) / np.iinfo(dtype).max, -1)
             return rows[:, 0] if width == 1 else rows
 
+    def beside(self, uri: str) -> bytes:
+        """A file beside this one that it names.
+
+        Raises:
+            BadInput: (as `error`) It is elsewhere, or cannot be read.
+        """
+        return _beside(self.path, uri, self.error)
+
     def _rows(self, view: int, offset: int, dtype: np.dtype, width: int, count: int) -> np.ndarray:
         said = self.all("bufferViews")[_index(view)]
         first = said.get("byteOffset", 0) + offset

@@ -175,7 +175,7 @@ def _turned(rig: GltfRig, world: np.ndarray) -> tuple[np.ndarray, dict[int, np.n
     for bone, parent in enumerate(parents):
         if parent >= 0:
             local[:, bone] = multiply(inverse(turned[:, parent]), turned[:, bone])
-    places, paths = world[:, bones, :3, 3], {}
+    places, paths = world[:, bones][..., :3, 3], {}
     for bone in rig.found.carriers:
         parent = parents[bone]
         moved = places[:, bone] - places[:, parent] if parent >= 0 else places[:, bone]

@@ -195,7 +195,7 @@ def _under(nodes: Nodes, node: int, named: set[int]) -> bool:
 def _skeleton(nodes: Nodes, bones: tuple[int, ...], rest: np.ndarray) -> Skeleton:
     at = {node: index for index, node in enumerate(bones)}
     parents = [at.get(nodes.parents[node], -1) for node in bones]
-    places = rest[list(bones), :3, 3]
+    places = rest[list(bones)][:, :3, 3]
     offsets = np.array([place - (places[parent] if parent >= 0 else 0) for place, parent in zip(places, parents)])
     if parents.count(-1) > 1:  # several trees are joined under one bone that stands still
         first = parents.index(-1)
