@@ -1,8 +1,9 @@
 """Rigged characters made of the shipped body by script: other names, unit, axes, more bones, other meshes, any pose."""
 
+import functools
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from hemline import bodies
 from hemline.export.glb_buffer import Buffer
 from hemline.export.glb_document import packed
+from hemline.meshes import coarser
 from hemline.motions import JOINT_NAMES, PARENTS
 
 MIXAMO = {"pelvis": "Hips", "spine1": "Spine", "spine2": "Spine1", "spine3": "Spine2", "neck": "Neck", "head": "Head"}
@@ -65,6 +67,22 @@ CUSTOMS = {
 """What rigs call our joints, by custom."""
 
 
+@functools.cache
+def small_body() -> bodies.Body:
+    """The shipped body with 3,000 of its vertices, without shapes."""
+    full = bodies.load()
+    fewer = coarser(full.template, full.faces, 3000)
+    return replace(
+        full,
+        template=full.template[fewer.kept],
+        faces=fewer.faces,
+        shapedirs=np.zeros((0, len(fewer.kept), 3)),
+        joint_shapedirs=np.zeros((0, 24, 3)),
+        weight_indices=full.weight_indices[fewer.kept],
+        weights=full.weights[fewer.kept],
+    )
+
+
 @dataclass(frozen=True)
 class Sample:
     """How a character is made.
@@ -82,6 +100,7 @@ class Sample:
         vrm: 1 or 0: a map of humanoid bones as VRM 1.0 or 0.x has it.
         clips: Animations by name: times [s] and rotations (frames, 24, 4) wxyz of the joints against their rest.
         weights: What is done to the weights before they are written.
+        body: The body that it is made of.
     """
 
     names: Mapping[str, str] = field(default_factory=lambda: CUSTOMS["mixamo"])
@@ -96,11 +115,12 @@ class Sample:
     vrm: int | None = None
     clips: Mapping[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     weights: Callable[[np.ndarray], np.ndarray] = lambda weights: weights
+    body: bodies.Body = field(default_factory=small_body)
 
 
 def write_character(path: Path, sample: Sample) -> Path:
     """Write the shipped body as somebody else's character."""
-    body = bodies.load()
+    body = sample.body
     turn = Rotation.from_euler("x", 90, degrees=True).as_matrix() if sample.z_up else np.eye(3)
     unit = sample.scale / sample.armature
     joints, vertices = unit * body.joints @ turn.T, unit * (body.template + [0, 0.9, 0]) @ turn.T

@@ -81,9 +81,9 @@ def read_skeleton(
         notes.append(turned)
     if not rig.bound:
         notes.append("the file shows a pose: the pose that its skin was bound in is the rest pose")
-    used = {*mapped.values()}
-    others = len(rig.bones) - len(used & set(rig.bones))
-    notes.append(f"{len(rig.bones)} bones, {len(used)} of them ours; {others} others go with the joint above them")
+    bones = rig.bound_bones
+    ours = len(bones & {*mapped.values()})
+    notes.append(f"{len(bones)} bones, {ours} of them ours; {len(bones) - ours} others go with the joint above them")
     if missing:
         notes.append(f"no bone for {', '.join(missing)}: put between its neighbours, moves nothing")
     return Character(rig, owners, mapped, to_body, joints - joints[0], tuple(notes))

@@ -15,6 +15,8 @@ from .bvh import Skeleton
 from .names import Found, find_joints
 from .quaternions import to_matrix
 
+_FEWEST = 11
+"""Bones of a humanoid, at least."""
 _AGREE = 1e-3
 """Bones that move their skin by so much, as a share of its size, are not where the skin was bound."""
 
@@ -42,6 +44,11 @@ class GltfRig:
     rest: Float[np.ndarray, "nodes 4 4"]
     skins: tuple[Float[np.ndarray, "4 4"], ...]
     bound: bool
+
+    @property
+    def bound_bones(self) -> set[int]:
+        """Nodes of bones that a skin names."""
+        return {int(joint) for skin in self.gltf.all("skins") for joint in skin["joints"]}
 
     @property
     def how(self) -> str:
@@ -72,9 +79,10 @@ def read_rig(path: str | Path, *, error: type[BadInput], skinned: bool) -> GltfR
         raise error(f"{path} has no skin", f"{len(gltf.all('meshes'))} meshes without bones", cure)
     rest, binds, bound = _rest(gltf, nodes, skins)
     bones = _bones(gltf, nodes, skins, humanoid)
-    if len(bones) < 3 or (skinned and len(bones) < 11):
+    count = len({joint for skin in skins for joint in skin}) if skinned else len(bones)
+    if count < _FEWEST:
         cure = "a body needs hips, knees, ankles, shoulders, elbows, wrists, a spine and a head"
-        raise error(f"{path} is no humanoid", f"{len(bones)} bones", cure)
+        raise error(f"{path} is no humanoid", f"{count} bones", cure)
     skeleton = _skeleton(nodes, bones, rest)
     at = {node: index for index, node in enumerate(bones)}
     try:
