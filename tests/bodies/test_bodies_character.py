@@ -207,10 +207,7 @@ def test_clothes_in_the_place_of_skin_are_closed_by_a_shell(tmp_path):
     assert components(body.faces, len(body.template)).max() == 0
     ours = small_body()
     apart = np.abs(ClosestTree(ours.template - ours.joints[1] + body.joints[1], ours.faces).signed_distances(body.template))
-    assert apart.mean() < 1e-3 and np.quantile(apart, 0.98) < 0.004
-    upright = Pose(np.tile([1.0, 0, 0, 0], (24, 1)), np.zeros(3))
-    joints = body.shaped().joints_at(upright)
-    assert np.abs(joints[:, 2] - body.joints[:, 2]).max() < 0.2
+    assert apart.mean() < 5e-4 and np.quantile(apart, 0.95) < 2e-3
 
 
 def test_a_body_file_keeps_it_and_every_reader_takes_it(tmp_path):
