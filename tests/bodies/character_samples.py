@@ -30,7 +30,9 @@ _LIMBS = ("collar", "shoulder", "elbow", "wrist", "hand", "hip", "knee", "ankle"
 def _sided(trunk: Mapping[str, str], pattern: str, words: str, left: str, right: str) -> dict[str, str]:
     limbs = dict(zip(_LIMBS, words.split(), strict=True))
     sides = {"left": left, "right": right}
-    return dict(trunk) | {f"{s}_{k}": pattern.format(side=w, part=v) for s, w in sides.items() for k, v in limbs.items()}
+    return dict(trunk) | {
+        f"{s}_{k}": pattern.format(side=w, part=v) for s, w in sides.items() for k, v in limbs.items()
+    }
 
 
 CUSTOMS = {
@@ -60,7 +62,11 @@ CUSTOMS = {
         "R",
     ),
     "unity": _sided(
-        UNITY, "{side}{part}", "Shoulder UpperArm LowerArm Hand MiddleProximal UpperLeg LowerLeg Foot Toes", "Left", "Right"
+        UNITY,
+        "{side}{part}",
+        "Shoulder UpperArm LowerArm Hand MiddleProximal UpperLeg LowerLeg Foot Toes",
+        "Left",
+        "Right",
     ),
     "nameless": {name: f"Bone.{number:03d}" for number, name in enumerate(JOINT_NAMES)},
 }

@@ -1,4 +1,4 @@
-"""Characters that are not ours become bodies: what is found is right, and is said; what is none is refused in a line."""
+"""Characters that are not ours become bodies: what is found is right, and said; what is none is refused in a line."""
 
 import json
 import struct
@@ -40,9 +40,7 @@ def test_bones_of_all_customs_are_found_by_their_names(custom, tmp_path):
 
 @pytest.mark.parametrize("version", [0, 1])
 def test_a_vrm_is_found_by_its_own_map(version, tmp_path):
-    body, found = read_character(
-        write_character(tmp_path / "it.vrm", Sample(names=CUSTOMS["nameless"], vrm=version))
-    )
+    body, found = read_character(write_character(tmp_path / "it.vrm", Sample(names=CUSTOMS["nameless"], vrm=version)))
     assert "joints found by the file's own VRM map" in found.notes
     assert np.abs(midway(body.joints)[:-2] - midway(small_body().joints)[:-2]).max() < 1e-5
     assert any("no bone for left_hand, right_hand" in note for note in found.notes)
@@ -84,7 +82,9 @@ def test_unit_axes_pose_and_bones_beside_do_not_matter_and_are_said(sample, said
 
 def test_height_and_unit_are_taken_as_given(tmp_path):
     path = write_character(tmp_path / "it.glb", Sample(scale=30))
-    with pytest.raises(BadBody, match="contradicts the size of it.glb; got legs of 24.5 m; the size fits 'inch', or say"):
+    with pytest.raises(
+        BadBody, match="contradicts the size of it.glb; got legs of 24.5 m; the size fits 'inch', or say"
+    ):
         read_character(path, unit="m")
     body, found = read_character(path, height=1.5)
     assert np.ptp(body.template[:, 1]) == pytest.approx(1.5, abs=1e-4)
@@ -99,7 +99,17 @@ def test_height_and_unit_are_taken_as_given(tmp_path):
 
 def test_a_shorter_rig_has_no_joints_of_its_own_there(tmp_path):
     """One bone of the spine, no neck, collars, toes or hands: their skin follows the joint above."""
-    gone = ("spine1", "spine2", "neck", "left_collar", "right_collar", "left_foot", "right_foot", "left_hand", "right_hand")
+    gone = (
+        "spine1",
+        "spine2",
+        "neck",
+        "left_collar",
+        "right_collar",
+        "left_foot",
+        "right_foot",
+        "left_hand",
+        "right_hand",
+    )
     names = {joint: name for joint, name in CUSTOMS["mixamo"].items() if joint not in gone}
     body, found = read_character(write_character(tmp_path / "it.glb", Sample(names=names)))
     used = {JOINT_NAMES[joint] for joint in np.unique(body.weight_indices[body.weights > 0])}
@@ -180,7 +190,9 @@ def test_eyes_and_hair_are_left_out_of_what_cloth_lies_on(tmp_path):
         weight_indices=np.concatenate([body.weight_indices, np.full((4, 6), head)]),
         weights=np.concatenate([body.weights, np.eye(6)[:1].repeat(4, 0)]),
     )
-    sample = Sample(body=more, parts=lambda centres: np.where(np.arange(len(centres)) < len(body.faces), "Skin", "Eyes"))
+    sample = Sample(
+        body=more, parts=lambda centres: np.where(np.arange(len(centres)) < len(body.faces), "Skin", "Eyes")
+    )
     made, found = read_character(write_character(tmp_path / "it.glb", sample))
     assert len(made.template) == count
     assert "left out of it: 1 other part, of 'Eyes'" in found.notes
@@ -206,7 +218,9 @@ def test_clothes_in_the_place_of_skin_are_closed_by_a_shell(tmp_path):
     assert boundary_loops(body.faces) == ()
     assert components(body.faces, len(body.template)).max() == 0
     ours = small_body()
-    apart = np.abs(ClosestTree(ours.template - ours.joints[1] + body.joints[1], ours.faces).signed_distances(body.template))
+    apart = np.abs(
+        ClosestTree(ours.template - ours.joints[1] + body.joints[1], ours.faces).signed_distances(body.template)
+    )
     assert apart.mean() < 5e-4 and np.quantile(apart, 0.95) < 2e-3
 
 
@@ -267,8 +281,10 @@ def negative(weights):
         (Sample(weights=np.zeros_like), None, r"must have weights; got none above 0"),
         (
             Sample(names={j: f"b{j}" for j in JOINT_NAMES}, pose={}, parts=None),
-            lambda document: [node.update(translation=[0, 0.1, 0]) for node in document["nodes"][2:25]]
-            and document["skins"][0].pop("inverseBindMatrices"),
+            lambda document: (
+                [node.update(translation=[0, 0.1, 0]) for node in document["nodes"][2:25]]
+                and document["skins"][0].pop("inverseBindMatrices")
+            ),
             r"no humanoid was found in .*it.glb: it.glb lacks the joint 'head'; got .*; name its bones as Mixamo",
         ),
         (Sample(), lambda document: document["nodes"][3].update(children=[1]), r"is damaged; got an entry that"),

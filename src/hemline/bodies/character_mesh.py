@@ -71,7 +71,9 @@ def read_character_mesh(rig: GltfRig, owners: Int[np.ndarray, " nodes"]) -> Char
     first = np.cumsum([0] + [len(piece[0]) for piece in pieces])
     if first[-1] > _VERTICES_MAX:
         raise BadBody(f"{gltf.path} has too many vertices", int(first[-1]), f"reduce it to {_VERTICES_MAX} or less")
-    weights, note = _whole(np.concatenate([piece[2] for piece in pieces]), np.concatenate([piece[0] for piece in pieces]))
+    weights, note = _whole(
+        np.concatenate([piece[2] for piece in pieces]), np.concatenate([piece[0] for piece in pieces])
+    )
     return CharacterMesh(
         np.concatenate([piece[0] for piece in pieces]),
         np.concatenate([piece[1] + start for piece, start in zip(pieces, first, strict=False)]),

@@ -6,8 +6,7 @@ import numpy as np
 
 from hemline.arrays import Float, Int
 from hemline.errors import BadBody, BadMesh
-from hemline.meshes import coarser, components, consistent_winding, face_areas
-from hemline.meshes.shell import shell
+from hemline.meshes import coarser, components, consistent_winding, face_areas, shell
 from hemline.motions import JOINT_NAMES
 
 from .character_mesh import CharacterMesh
@@ -82,9 +81,7 @@ def closed_mesh(mesh: CharacterMesh, name: str) -> ClosedMesh:
     told = f"closed by a shell of {len(chosen)} vertices, since {own}: gaps below {100 * SPACING:g} cm are filled"
     if left_out:
         told += f"; left out: {', '.join(left_out)}"
-    return ClosedMesh(
-        around.vertices[chosen], kept.faces, weights / weights.sum(axis=1, keepdims=True), (*notes, told)
-    )
+    return ClosedMesh(around.vertices[chosen], kept.faces, weights / weights.sum(axis=1, keepdims=True), (*notes, told))
 
 
 def _without(mesh: CharacterMesh, words: tuple[str, ...]) -> tuple[CharacterMesh, list[str]]:

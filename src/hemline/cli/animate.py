@@ -33,8 +33,8 @@ class Arguments:
     """A model of the same garment that knows what shapes do (--animator agentdress): MODEL swings on the body of its
     fit, and this one puts the garment on the other shape."""
     body: str | None = None
-    """Another body of the same topology, or any (.safetensors, .glb, .vrm) for a model that takes any garment; left out:
-    the model's."""
+    """Another body of the same topology, or any file of a body or character for a model that takes any garment; left
+    out: the model's."""
     fps: float = 30.0
     """Frames a second."""
     start: float = 0.0
@@ -54,7 +54,7 @@ class Arguments:
     quantized: bool = False
     """Two bytes a number for positions, one for normals: half the size (.glb)."""
     character: Path | None = None
-    """The .glb or .vrm that the body was made of: its own meshes and materials are shown in the place of the body (.glb)."""
+    """The .glb or .vrm that the body was made of: its own meshes and materials are shown in its place (.glb)."""
     json: bool = False
     """Print one JSON object: files, bytes, and how far the skinned garment is from the played one [mm]."""
 

@@ -39,7 +39,7 @@ class Arguments:
     quantized: bool = False
     """Two bytes a number for positions, one for normals: half the size (.glb)."""
     character: Path | None = None
-    """The .glb or .vrm that the body was made of: its own meshes and materials are shown in the place of the body (.glb)."""
+    """The .glb or .vrm that the body was made of: its own meshes and materials are shown in its place (.glb)."""
     json: bool = False
     """Print one JSON object: files, bytes, and how far the skinned garment is from the played one [mm]."""
 

@@ -54,7 +54,7 @@ class Output:
         return None if self.character is None else own_mesh(self.character, body)
 
     def write(self, clip: "Clip", *, as_json: bool, own: "OwnMesh | None" = None) -> None:
-        """Write the clip, with a character's own mesh in the place of its body; print names of files, or one JSON object."""
+        """Write the clip, with a character's own mesh if any; print the names of the files, or one JSON object."""
         from hemline import export
 
         if self.skinned:

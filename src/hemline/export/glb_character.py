@@ -175,14 +175,18 @@ def _animation(buffer: Buffer, tracks: dict[int, np.ndarray], clip: Clip) -> dic
         turned[1:] *= np.cumprod(np.where((turned[1:] * turned[:-1]).sum(axis=1) < 0, -1, 1))[:, None]
         for what, values, kind in (("translation", local[:, :3, 3], "VEC3"), ("rotation", turned, "VEC4")):
             output = buffer.add(values.astype(np.float32), kind)
-            animation["channels"].append({"sampler": len(animation["samplers"]), "target": {"node": node, "path": what}})
+            animation["channels"].append(
+                {"sampler": len(animation["samplers"]), "target": {"node": node, "path": what}}
+            )
             animation["samplers"].append({"input": times, "output": output, "interpolation": "LINEAR"})
     return animation
 
 
 def _append(document: dict, other: dict, start: int) -> None:
     """Add what another document has, its numbers counted on; its buffer begins at `start`."""
-    count = {key: len(document.get(key, [])) for key in ("accessors", "bufferViews", "meshes", "materials", "skins", "nodes")}
+    count = {
+        key: len(document.get(key, [])) for key in ("accessors", "bufferViews", "meshes", "materials", "skins", "nodes")
+    }
     own_nodes = bool(other.get("nodes"))
 
     def node(number: int) -> int:

@@ -57,7 +57,8 @@ def shell(vertices: Float[np.ndarray, "_verts 3"], faces: Int[np.ndarray, "_face
 
     Source: Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers",
         2013; Nooruddin, Turk, "Simplification and repair of polygonal models using volumetric techniques", 2003 (rays);
-        Barill et al., "Fast winding numbers for soups and clouds", 2018 (groups of triangles that are far); Doi, Koide, "An efficient method of triangulating equi-valued surfaces by using tetrahedral cells", 1991.
+        Barill et al., "Fast winding numbers for soups and clouds", 2018 (groups of triangles that are far); Doi,
+        Koide, "An efficient method of triangulating equi-valued surfaces by using tetrahedral cells", 1991.
         Differs: signed crossings in the place of parity; one level of groups.
     """
     tree = ClosestTree(np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int32))
@@ -65,8 +66,9 @@ def shell(vertices: Float[np.ndarray, "_verts 3"], faces: Int[np.ndarray, "_face
     # off the planes in which meshes have their vertices
     low = corners.reshape(-1, 3).min(axis=0) - spacing * (_MARGIN + np.array([0.137, 0.291, 0.413]))
     counts = np.ceil((corners.reshape(-1, 3).max(axis=0) - low) / spacing).astype(int) + _MARGIN
-    if not np.isfinite(counts).all() or np.prod(counts.astype(float)) > _CELLS_MAX:
-        raise BadMesh("a mesh is too large to be closed", f"{np.ptp(corners.reshape(-1, 3), axis=0).max():.3g} m", "scale it")
+    if np.prod(counts.astype(float)) > _CELLS_MAX:
+        size = f"{np.ptp(corners.reshape(-1, 3), axis=0).max():.3g} m"
+        raise BadMesh("a mesh is too large to be closed", size, "scale it")
     inside = _solid(_inside(corners, low, spacing, counts))
     if not inside.any():
         raise BadMesh("triangles enclose nothing", f"{len(faces)} triangles", "turn its triangles outward")

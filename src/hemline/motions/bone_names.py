@@ -15,7 +15,7 @@ PARTS = {
     "wrist": ("wrist", "hand", "palm"),
 }
 """Joints of limbs that every rig must have, without their side. Mixamo's `LeftShoulder` is a collar, SMPL's the arm:
-so the arm comes before the shoulder. Where there are ankle and foot, or wrist and hand, the second is the joint after."""
+so the arm comes before the shoulder. Of ankle and foot, or wrist and hand, the second is the joint after."""
 
 HEADS = ("head", "chead")
 TOES = ("toebase", "toe", "toes", "ball", "toe0", "toe11")
@@ -33,9 +33,7 @@ THUMBS = (
 MIDDLES = ("middle", "middle1", "middle01", "fmiddle01", "handmiddle1", "middleproximal", "finger2", "finger31")
 """First joint of the middle finger."""
 
-_PREFIXES = re.compile(
-    r"^(mixamorig\d*|bip0*1|bip001|valvebipedbip01|jbip|def|org|mch|ccbase|mavg|favg|character1)"
-)
+_PREFIXES = re.compile(r"^(mixamorig\d*|bip0*1|bip001|valvebipedbip01|jbip|def|org|mch|ccbase|mavg|favg|character1)")
 
 VRM = {"head": "head"} | {
     f"{side}_{ours}": f"{side}{theirs}"

@@ -204,10 +204,8 @@ def _skeleton(nodes: Nodes, bones: tuple[int, ...], rest: np.ndarray) -> Skeleto
     at = {node: index for index, node in enumerate(bones)}
     parents = [at.get(nodes.parents[node], -1) for node in bones]
     places = rest[list(bones)][:, :3, 3]
-    offsets = np.array([place - (places[parent] if parent >= 0 else 0) for place, parent in zip(places, parents)])
-    if parents.count(-1) > 1:  # several trees are joined under one bone that stands still
-        first = parents.index(-1)
-        parents = [first if parent < 0 and index != first else parent for index, parent in enumerate(parents)]
-        offsets = np.array([place - (places[parent] if parent >= 0 else 0) for place, parent in zip(places, parents)])
+    first = parents.index(-1)  # of several trees, the others are joined to the first one's root
+    parents = [first if parent < 0 and index != first else parent for index, parent in enumerate(parents)]
+    above = np.array([places[parent] if parent >= 0 else np.zeros(3) for parent in parents])
     names = tuple(nodes.names[node] for node in bones)
-    return Skeleton(names, tuple(parents), offsets, {}, tuple(() for _ in bones))
+    return Skeleton(names, tuple(parents), places - above, {}, tuple(() for _ in bones))

@@ -18,7 +18,7 @@ _CMU_LICENCE = "free for all uses; data from mocap.cs.cmu.edu, created with fund
 
 
 def read(path: str | Path, *, unit: str | None = None) -> Motion:
-    """Read a clip: BVH of a humanoid rig, AMASS npz, an animation of a GLB, or a motion that hemline wrote (safetensors).
+    """Read a clip: BVH of a humanoid rig, AMASS npz, an animation of a GLB, or what hemline wrote (safetensors).
 
     It comes on the 24 joints, in metres, y up, at its own rate. `Motion.notes` says what was guessed, ignored, dropped.
 

@@ -70,7 +70,9 @@ def retarget(
         name=name,
         source=source,
         licence=licence,
-        notes=tuple(note for note in (*_how(found), unit_note, rig.note, tpose_note, collar_note, _ignored(rig)) if note),
+        notes=tuple(
+            note for note in (*_how(found), unit_note, rig.note, tpose_note, collar_note, _ignored(rig)) if note
+        ),
     )
 
 

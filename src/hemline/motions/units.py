@@ -18,9 +18,7 @@ USUAL_LEG = 0.84
 _LEG_RANGE = (0.3, 1.5)
 
 
-def unit_of(
-    leg: float, declared: str | None, file: str, *, units: Mapping[str, float] = UNITS
-) -> tuple[str, str]:
+def unit_of(leg: float, declared: str | None, file: str, *, units: Mapping[str, float] = UNITS) -> tuple[str, str]:
     """The unit of a skeleton, and the sentence that says why.
 
     Args:
