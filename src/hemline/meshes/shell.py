@@ -56,9 +56,9 @@ def shell(vertices: Float[np.ndarray, "_verts 3"], faces: Int[np.ndarray, "_face
         BadMesh: They enclose nothing, or the grid would be too large.
 
     Source: Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers",
-        2013; Nooruddin, Turk, "Simplification and repair of polygonal models using volumetric techniques", 2003 (rays);
-        Barill et al., "Fast winding numbers for soups and clouds", 2018 (groups of triangles that are far); Doi,
-        Koide, "An efficient method of triangulating equi-valued surfaces by using tetrahedral cells", 1991.
+        2013; Nooruddin, Turk, "Simplification and repair of polygonal models using volumetric techniques", 2003; Barill
+        et al., "Fast winding numbers for soups and clouds", 2018; Doi, Koide, "An efficient method of triangulating
+        equi-valued surfaces by using tetrahedral cells", 1991.
         Differs: signed crossings in the place of parity; one level of groups.
     """
     tree = ClosestTree(np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int32))
