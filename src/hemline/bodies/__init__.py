@@ -11,6 +11,7 @@ from .body import Body as Body
 from .body import PosedBody as PosedBody
 from .body import ShapedBody as ShapedBody
 from .body_file import read_body, write_body
+from .character import CHARACTERS as CHARACTERS
 from .character import Character as Character
 from .character import read_character as read_character
 from .character import read_skeleton as read_skeleton
@@ -26,8 +27,6 @@ from .untangling import Untangling as Untangling
 from .untangling import untangle as untangle
 from .untangling import untangle_motion as untangle_motion
 
-CHARACTERS = (".glb", ".vrm", ".gltf")
-"""Endings of rigged characters."""
 _ENDINGS = (".safetensors", ".npz", ".pkl", *CHARACTERS)
 _SHIPPED = {"anny24": Path(__file__).parents[1] / "models" / "anny24.safetensors"}
 

@@ -18,6 +18,9 @@ from .character_mesh import read_character_mesh
 from .closed_mesh import closed_mesh
 from .model import INFLUENCES
 
+CHARACTERS = (".glb", ".vrm", ".gltf")
+"""Endings of rigged characters."""
+
 _HEIGHTS = (0.3, 4.0)
 _AT = JOINT_NAMES.index
 _SIDES = ("left", "right")
