@@ -152,14 +152,28 @@ def read_text(tmp_path, text):
     return read_bvh(path)
 
 
-@pytest.mark.parametrize(
-    ("joint", "role"),
-    [("LeftForeArm", "left elbow"), ("Head", "head"), ("RightFoot", "right ankle"), ("LeftUpLeg", "left hip")],
-)
+ROLES = [("LeftForeArm", "left elbow"), ("Head", "head"), ("RightFoot", "right ankle"), ("LeftUpLeg", "left hip")]
+
+
+@pytest.mark.parametrize(("joint", "role"), ROLES)
 def test_a_missing_joint_is_named(tmp_path, joint, role):
-    bvh = read_text(tmp_path, text_of(person(frames=2), names={joint: "Something"}))
+    """Of a rig that stands in no way that a person does, so that its shape tells nothing."""
+    clip = person(frames=2)
+    folded = replace(clip, skeleton=replace(clip.skeleton, offsets=clip.skeleton.offsets[::-1].copy()))
+    bvh = read_text(tmp_path, text_of(folded, names={joint: "Something"}))
     with pytest.raises(BadMotion, match=f"x.bvh lacks the joint '{role}'"):
         retarget(bvh, name="x.bvh")
+
+
+@pytest.mark.parametrize(("joint", "role"), ROLES)
+def test_a_joint_of_another_name_is_found_by_its_place_and_said(tmp_path, joint, role):
+    clip = person(frames=2)
+    motion = retarget(read_text(tmp_path, text_of(clip, names={joint: "Something"})), name="x.bvh")
+    assert f"their place in the tree, since x.bvh lacks the joint '{role}'" in motion.notes[0]
+    assert "'Something'" in motion.notes[0]
+    for name in ("left_knee", "right_elbow", "head"):
+        apart = multiply(inverse(global_of(retarget(clip), name)), global_of(motion, name))
+        assert np.degrees(angle(apart)).max() < 0.01
 
 
 def test_arms_on_the_root_are_refused():

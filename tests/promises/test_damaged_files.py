@@ -1,11 +1,17 @@
 """Every reader of files on files that are damaged: a value, or an error in our own words, and nothing besides."""
 
 import re
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "bodies"))
+from character_samples import Sample, write_character
+
 from hemline import bodies, garments, motions
+from hemline.bodies.character_mesh import read_character_mesh
 from hemline.cli import main
 from hemline.datasets import create, open_dataset, read_take
 from hemline.errors import BadInput
@@ -89,6 +95,21 @@ def _gltf(path):
     path.write_bytes(export_gltf(Scene(creation.box()), embed_buffers=True)["model.gltf"])
 
 
+def _character(path, **clips):
+    write_character(path, Sample(loose=3, clips=clips))
+
+
+def _animation(path):
+    turns = np.tile([1.0, 0, 0, 0], (4, 24, 1))
+    _character(path, walk=(np.arange(4) / 30, turns))
+
+
+def _bones_and_mesh(path):
+    """All of a character but the surface that cloth lies on, which takes a second each."""
+    found = bodies.read_skeleton(path)
+    return read_character_mesh(found.rig, found.owners)
+
+
 def _napkin():
     return garments.make_cape(bodies.load().shaped(), rows=6, columns=10, name="napkin")
 
@@ -118,6 +139,8 @@ READERS = {
     "text.stl": (lambda path: _mesh(path, file_type="stl_ascii"), read_mesh),
     "mesh.glb": (_mesh, read_mesh),
     "mesh.gltf": (_gltf, read_mesh),
+    "character.glb": (_character, _bones_and_mesh),
+    "animation.glb": (_animation, motions.read),
     "garment.toml": (TOML, read_garment_toml),
     "clothes.mhclo": (MHCLO, lambda path: read_mhclo(path, 19158)),
 }

@@ -11,6 +11,10 @@ from .body import Body as Body
 from .body import PosedBody as PosedBody
 from .body import ShapedBody as ShapedBody
 from .body_file import read_body, write_body
+from .character import CHARACTERS as CHARACTERS
+from .character import Character as Character
+from .character import read_character as read_character
+from .character import read_skeleton as read_skeleton
 from .coarser import coarser_body as coarser_body
 from .overlap import overlap_percent as overlap_percent
 from .overlap import overlapping as overlapping
@@ -23,7 +27,7 @@ from .untangling import Untangling as Untangling
 from .untangling import untangle as untangle
 from .untangling import untangle_motion as untangle_motion
 
-_ENDINGS = (".safetensors", ".npz", ".pkl")
+_ENDINGS = (".safetensors", ".npz", ".pkl", *CHARACTERS)
 _SHIPPED = {"anny24": Path(__file__).parents[1] / "models" / "anny24.safetensors"}
 
 
@@ -58,9 +62,10 @@ def load(name: str = "anny24") -> Body:
 
 
 def read(path: str | Path) -> Body:
-    """Read a body file: hemline's own `.safetensors`, or SMPL, SMPL-H, SMPL-X as `.pkl` or `.npz`.
+    """Read a body file: hemline's own `.safetensors`, a rigged character, or SMPL, SMPL-H, SMPL-X as `.pkl` or `.npz`.
 
-    What is kept of the latter, and how pickles are read without being executed, is said in `smpl.read_smpl`.
+    What is kept of the latter, and how pickles are read without being executed, is said in `smpl.read_smpl`; what a
+    body of a `.glb`, `.vrm` or `.gltf` is, in `read_character`, which also says what was found in it.
 
     Args:
         path: The file.
@@ -69,7 +74,10 @@ def read(path: str | Path) -> Body:
         BadBody: Missing, truncated, of another kind or a future version, its content contradicts itself, or a pickle
             asks for anything but arrays.
     """
-    return read_smpl(path) if Path(path).suffix.lower() in (".npz", ".pkl") else read_body(path)
+    ending = Path(path).suffix.lower()
+    if ending in CHARACTERS:
+        return read_character(path)[0]
+    return read_smpl(path) if ending in (".npz", ".pkl") else read_body(path)
 
 
 def write(path: str | Path, body: Body) -> None:
@@ -86,7 +94,9 @@ def write(path: str | Path, body: Body) -> None:
 
 
 __all__ = [
+    "CHARACTERS",
     "Body",
+    "Character",
     "MotionUntangling",
     "Placement",
     "PosedBody",
@@ -99,6 +109,8 @@ __all__ = [
     "overlapping",
     "placement",
     "read",
+    "read_character",
+    "read_skeleton",
     "skin_points",
     "untangle",
     "untangle_motion",

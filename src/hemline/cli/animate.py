@@ -6,6 +6,8 @@ from typing import Annotated
 
 import tyro
 
+from hemline.errors import BadInput
+
 from .clip import cut
 from .progress import bars, note
 from .written import Output
@@ -18,7 +20,7 @@ class Arguments:
     model: Annotated[str, tyro.conf.Positional]
     """A model file, or the name of a shipped model."""
     motion: Annotated[str, tyro.conf.arg(aliases=["-m"])]
-    """A clip (BVH, AMASS), or the name of a shipped excerpt."""
+    """A clip (BVH, AMASS, GLB; FILE.glb:NAME of several), or the name of a shipped excerpt."""
     output: Annotated[Path | None, tyro.conf.arg(aliases=["-o"])] = None
     """The file; its ending chooses the format. Left out: MOTION.glb beside the motion."""
     garment: str | None = None
@@ -33,7 +35,8 @@ class Arguments:
     """A model of the same garment that knows what shapes do (--animator agentdress): MODEL swings on the body of its
     fit, and this one puts the garment on the other shape."""
     body: str | None = None
-    """Another body of the same topology; left out: the model's."""
+    """Another body of the same topology, or any file of a body or character for a model that takes any garment; left
+    out: the model's."""
     fps: float = 30.0
     """Frames a second."""
     start: float = 0.0
@@ -52,6 +55,8 @@ class Arguments:
     """How many bones, 1 to 256; left out: 60."""
     quantized: bool = False
     """Two bytes a number for positions, one for normals: half the size (.glb)."""
+    character: Path | None = None
+    """The .glb or .vrm that the body was made of: its own meshes and materials are shown in its place (.glb)."""
     json: bool = False
     """Print one JSON object: files, bytes, and how far the skinned garment is from the played one [mm]."""
 
@@ -67,7 +72,7 @@ def run(arguments: Arguments) -> int:
 
     motion = cut(motions.open_motion(arguments.motion), arguments.start, arguments.seconds)
     path = arguments.output or _beside(arguments.motion)
-    output = Output(path, arguments.skinned, arguments.bones, arguments.quantized)
+    output = Output(path, arguments.skinned, arguments.bones, arguments.quantized, arguments.character)
     animator, body = open_model(
         arguments.model,
         arguments.garment,
@@ -76,6 +81,7 @@ def run(arguments: Arguments) -> int:
         over=arguments.over,
         clamp=arguments.clamp_betas,
     )
+    own = output.own_mesh(body)
     say_relatives(animator)
     if arguments.shapes is not None:
         animator = AnimatorRedressed(animator, load(arguments.shapes))
@@ -101,10 +107,15 @@ def run(arguments: Arguments) -> int:
             keep=keep,
         )
     warn_new_poses(animator, novelties)
-    output.write(clip, as_json=arguments.json)
+    output.write(clip, as_json=arguments.json, own=own)
     return 0
 
 
 def _beside(motion: str) -> Path:
-    path = Path(motion)
+    from hemline.files.gltf import ENDINGS
+    from hemline.motions import split_name
+
+    path, _ = split_name(motion)
+    if path.suffix.lower() in ENDINGS:
+        raise BadInput("the name of the output is needed where the clip is in a GLB", motion, "name it with -o OUT.glb")
     return path.with_suffix(".glb") if path.suffix else Path(f"{motion}.glb")

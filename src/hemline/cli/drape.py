@@ -43,7 +43,7 @@ class Arguments:
     scheduler: str | None = None
     """Address of a dask scheduler, such as tcp://host:8786, whose workers settle instead; see docs/scale.md."""
     body: str = "anny24"
-    """The body: anny24, or a file (.safetensors, SMPL .npz or .pkl)."""
+    """The body: anny24, or a file (.safetensors; a character, .glb or .vrm; SMPL .npz or .pkl)."""
     json: bool = False
     """Print the drapes as a JSON list instead of a table."""
 

@@ -20,6 +20,8 @@ class Arguments:
     """A clip, or the name of a shipped excerpt."""
     garment: str | None = None
     """The garment to wear, by name or a file, for a model that was fitted on many."""
+    body: str | None = None
+    """Another body of the same topology, or any for a model that takes any; left out: the model's."""
     betas: tuple[float, ...] = ()
     """Shape of the body."""
     clamp_betas: bool = False
@@ -69,7 +71,9 @@ def run(arguments: Arguments) -> int:
     motion = motions.open_motion(arguments.motion)
     part = cut(motion, arguments.start, arguments.seconds)
     truth = None if arguments.truth is None else datasets.open_dataset(arguments.truth)
-    animator, body = open_model(arguments.model, arguments.garment, None, arguments.betas, clamp=arguments.clamp_betas)
+    animator, body = open_model(
+        arguments.model, arguments.garment, arguments.body, arguments.betas, clamp=arguments.clamp_betas
+    )
     novelties: list[float | None] = []
     evaluation = evaluate(
         animator,

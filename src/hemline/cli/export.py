@@ -38,6 +38,8 @@ class Arguments:
     """How many bones, 1 to 256; left out: 60."""
     quantized: bool = False
     """Two bytes a number for positions, one for normals: half the size (.glb)."""
+    character: Path | None = None
+    """The .glb or .vrm that the body was made of: its own meshes and materials are shown in its place (.glb)."""
     json: bool = False
     """Print one JSON object: files, bytes, and how far the skinned garment is from the played one [mm]."""
 
@@ -48,22 +50,23 @@ def run(arguments: Arguments) -> int:
     from hemline.datasets import open_dataset
     from hemline.playback.record import recorded_take
 
-    output = Output(arguments.output, arguments.skinned, arguments.bones, arguments.quantized)
+    output = Output(arguments.output, arguments.skinned, arguments.bones, arguments.quantized, arguments.character)
     dataset = open_dataset(arguments.dataset)
     rows = [row for row in dataset.rows() if row.kind == "clip"]
     if not 0 <= arguments.take < len(rows):
         there = f"the takes 0 to {len(rows) - 1}" if rows else "no takes of clips"
         raise BadInput(f"{arguments.dataset} has {there}", f"--take {arguments.take}", "name one of them")
     take = dataset.take(rows[arguments.take])
+    body = bodies.load(dataset.garment.body_name).shaped(take.betas)
+    own = output.own_mesh(body)
     if arguments.model is not None:
         clip = _redressed(arguments, dataset.garment, take)
     elif arguments.betas:
         cure = "name one with --model, such as tshirt-light"
         raise BadInput("a take is shown on another shape by a model that knows what shapes do", "--betas alone", cure)
     else:
-        body = bodies.load(dataset.garment.body_name).shaped(take.betas)
         clip = recorded_take(take, dataset.garment, body, lead_in=arguments.lead_in)
-    output.write(clip, as_json=arguments.json)
+    output.write(clip, as_json=arguments.json, own=own)
     return 0
 
 

@@ -29,7 +29,7 @@ class Generate:
     betas: tuple[float, ...] = ()
     """Shape of the body: a few numbers of about -3 to 3; what is left out is 0, the mean."""
     body: str = "anny24"
-    """The body: anny24, or a file (.safetensors, SMPL .npz or .pkl)."""
+    """The body: anny24, or a file (.safetensors; a character, .glb or .vrm; SMPL .npz or .pkl)."""
 
 
 def schema(words: Sequence[str]) -> type:

@@ -13,6 +13,7 @@ from hemline.errors import BadCluster, BadInput, HemlineError, HemlineWarning, S
 from .misread import misread
 
 VERBS = {
+    "body": "a rigged character (GLB, VRM) that is not ours as a body for garments",
     "generate": "a top, dress, skirt, trousers or jumpsuit from its measures",
     "tryon": "a garment made on another body onto this one, or why it cannot be worn",
     "simulate": "a garment against clips, into a dataset of takes",

@@ -43,7 +43,7 @@ class Arguments:
     fps: float = 30.0
     """Frames a second that are stored, 1 to 1000."""
     body: str = "anny24"
-    """The body: anny24, or a file (.safetensors, SMPL .npz or .pkl)."""
+    """The body: anny24, or a file (.safetensors; a character, .glb or .vrm; SMPL .npz or .pkl)."""
     untangle: bool = True
     """First move limbs out of each other where they overlap in the clip."""
     whole: bool = False

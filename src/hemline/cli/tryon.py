@@ -22,7 +22,7 @@ class Arguments:
     betas: tuple[float, ...] = ()
     """Shape of the body: a few numbers of about -3 to 3; what is left out is 0, the mean."""
     body: str = "anny24"
-    """The body: anny24, or a file (.safetensors, SMPL .npz or .pkl)."""
+    """The body: anny24, or a file (.safetensors; a character, .glb or .vrm; SMPL .npz or .pkl)."""
     unit: str | None = None
     """Unit of the mesh (m, dm, cm, mm, in, ft); guessed from its size unless given."""
     scaled: bool = True

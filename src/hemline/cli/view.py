@@ -27,6 +27,8 @@ class Arguments:
     """Clips (BVH, AMASS), or names of shipped excerpts; left out: all excerpts."""
     garment: str | None = None
     """The garment to wear, by name or a file, for a model that takes any; left out: cape and skirt."""
+    body: str | None = None
+    """The body, by name or a file, for a model that takes any garment; left out: anny24."""
     betas: tuple[float, ...] = ()
     """Shape of the body at the start."""
     port: int = 8080
@@ -67,7 +69,7 @@ def shelf_of(arguments: Arguments) -> "Shelf":
         model = animators.load(word)
         if isinstance(model, animators.Wearable):
             for garment in (arguments.garment,) if arguments.garment else ("cape", "skirt"):
-                models[f"{word}: {garment}"] = partial(_worn, word, garment, arguments.betas)
+                models[f"{word}: {garment}"] = partial(_worn, word, garment, arguments.body, arguments.betas)
         else:
             models[word] = partial(animators.load, word)
     clips = {word: partial(motions.open_motion, word) for word in arguments.motion or motions.names()}
@@ -76,7 +78,7 @@ def shelf_of(arguments: Arguments) -> "Shelf":
     return Shelf(models, clips, tuple(datasets.open_dataset(folder) for folder in folders))
 
 
-def _worn(word: str, garment: str, betas: tuple[float, ...]) -> "Animator":
+def _worn(word: str, garment: str, body: str | None, betas: tuple[float, ...]) -> "Animator":
     from .model import open_model
 
-    return open_model(word, garment, None, betas)[0]
+    return open_model(word, garment, body, betas)[0]

@@ -11,7 +11,8 @@ from hemline.errors import BadInput
 from .progress import note
 
 if TYPE_CHECKING:
-    from hemline.export import Clip
+    from hemline.bodies import ShapedBody
+    from hemline.export import Clip, OwnMesh
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class Output:
         skinned: The garment as a skinned mesh.
         bones: Its bones; None: as many as `hemline.export.BONES`.
         quantized: Fewer bytes a number.
+        character: The file of the character that the body was made of, to be shown in its place; None: the body.
 
     Raises:
         BadInput: The format is not known or cannot hold this, or bones are asked for without a skin.
@@ -32,6 +34,7 @@ class Output:
     skinned: bool
     bones: int | None
     quantized: bool
+    character: Path | None = None
 
     def __post_init__(self) -> None:
         from hemline import export
@@ -41,14 +44,25 @@ class Output:
         if self.bones is not None:
             export.check_bones(self.bones)
         export.check_format(self.path, skinned=self.skinned, quantized=self.quantized)
+        if self.character is not None and self.path.suffix.lower() != ".glb":
+            raise BadInput("a character's own mesh is written as .glb", self.path.name, f"name it {self.path.stem}.glb")
 
-    def write(self, clip: "Clip", *, as_json: bool) -> None:
-        """Write the clip; print the names of the files, or one JSON object."""
+    def own_mesh(self, body: "ShapedBody") -> "OwnMesh | None":
+        """The character's own mesh, if it is asked for; refused before anything is played where it is another's."""
+        from hemline.playback import own_mesh
+
+        return None if self.character is None else own_mesh(self.character, body)
+
+    def write(self, clip: "Clip", *, as_json: bool, own: "OwnMesh | None" = None) -> None:
+        """Write the clip, with a character's own mesh if any; print the names of the files, or one JSON object."""
         from hemline import export
 
         if self.skinned:
             clip = export.skinned(clip, export.BONES if self.bones is None else self.bones)
-        paths = export.write(self.path, clip, quantized=self.quantized)
+        if own is None:
+            paths = export.write(self.path, clip, quantized=self.quantized)
+        else:
+            paths = export.write_dressed(self.path, clip, own, quantized=self.quantized)
         if as_json:
             print(json.dumps(_said(clip, paths)))
             return

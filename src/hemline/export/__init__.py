@@ -8,6 +8,8 @@ from .clip import Clip as Clip
 from .clip import Part as Part
 from .clip import Skeleton as Skeleton
 from .clip import Skin as Skin
+from .glb_character import OwnMesh as OwnMesh
+from .glb_character import write_dressed as write_dressed
 from .skin import BONES as BONES
 from .skin import check_bones as check_bones
 from .skin import skinned as skinned
@@ -24,6 +26,7 @@ __all__ = [
     "Capsules",
     "Character",
     "Clip",
+    "OwnMesh",
     "Part",
     "Skeleton",
     "Skin",
@@ -33,5 +36,6 @@ __all__ = [
     "check_format",
     "skinned",
     "write",
+    "write_dressed",
     "write_vrm",
 ]

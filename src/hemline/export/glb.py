@@ -42,6 +42,12 @@ def write_glb(path: Path, clip: Clip, *, quantized: bool = False) -> tuple[Path,
 
 def glb_bytes(clip: Clip, *, quantized: bool = False) -> bytes:
     """The bytes that `write_glb` writes."""
+    document, buffer = glb_document(clip, quantized=quantized)
+    return packed(document | buffer.described(), buffer.content())
+
+
+def glb_document(clip: Clip, *, quantized: bool) -> tuple[dict, Buffer]:
+    """The document of `write_glb` without its entries about buffers, and its buffer."""
     buffer = Buffer()
     times = buffer.add((np.arange(clip.frame_count) / clip.fps).astype(np.float32), "SCALAR", bounds=True)
     document = {
@@ -66,7 +72,7 @@ def glb_bytes(clip: Clip, *, quantized: bool = False) -> bytes:
         document["meshes"][0]["extras"] = {"bones": clip.skin.bone_count} | errors
     if not document["animations"][0]["channels"]:
         del document["animations"]
-    return packed(document | buffer.described(), buffer.content())
+    return document, buffer
 
 
 def still_bytes(clip: Clip, places: Float[np.ndarray, "verts 2"]) -> bytes:

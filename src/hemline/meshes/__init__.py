@@ -29,6 +29,8 @@ from .self_crossings import crossing_edges as crossing_edges
 from .self_crossings import self_crossings as self_crossings
 from .shares import best_shares as best_shares
 from .shares import onto_shares as onto_shares
+from .shell import Shell as Shell
+from .shell import shell as shell
 from .subdivided import subdivided as subdivided
 from .welded import welded as welded
 
@@ -38,6 +40,7 @@ __all__ = [
     "CoarserMesh",
     "ReadMesh",
     "RigidBones",
+    "Shell",
     "SurfaceWays",
     "best_shares",
     "boundary_loops",
@@ -59,6 +62,7 @@ __all__ = [
     "rest_lengths",
     "rigid_bones",
     "self_crossings",
+    "shell",
     "strains",
     "subdivided",
     "vertex_normals",

@@ -1,6 +1,7 @@
 """Clips of motion on the 24-joint skeleton: read, resample, cut; never a mesh."""
 
 from .clean import longest_clean as longest_clean
+from .gltf_clip import split_name as split_name
 from .motion import JOINT_NAMES as JOINT_NAMES
 from .motion import PARENTS as PARENTS
 from .motion import Motion as Motion
@@ -22,6 +23,7 @@ __all__ = [
     "names",
     "open_motion",
     "read",
+    "split_name",
     "subject_of",
     "write",
 ]

@@ -3,9 +3,9 @@
 import numpy as np
 
 from .quaternions import Quaternion, angle, continuous, from_axis_angle, inverse, multiply, normalised, rotate
+from .t_pose import LOWERED_DEG
 
 _STILL_DEG = 3.0
-_LOWERED_DEG = 12.0
 
 
 def stand_still(local: Quaternion) -> bool:
@@ -29,5 +29,5 @@ def carried_by_arm(chest: Quaternion, shoulder: Quaternion, sign: float) -> Quat
     """
     arm = rotate(inverse(chest), rotate(shoulder, np.array([sign, 0.0, 0.0])))
     turn = np.zeros_like(arm)
-    turn[..., 2] = sign * np.radians(_LOWERED_DEG) * arm[..., 1]
+    turn[..., 2] = sign * np.radians(LOWERED_DEG) * arm[..., 1]
     return multiply(chest, from_axis_angle(turn))

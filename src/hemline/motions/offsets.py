@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from .quaternions import Quaternion, Vector, between, from_axis_angle, multiply, rotate
+from .quaternions import Quaternion, Vector, between, from_axis_angle, inverse, multiply, rotate
 from .rig import Rig
+from .t_pose import t_pose_turns
 
 IDENTITY = np.array([1.0, 0, 0, 0])
 _DOWN, _BACK, _FORWARD = np.array([0.0, -1, 0]), np.array([0.0, 0, -1]), np.array([0.0, 0, 1])
@@ -33,6 +34,12 @@ def limb_offsets(rig: Rig) -> dict[str, Quaternion]:
         offsets[f"{side}_wrist"] = _hand_offset(rig, side, out, offsets[f"{side}_elbow"])
         offsets[f"{side}_ankle"] = offsets[f"{side}_foot"] = _foot_offset(rig, side)
     return offsets
+
+
+def rest_offsets(rig: Rig) -> dict[str, Quaternion]:
+    """O of a rig whose zero pose is a rest pose; see `t_pose_turns`."""
+    places = {name: rig.zero[joint] for name, joint in rig.found.joints.items()}
+    return {joint: inverse(turn) for joint, turn in t_pose_turns(places).items()}
 
 
 def _aligned(bone: Vector, side: Vector, rig_bone: Vector, rig_side: Vector) -> Quaternion:

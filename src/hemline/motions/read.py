@@ -3,9 +3,11 @@
 from pathlib import Path
 
 from hemline.errors import BadMotion
+from hemline.files.gltf import ENDINGS
 
 from .amass import read_amass
 from .bvh import read_bvh
+from .gltf_clip import read_gltf_motion, split_name
 from .motion import Motion
 from .retarget import retarget
 from .shipped import load
@@ -16,19 +18,19 @@ _CMU_LICENCE = "free for all uses; data from mocap.cs.cmu.edu, created with fund
 
 
 def read(path: str | Path, *, unit: str | None = None) -> Motion:
-    """Read a clip: BVH of a humanoid rig, AMASS npz, or a motion that hemline wrote (safetensors).
+    """Read a clip: BVH of a humanoid rig, AMASS npz, an animation of a GLB, or what hemline wrote (safetensors).
 
     It comes on the 24 joints, in metres, y up, at its own rate. `Motion.notes` says what was guessed, ignored, dropped.
 
     Args:
-        path: The file; its ending chooses the format.
+        path: The file; its ending chooses the format. `FILE:NAME` is one of several animations of a GLB, VRM or glTF.
         unit: Unit of a BVH: `m`, `cm`, `mm`, `inch` or `cmu`; None to guess it from the size.
 
     Raises:
         BadMotion: The file cannot be read, a joint is missing, or the unit contradicts the size.
     """
     path = Path(path)
-    ending = path.suffix.lower()
+    ending = split_name(path)[0].suffix.lower()
     if unit is not None and ending != ".bvh":
         raise BadMotion(f"{path} has its unit by its format", f"unit '{unit}'", "name a unit for BVH files only")
     if ending == ".bvh":
@@ -40,11 +42,13 @@ def read(path: str | Path, *, unit: str | None = None) -> Motion:
         return read_amass(path)
     if ending == ".safetensors":
         return read_stored(path)
-    raise BadMotion(f"{path} has no known ending", f"'{ending}'", "name a .bvh, .npz or .safetensors file")
+    if ending in ENDINGS:
+        return read_gltf_motion(path)
+    raise BadMotion(f"{path} has no known ending", f"'{ending}'", "name a .bvh, .npz, .glb or .safetensors file")
 
 
 def open_motion(path_or_name: str | Path) -> Motion:
-    """Load a shipped clip by its name, or read a file."""
-    if Path(path_or_name).suffix or Path(path_or_name).is_file():
+    """Load a shipped clip by its name, or read a file, or `FILE:NAME` of a GLB."""
+    if split_name(path_or_name)[0].suffix or Path(path_or_name).is_file():
         return read(path_or_name)
     return load(str(path_or_name))

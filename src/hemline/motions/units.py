@@ -1,5 +1,7 @@
 """The unit of a clip, guessed from the length of the legs."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from hemline.errors import BadMotion
@@ -7,30 +9,36 @@ from hemline.errors import BadMotion
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}
 """Metres in each unit that is known; `cmu` is the unit of the CMU recordings, 1/0.45 inch."""
 
-_USUAL_LEG = 0.84
+METRIC = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
+"""Those of characters; MakeHuman's own is the decimetre."""
+
+USUAL_LEG = 0.84
+"""Hip to knee to ankle of a person of middle height [m]."""
+
 _LEG_RANGE = (0.3, 1.5)
 
 
-def unit_of(leg: float, declared: str | None, file: str) -> tuple[str, str]:
+def unit_of(leg: float, declared: str | None, file: str, *, units: Mapping[str, float] = UNITS) -> tuple[str, str]:
     """The unit of a skeleton, and the sentence that says why.
 
     Args:
         leg: Hip to knee to ankle, in the file's unit.
         declared: The unit that the user names, or None to guess.
         file: Name of the file, for messages.
+        units: Metres in each unit that it may be.
 
     Raises:
         BadMotion: The declared unit is not known or contradicts the size, or no unit makes a person of it.
     """
-    if declared is not None and declared not in UNITS:
-        raise BadMotion(f"unit of {file} must be one of {', '.join(UNITS)}", f"'{declared}'", "name one of them")
+    if declared is not None and declared not in units:
+        raise BadMotion(f"unit of {file} must be one of {', '.join(units)}", f"'{declared}'", "name one of them")
     if not (np.isfinite(leg) and leg > 0):
         raise BadMotion(f"the legs of {file} must have a length", leg, "check the OFFSETs of knees and ankles")
-    guess = min(UNITS, key=lambda unit: abs(np.log(leg * UNITS[unit] / _USUAL_LEG)))
+    guess = min(units, key=lambda unit: abs(np.log(leg * units[unit] / USUAL_LEG)))
     unit = declared or guess
-    metres = leg * UNITS[unit]
+    metres = leg * units[unit]
     if not _LEG_RANGE[0] <= metres <= _LEG_RANGE[1]:
-        cure = f"the size fits '{guess}'" if declared else f"scale the file to one of {', '.join(UNITS)}"
+        cure = f"the size fits '{guess}'" if declared else f"scale the file to one of {', '.join(units)}"
         what = f"unit '{unit}' contradicts the size of {file}" if declared else f"{file} has the size of no person"
         raise BadMotion(what, f"legs of {metres:.3g} m", cure)
     how = "as declared" if declared else "guessed from the size"

@@ -8,6 +8,7 @@ from .detail import pixels_of as pixels_of
 from .evaluate import Evaluation as Evaluation
 from .evaluate import evaluate as evaluate
 from .frame import Frame as Frame
+from .own_mesh import own_mesh as own_mesh
 from .play import play as play
 from .player import Player as Player
 from .player import PlayerState as PlayerState
@@ -24,6 +25,7 @@ __all__ = [
     "detail_for",
     "evaluate",
     "level_of",
+    "own_mesh",
     "pixels_of",
     "play",
     "record",

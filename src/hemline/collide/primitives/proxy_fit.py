@@ -18,6 +18,8 @@ _LIMBS = ("collar", "shoulder", "elbow", "wrist", "hand", "hip", "knee", "ankle"
 _WITH = {"ankle": "foot"}
 _OWNED = 0.35
 """Skin weight from which skin belongs to a part."""
+_FEWEST = 12
+"""Vertices of a part that has a cone."""
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 _FREE = (0.012, 0.03, 0.06)
 """Heights [m] above the skin at which there is air, which no cone should fill."""
@@ -39,7 +41,10 @@ class FittedCones(NamedTuple):
 
 
 def fitted_cones(shaped: "ShapedBody") -> FittedCones:
-    """One rounded cone a part: limbs along their bones, the trunk in two columns; both sides are fitted as one."""
+    """One rounded cone a part: limbs along their bones, the trunk in two columns; both sides are fitted as one.
+
+    Parts that hardly any skin follows, as of a rig without collars, have none.
+    """
     vertices, air = np.asarray(shaped.vertices, np.float64), _air(shaped)
     weights, used = shaped.body.weights, shaped.body.weight_indices
 
@@ -48,12 +53,17 @@ def fitted_cones(shaped: "ShapedBody") -> FittedCones:
 
     joints, cones, names = [], [], []
     for name, part in _middle_parts():
+        if (own := vertices[owned(part)]).shape[0] < _FEWEST:
+            continue
         joints.append(part[0])
-        cones.append(_fitted_cone(vertices[owned(part)], air))
+        cones.append(_fitted_cone(own, air))
         names.append(name)
     for name, left, right in _paired_parts():
         other = vertices[owned(right) & (vertices[:, 0] < 0.01)] * _MIRROR
-        cone = _fitted_cone(np.concatenate([vertices[owned(left) & (vertices[:, 0] > -0.01)], other]), air)
+        own = np.concatenate([vertices[owned(left) & (vertices[:, 0] > -0.01)], other])
+        if len(own) < _FEWEST:
+            continue
+        cone = _fitted_cone(own, air)
         joints += [left[0], right[0]]
         cones += [cone, cone * [*_MIRROR, *_MIRROR, 1, 1]]
         names += [f"left {name}", f"right {name}"]

@@ -90,7 +90,7 @@ def make_database(
         progress: Called with what is made, what is done and what there is in all.
 
     Raises:
-        BadInput: Fewer poses than anchors.
+        BadInput: Fewer poses than anchors, or a body that has one shape.
         BadDataset: The folder holds another garment's takes.
         BadOutput: It cannot be written.
         BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
@@ -105,7 +105,11 @@ def make_database(
     if count < 1:
         raise BadInput("the number of anchors must be positive", count, "the paper has 150")
     poses = poses_of(clips)
-    body, shapes = bodies.load(garment.body_name), spread_shapes(SHAPES)
+    body = bodies.load(garment.body_name)
+    if not len(body.shapedirs):
+        cure = "simulate it and fit ropes, or play it with live or swingar"
+        raise BadInput("anchors are for bodies of many shapes", f"'{body.name}', which has no betas", cure)
+    shapes = spread_shapes(min(SHAPES, len(body.shapedirs)))
     rest = body.shaped().rest_pose.translation
     upright = Pose(np.tile([1.0, 0.0, 0.0, 0.0], (JOINT_COUNT, 1)), rest)
     stood = produce_scattered(

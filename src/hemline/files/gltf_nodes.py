@@ -1,0 +1,121 @@
+"""The nodes of a glTF file: who is whose parent, and where each is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hemline.arrays import Float
+
+from .gltf import Gltf
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """The tree of nodes.
+
+    Attributes:
+        names: Name of each node; `node 3` for one without.
+        parents: Parent of each node, -1 for a root.
+        order: All nodes, parents before their children.
+        translations: Place of each relative to its parent [file's unit].
+        rotations: Its rotation, unit quaternions wxyz.
+        scales: Its scale along its own axes [1].
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    order: tuple[int, ...]
+    translations: Float[np.ndarray, "nodes 3"]
+    rotations: Float[np.ndarray, "nodes 4"]
+    scales: Float[np.ndarray, "nodes 3"]
+
+    @property
+    def locals(self) -> Float[np.ndarray, "nodes 4 4"]:
+        """From each node to its parent."""
+        return matrices(self.translations, self.rotations, self.scales)
+
+    def placed(self, local: Float[np.ndarray, "... nodes 4 4"]) -> Float[np.ndarray, "... nodes 4 4"]:
+        """From each node to the world, by what takes each to its parent."""
+        world = np.array(local)
+        for node in self.order:
+            if self.parents[node] >= 0:
+                world[..., node, :, :] = world[..., self.parents[node], :, :] @ local[..., node, :, :]
+        return world
+
+
+def read_nodes(gltf: Gltf) -> Nodes:
+    """The nodes of a file.
+
+    Raises:
+        BadInput: (as `gltf.error`) A node that is its own ancestor or has two parents, or numbers that are none.
+    """
+    with gltf.readable():
+        said = gltf.all("nodes")
+        parents = [-1] * len(said)
+        for node, entry in enumerate(said):
+            for child in entry.get("children", []):
+                if not 0 <= child < len(said) or parents[child] >= 0 or child == node:
+                    raise ValueError("parents")
+                parents[child] = node
+        order = _ordered(parents)
+        parts = [_parts(entry) for entry in said]
+        moved, turned, scaled = (np.array([each[k] for each in parts]).reshape(len(said), -1) for k in range(3))
+        names = tuple(str(entry.get("name") or f"node {node}") for node, entry in enumerate(said))
+        return Nodes(names, tuple(parents), order, moved.reshape(-1, 3), turned.reshape(-1, 4), scaled.reshape(-1, 3))
+
+
+def matrices(
+    translations: Float[np.ndarray, "... 3"], rotations: Float[np.ndarray, "... 4"], scales: Float[np.ndarray, "... 3"]
+) -> Float[np.ndarray, "... 4 4"]:
+    """Translation, rotation (unit quaternions wxyz) and scale [1] as matrices that act on columns."""
+    w, x, y, z = np.moveaxis(rotations, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    result = np.zeros((*np.shape(w), 4, 4))
+    result[..., :3, :3] = np.stack([np.stack(row, -1) for row in rows], -2) * scales[..., None, :]
+    result[..., :3, 3] = translations
+    result[..., 3, 3] = 1
+    return result
+
+
+def _parts(entry: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Translation, rotation wxyz and scale of one node."""
+    if "matrix" in entry:
+        moved, turned, scaled = decomposed(np.array(entry["matrix"], np.float64).reshape(4, 4).T)
+    else:
+        moved = np.array(entry.get("translation", [0, 0, 0]), np.float64)
+        turned = np.array(entry.get("rotation", [0, 0, 0, 1]), np.float64)[[3, 0, 1, 2]]
+        scaled = np.array(entry.get("scale", [1, 1, 1]), np.float64)
+    length = np.linalg.norm(turned)
+    if moved.shape != (3,) or scaled.shape != (3,) or not (np.isfinite([*moved, *scaled]).all() and length > 1e-6):
+        raise ValueError("numbers")
+    return moved, turned / length, scaled
+
+
+def decomposed(matrix: Float[np.ndarray, "4 4"]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Translation, rotation (wxyz) and scale of a matrix without shear."""
+    from scipy.spatial.transform import Rotation
+
+    scale = np.linalg.norm(matrix[:3, :3], axis=0)
+    scale[0] *= np.sign(np.linalg.det(matrix[:3, :3])) or 1
+    if not np.isfinite(scale).all() or (np.abs(scale) < 1e-12).any():
+        raise ValueError("scale")
+    return matrix[:3, 3], Rotation.from_matrix(matrix[:3, :3] / scale).as_quat()[[3, 0, 1, 2]], scale
+
+
+def _ordered(parents: list[int]) -> tuple[int, ...]:
+    """Parents before children, roots in their order."""
+    children: dict[int, list[int]] = {}
+    for node, parent in enumerate(parents):
+        children.setdefault(parent, []).append(node)
+    order, waiting = [], children.get(-1, [])[::-1]
+    while waiting:
+        node = waiting.pop()
+        order.append(node)
+        waiting += children.get(node, [])[::-1]
+    if len(order) != len(parents):
+        raise ValueError("a circle of parents")
+    return tuple(order)

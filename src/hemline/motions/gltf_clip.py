@@ -1,0 +1,191 @@
+"""Animations of glTF files as motions: those of Mixamo, VRM, or any rig that is found in them."""
+
+from pathlib import Path
+
+import numpy as np
+
+from hemline.arrays import Float
+from hemline.errors import BadMotion
+from hemline.files.gltf import ENDINGS, Gltf
+from hemline.files.gltf_nodes import Nodes, matrices
+
+from .bvh import Bvh
+from .gltf_rig import GltfRig, read_rig
+from .motion import Motion
+from .quaternions import from_matrix, inverse, multiply, rotate, slerp
+from .retarget import retarget
+
+_RATES = (5.0, 120.0)
+_USUAL_RATE = 30.0
+_FRAMES_MAX = 200_000
+
+
+def split_name(path: str | Path) -> tuple[Path, str | None]:
+    """A file and the name of an animation in it, of `FILE` or `FILE:NAME`."""
+    file, colon, name = str(path).rpartition(":")
+    named = bool(colon) and Path(file).suffix.lower() in ENDINGS
+    return (Path(file), name) if named else (Path(path), None)
+
+
+def read_gltf_motion(path: str | Path) -> Motion:
+    """Read an animation of a GLB, VRM or glTF file.
+
+    Bones are turned against their rest pose, which the skin binds; without a skin it is how the nodes stand.
+
+    Args:
+        path: `FILE`, where it holds one animation, or `FILE:NAME`; a number counts them from 0.
+
+    Raises:
+        BadMotion: The file cannot be read or holds no humanoid, no animation, several, or none of that name.
+    """
+    file, name = split_name(path)
+    rig = read_rig(file, error=BadMotion, skinned=False)
+    animation = _chosen(rig.gltf, file, name)
+    with rig.gltf.readable():
+        times, tracks = _tracks(rig.gltf, animation, len(rig.nodes.names))
+    fps, moments = _moments(times, file)
+    world = _played(rig.nodes, tracks, moments)
+    title = str(animation.get("name") or file.stem)
+    rigged = Bvh(rig.skeleton, *_turned(rig, world), fps)
+    copyright_ = str(rig.gltf.document["asset"].get("copyright", ""))
+    source = f"{file.name}, animation '{title}'"
+    found, licence = rig.found, copyright_[:500]
+    return retarget(rigged, name=title, source=source, licence=licence, found=found, resting=True)
+
+
+def animation_names(gltf: Gltf) -> tuple[str, ...]:
+    """Names of the animations of a file; the number of one that has none."""
+    return tuple(str(each.get("name") or number) for number, each in enumerate(gltf.all("animations")))
+
+
+def _chosen(gltf: Gltf, file: Path, name: str | None) -> dict:
+    with gltf.readable():
+        names, animations = animation_names(gltf), gltf.all("animations")
+    if not animations:
+        raise BadMotion(f"{file} has no animation", "none", "name a file with one, or a .bvh")
+    shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+    if name is None:
+        if len(animations) > 1:
+            raise BadMotion(f"{file} has {len(animations)} animations", shown, f"name one: {file}:{names[0]}")
+        return animations[0]
+    if name in names:
+        return animations[names.index(name)]
+    if name.isdecimal() and int(name) < len(animations):
+        return animations[int(name)]
+    raise BadMotion(f"{file} has no animation '{name}'", shown, f"name one of them: {file}:{names[0]}")
+
+
+class _Track:
+    """One part (translation, rotation or scale) of a node over time."""
+
+    def __init__(self, times: np.ndarray, values: np.ndarray, way: str, width: int) -> None:
+        cubic = way == "CUBICSPLINE"
+        count = len(times)
+        if not count or values.size != count * width * (3 if cubic else 1) or (np.diff(times) < 0).any():
+            raise ValueError("keys")
+        if not (np.isfinite(times).all() and np.isfinite(values).all()):
+            raise ValueError("keys")
+        self.times, self.way, self.turns = times, way, width == 4
+        self.values = values.reshape(count, 3, width) if cubic else values.reshape(count, 1, width)
+
+    def at(self, moments: np.ndarray) -> np.ndarray:
+        """Its values at some moments, as the format says."""
+        after = np.clip(np.searchsorted(self.times, moments, "right"), 1, max(len(self.times) - 1, 1))
+        before, after = np.minimum(after - 1, len(self.times) - 1), np.minimum(after, len(self.times) - 1)
+        span = self.times[after] - self.times[before]
+        share = np.clip((moments - self.times[before]) / np.where(span > 0, span, 1), 0, 1)[:, None]
+        middle = self.values.shape[1] // 2
+        start, end = self.values[before, middle], self.values[after, middle]
+        if self.way == "STEP":
+            values = np.where(share >= 1, end, start)
+        elif self.way == "CUBICSPLINE":
+            out, into = span[:, None] * self.values[before, 2], span[:, None] * self.values[after, 0]
+            s2, s3 = share**2, share**3
+            values = (2 * s3 - 3 * s2 + 1) * start + (s3 - 2 * s2 + share) * out + (3 * s2 - 2 * s3) * end
+            values = values + (s3 - s2) * into
+        elif self.turns:
+            values = slerp(_unit(start), _unit(end), share[:, 0])
+        else:
+            values = start + share * (end - start)
+        return _unit(values) if self.turns else values
+
+
+def _unit(quaternions: np.ndarray) -> np.ndarray:
+    return quaternions / np.maximum(np.linalg.norm(quaternions, axis=-1, keepdims=True), 1e-12)
+
+
+def _tracks(gltf: Gltf, animation: dict, nodes: int) -> tuple[list[np.ndarray], dict[tuple[int, str], _Track]]:
+    times, tracks = [], {}
+    for channel in animation["channels"]:
+        node, part = channel["target"].get("node"), channel["target"]["path"]
+        width = {"translation": 3, "rotation": 4, "scale": 3}.get(part)
+        if node is None or width is None:
+            continue
+        if not 0 <= node < nodes:
+            raise ValueError("node")
+        sampler = animation["samplers"][channel["sampler"]]
+        at = gltf.array(sampler["input"]).astype(np.float64)
+        values = gltf.array(sampler["output"]).astype(np.float64)
+        tracks[node, part] = _Track(at, values, sampler.get("interpolation", "LINEAR"), width)
+        times.append(at)
+    return times, tracks
+
+
+def _moments(times: list[np.ndarray], file: Path) -> tuple[float, np.ndarray]:
+    """Frames a second of the most finely keyed track, and the moments of the frames [s]."""
+    if not times:
+        raise BadMotion(f"{file}: the animation moves no bone", "no track", "name another animation")
+    first, last = min(each[0] for each in times), max(each[-1] for each in times)
+    finest = max(times, key=len)
+    steps = np.diff(finest)
+    rate = 1 / np.median(steps[steps > 0]) if (steps > 0).any() else _USUAL_RATE
+    whole = round(rate)
+    rate = float(whole) if whole and abs(rate - whole) < 0.02 * rate else rate
+    fps = rate if _RATES[0] <= rate <= _RATES[1] and len(finest) > 2 else _USUAL_RATE
+    count = int(np.floor((last - first) * fps + 1e-3)) + 1
+    if count > _FRAMES_MAX:
+        raise BadMotion(f"{file}: an animation of at most {_FRAMES_MAX} frames is read", count, "cut it")
+    return fps, first + np.arange(count) / fps
+
+
+def _played(
+    nodes: Nodes, tracks: dict[tuple[int, str], _Track], moments: np.ndarray
+) -> Float[np.ndarray, "frames nodes 4 4"]:
+    frames = len(moments)
+    moved, turned, scaled = (
+        np.repeat(each[None], frames, 0) for each in (nodes.translations, nodes.rotations, nodes.scales)
+    )
+    for (node, part), track in tracks.items():
+        values = track.at(moments)
+        if part == "translation":
+            moved[:, node] = values
+        elif part == "rotation":
+            turned[:, node] = values[:, [3, 0, 1, 2]]
+        else:
+            scaled[:, node] = values
+    return nodes.placed(matrices(moved, turned, scaled))
+
+
+def _turned(rig: GltfRig, world: np.ndarray) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """Local rotations of the bones against their rest pose, and the paths of those that carry the pelvis."""
+    bones, parents = list(rig.bones), rig.skeleton.parents
+    rest = from_matrix(_rotations(rig.rest[bones]))
+    turned = multiply(from_matrix(_rotations(world[:, bones])), inverse(rest))
+    local = turned.copy()
+    for bone, parent in enumerate(parents):
+        if parent >= 0:
+            local[:, bone] = multiply(inverse(turned[:, parent]), turned[:, bone])
+    places, paths = world[:, bones][..., :3, 3], {}
+    for bone in rig.found.carriers:
+        parent = parents[bone]
+        moved = places[:, bone] - places[:, parent] if parent >= 0 else places[:, bone]
+        paths[bone] = rotate(inverse(turned[:, parent]), moved) if parent >= 0 else moved
+    return local, paths
+
+
+def _rotations(matrix: np.ndarray) -> np.ndarray:
+    """The rotations of matrices with scale; of mirrored ones, that of their mirror image."""
+    left, _, right = np.linalg.svd(matrix[..., :3, :3])
+    flip = np.sign(np.linalg.det(left @ right))
+    left[..., :, 2] *= flip[..., None]
+    return left @ right
