@@ -9,7 +9,6 @@ the caches beside the .blend, or the frames into shape keys. The page `integrati
 # Blender's classes name their properties by annotations that are calls, and `bpy` is in Blender alone.
 # pyright: reportMissingImports=false, reportInvalidTypeForm=false, reportAttributeAccessIssue=false
 
-import contextlib
 import json
 import os
 import shutil
@@ -80,7 +79,7 @@ def arguments(root, scene) -> list[str]:
     """What hemline is asked for; all that changes the caches is in it."""
     asked = root.hemline
     words = ["animate", named(asked.model), "--motion", named(asked.motion)]
-    words += ["--fps", f"{asked.fps or rate(scene):.6g}", "--detail", f"{asked.detail:.6g}"]
+    words += ["--fps", f"{asked.fps or rate(scene):.12g}", "--detail", f"{asked.detail:.6g}"]
     betas = np.trim_zeros(np.array(asked.betas), "b")
     words += ["--betas", *(f"{beta:.6g}" for beta in betas)] if len(betas) else []
     for flag, value in (("--garment", asked.garment), ("--body", asked.body), ("--shapes", asked.shapes)):
@@ -94,7 +93,7 @@ def all_asked(root, scene) -> str:
     """All that what is shown depends on, for a look at whether it was changed."""
     asked = root.hemline
     mesh = asked.mesh.name if asked.mesh else ""
-    return json.dumps([arguments(root, scene), mesh, f"{rate(scene):.6g}", asked.with_body])
+    return json.dumps([arguments(root, scene), mesh, f"{rate(scene):.12g}", asked.with_body])
 
 
 class Job:
@@ -405,21 +404,34 @@ def baked_to_caches(root, scene) -> str:
     parts, folder = baked_parts(root, scene), Path(bpy.path.abspath("//hemline"))
     stem = bpy.path.clean_name(root.name)
     targets = [folder / f"{stem}{suffix}.pc2" for suffix in ("", "_body")[: len(parts)]]
-    waiting = [target.with_suffix(".pc2.part") for target in targets]
     try:
         folder.mkdir(exist_ok=True)
-        for part, copy in zip(parts, waiting, strict=True):
-            shutil.copyfile(bpy.path.abspath(part.modifiers[MODIFIER].filepath), copy)
-        for copy, target in zip(waiting, targets, strict=True):
-            os.replace(copy, target)
+        copied([bpy.path.abspath(part.modifiers[MODIFIER].filepath) for part in parts], targets)
     except OSError as error:
-        for copy in waiting:
-            with contextlib.suppress(OSError):
-                copy.unlink()
-        raise Refused(f"cannot write {folder}; got {error.strerror or error}; make room for it, or bake keys") from error
+        got = f"{Path(error.filename2 or error.filename or folder).name}: {error.strerror or error}"
+        raise Refused(f"cannot write into {folder}; got {got}; make room there, or bake keys") from error
     for part, target in zip(parts, targets, strict=True):
         part.modifiers[MODIFIER].filepath = bpy.path.relpath(str(target))
     return f"{root.hemline.frames} frames in {folder}"
+
+
+def copied(sources: list[str], targets: list[Path]) -> None:
+    """Copy files to others, all or none: what was there before comes back where one cannot be written."""
+    with tempfile.TemporaryDirectory(dir=targets[0].parent) as waiting:
+        copies = [shutil.copyfile(source, Path(waiting) / target.name) for source, target in zip(sources, targets, strict=True)]
+        before = [Path(waiting) / f"{target.name}.before" for target in targets]
+        try:
+            for copy, target, old in zip(copies, targets, before, strict=True):
+                if target.is_file():
+                    os.replace(target, old)
+                os.replace(copy, target)
+        except OSError:
+            for target, old, copy in zip(targets, before, copies, strict=True):
+                if not copy.exists():
+                    os.replace(target, copy)
+                if old.exists():
+                    os.replace(old, target)
+            raise
 
 
 def baked_to_keys(root, scene) -> str:
