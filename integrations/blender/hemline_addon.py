@@ -79,7 +79,7 @@ def arguments(root, scene) -> list[str]:
     """What hemline is asked for; all that changes the caches is in it."""
     asked = root.hemline
     words = ["animate", named(asked.model), "--motion", named(asked.motion)]
-    words += ["--fps", f"{asked.fps or rate(scene):.12g}", "--detail", f"{asked.detail:.6g}"]
+    words += ["--fps", repr(asked.fps or rate(scene)), "--detail", f"{asked.detail:.6g}"]
     betas = np.trim_zeros(np.array(asked.betas), "b")
     words += ["--betas", *(f"{beta:.6g}" for beta in betas)] if len(betas) else []
     for flag, value in (("--garment", asked.garment), ("--body", asked.body), ("--shapes", asked.shapes)):
@@ -93,7 +93,7 @@ def all_asked(root, scene) -> str:
     """All that what is shown depends on, for a look at whether it was changed."""
     asked = root.hemline
     mesh = asked.mesh.name if asked.mesh else ""
-    return json.dumps([arguments(root, scene), mesh, f"{rate(scene):.12g}", asked.with_body])
+    return json.dumps([arguments(root, scene), mesh, repr(rate(scene)), asked.with_body])
 
 
 class Job:
