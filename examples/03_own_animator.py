@@ -1,4 +1,4 @@
-"""An animator of one's own, complete: fitted to simulated takes, saved, loaded, played. `docs/tutorials/animator.md` explains it.
+"""An animator of one's own: fitted to simulated takes, saved, played. `docs/tutorials/animator.md` takes it apart.
 
 It carries the garment with a joint of the body and lets each vertex lag behind on a damped spring; the fit chooses the
 spring that errs least. Run it: `python examples/03_own_animator.py`.
@@ -65,7 +65,9 @@ class AnimatorLagging:
         garment, config = data.garment, config or LaggingConfig()
         body = bodies.load(garment.body_name)
         rest = data.rest(garment.body_betas).vertices[0]
-        below = np.linalg.norm(rest[:, None] - rest[garment.pins.vertices], axis=2).min(axis=1)  # to the nearest pin [m]
+        below = np.linalg.norm(rest[:, None] - rest[garment.pins.vertices], axis=2).min(
+            axis=1
+        )  # to the nearest pin [m]
         takes = [data.take(row) for row in data.rows() if row.kind == "clip"]
         tried = {}
         for hertz in (0.5, 1.0, 2.0, 4.0):  # of a vertex half a metre below the pins

@@ -1,7 +1,8 @@
 """What MkDocs is told at build time: all pages of the repository at their own paths, and pages of the Python interface.
 
 Pages stay where they are read on GitHub, and so their links hold: a page of the site has the path that it has in the
-repository. What a page links to and is no page (a script, a licence) goes along as a file; a folder becomes a list of what is in it.
+repository. What a page links to and is no page (a script, a licence) goes along as a file; a folder becomes a list of
+what is in it.
 """
 
 import ast

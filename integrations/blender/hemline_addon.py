@@ -1,8 +1,8 @@
 """Garments of hemline in Blender: a model on a motion, as an object that can be played again at any time.
 
 Blender's own Python lacks what hemline needs, so the add-on calls the program `hemline` and reads the point caches
-(PC2) that it writes. An object, made by *Add > Mesh > hemline garment*, holds the settings. *Play* moves the garment and
-the body under it by Mesh Cache modifiers; what else was done to these objects (materials, modifiers) stays. *Bake* puts
+(PC2) that it writes. An object, made by *Add > Mesh > hemline garment*, holds the settings. *Play* moves garment and
+body under it by Mesh Cache modifiers; what else was done to these objects (materials, modifiers) stays. *Bake* puts
 the caches beside the .blend, or the frames into shape keys. The page `integrations/blender/README.md` tells the rest.
 """
 
@@ -418,7 +418,10 @@ def baked_to_caches(root, scene) -> str:
 def copied(sources: list[str], targets: list[Path]) -> None:
     """Copy files to others, all or none: what was there before comes back where one cannot be written."""
     with tempfile.TemporaryDirectory(dir=targets[0].parent) as waiting:
-        copies = [shutil.copyfile(source, Path(waiting) / target.name) for source, target in zip(sources, targets, strict=True)]
+        copies = [
+            shutil.copyfile(source, Path(waiting) / target.name)
+            for source, target in zip(sources, targets, strict=True)
+        ]
         before = [Path(waiting) / f"{target.name}.before" for target in targets]
         try:
             for copy, target, old in zip(copies, targets, before, strict=True):
@@ -474,7 +477,9 @@ class HemlinePreferences(bpy.types.AddonPreferences):
 
     bl_idname = __name__
     executable: StringProperty(
-        name="hemline", subtype="FILE_PATH", description="The program, such as .venv/bin/hemline; empty: the one on PATH"
+        name="hemline",
+        subtype="FILE_PATH",
+        description="The program, such as .venv/bin/hemline; empty: the one on PATH",
     )
 
     def draw(self, context):
@@ -534,7 +539,11 @@ class HemlineSettings(bpy.types.PropertyGroup):
         name="From", min=0, unit="TIME_ABSOLUTE", update=changed, description="Where in the clip to begin [s]"
     )
     seconds: FloatProperty(
-        name="Seconds", min=0, unit="TIME_ABSOLUTE", update=changed, description="How much of the clip; 0: to its end [s]"
+        name="Seconds",
+        min=0,
+        unit="TIME_ABSOLUTE",
+        update=changed,
+        description="How much of the clip; 0: to its end [s]",
     )
     untangle: BoolProperty(name="Untangle", update=changed, description="Lift limbs out of each other first")
     fps: FloatProperty(name="Rate", min=0, update=changed, description="Samples a second; 0: the scene's frames")

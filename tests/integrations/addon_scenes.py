@@ -295,7 +295,9 @@ def scene_is_rendered(addon):
     scene.render.resolution_x, scene.render.resolution_y = 320, 320
     scene.render.filepath = str(FOLDER / "rendered.png")
     bpy.ops.render.render(write_still=True)
-    VERTICES["picture"] = np.array(bpy.data.images.load(scene.render.filepath).pixels[:], np.float32).reshape(320, 320, 4)
+    VERTICES["picture"] = np.array(bpy.data.images.load(scene.render.filepath).pixels[:], np.float32).reshape(
+        320, 320, 4
+    )
 
 
 def main(name):

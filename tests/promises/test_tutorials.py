@@ -1,7 +1,7 @@
-"""The blocks of the tutorials run as they stand, in order, in one folder a page; those marked `slow` by `make test-all`.
+"""Blocks of the tutorials run as they stand, in order, in one folder a page; those marked `slow` by `make test-all`.
 
-In a comment before a block may stand `slow`, or `of FILE` (it is a part of that file); after its language `title="NAME"` (it
-is that file).
+In a comment before a block may stand `slow`, or `of FILE` (it is a part of that file); after its language
+`title="NAME"` (it is that file).
 """
 
 import re
@@ -20,7 +20,9 @@ BLOCK = re.compile(r"(?:^<!-- ([^\n]+) -->\n)?^```(\w+)([^\n]*)\n(.*?)^```", re.
 
 def blocks(page):
     """Language, what is said of it, and text of each block."""
-    return [(language, (before + after).strip(), text) for before, language, after, text in BLOCK.findall(page.read_text())]
+    return [
+        (language, (before + after).strip(), text) for before, language, after, text in BLOCK.findall(page.read_text())
+    ]
 
 
 def typed(line):
@@ -60,7 +62,9 @@ def test_tutorials_run(page, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [each for each in TUTORIALS if "<!-- slow -->" in each.read_text()], ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page", [each for each in TUTORIALS if "<!-- slow -->" in each.read_text()], ids=lambda page: page.stem
+)
 def test_long_blocks_of_tutorials_run(page, tmp_path, monkeypatch):
     pytest.importorskip("torch", reason="fitting needs torch (extra 'learn')")
     run(page, tmp_path, monkeypatch, slow=True)
