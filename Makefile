@@ -15,7 +15,7 @@ ifneq ($(wildcard $(NEWTON)),)
 export HEMLINE_NEWTON_PYTHON ?= $(abspath $(NEWTON))
 endif
 
-.PHONY: demo demo-from-nothing test test-all check bench judges judges-install clean
+.PHONY: demo demo-from-nothing test test-all check site bench judges judges-install clean
 
 $(VENV)/.base: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -27,7 +27,11 @@ $(VENV)/.learn: $(VENV)/.base
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.learn
-	$(INSTALL) --editable '.[cluster,learn,onnx,usd,view,dev]'
+	$(INSTALL) --editable '.[cluster,learn,onnx,usd,view,docs,dev]'
+	touch $@
+
+$(VENV)/.docs: $(VENV)/.base
+	$(INSTALL) --editable '.[docs]'
 	touch $@
 
 # the shipped cape on a shipped run, the shipped T-shirt on three bodies: .glb, .webp, report.json in out/demo
@@ -49,6 +53,10 @@ check: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright --pythonpath $(BIN)/python
+
+# the pages as a site, in out/site/index.html
+site: $(VENV)/.docs
+	$(BIN)/mkdocs build --quiet --strict
 
 # all figures of this machine, into benchmarks/results
 bench: $(VENV)/.base

@@ -5,8 +5,14 @@ import shlex
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CONVENTIONS.md", *sorted((ROOT / "docs").glob("*.md"))]
-FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+PAGES = [
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CONVENTIONS.md", "integrations/blender/README.md")),
+    *sorted((ROOT / "docs").glob("*.md")),
+    *TUTORIALS,
+]
+FENCE = re.compile(r"^```(\w*)[^\n`]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
+"""A fenced block: its language, its text; what may stand after the language is dropped."""
 
 
 def blocks(page: Path, language: str) -> list[str]:

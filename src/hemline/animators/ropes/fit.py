@@ -131,7 +131,7 @@ def _own(
     if config.bones == "ropes":
         return None, figures | _named_own(figures, "ropes")
     bones = learn_bones(source, ropes, config, seed=seed, progress=progress, folder=folder)
-    moved = own_bones(source, replace(roped, learned=bones))
+    moved = own_bones(source, replace(roped, learned=bones)) if len(held_out) else held_out
     figures |= own_figures(frames, skinned, "learned", moved)
     better = figures.get("val_learned_error_mm", math.inf) < figures.get("val_ropes_error_mm", math.inf)
     chosen = "learned" if config.bones == "learned" or better else "ropes"

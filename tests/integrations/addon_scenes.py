@@ -1,0 +1,310 @@
+"""Runs inside Blender: install the add-on, play a scene of this file, tell what became of it.
+
+`python addon_scenes.py SCENE FOLDER EXECUTABLE`: figures and messages in `FOLDER/told.json`, vertices by name in
+`FOLDER/vertices.npz`.
+"""
+
+# bpy is in an environment of its own
+# pyright: reportMissingImports=false, reportArgumentType=false
+
+import json
+import os
+import shutil
+import sys
+import time
+from pathlib import Path
+
+FOLDER, EXECUTABLE = Path(sys.argv[2]), sys.argv[3]
+os.environ["BLENDER_USER_SCRIPTS"] = str(FOLDER / "scripts")
+os.environ["BLENDER_USER_CONFIG"] = str(FOLDER / "config")
+
+import bpy  # noqa: E402
+import numpy as np  # noqa: E402
+
+ADDON = Path(__file__).parents[2] / "integrations" / "blender" / "hemline_addon.py"
+TOLD, VERTICES = {}, {}
+
+
+def installed():
+    """The add-on, as *Install from Disk* installs it; its module."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.preferences.addon_install(filepath=str(ADDON))
+    bpy.ops.preferences.addon_enable(module="hemline_addon")
+    bpy.context.preferences.addons["hemline_addon"].preferences.executable = EXECUTABLE
+    module = sys.modules["hemline_addon"]
+    assert Path(module.__file__).is_relative_to(FOLDER / "scripts")
+    return module
+
+
+def added(**settings):
+    """A new object with these settings, in a scene of 30 frames a second."""
+    bpy.context.scene.render.fps = 30
+    bpy.ops.hemline.add()
+    root = bpy.context.object
+    chosen = {"model": "cape", "motion": "run", "seconds": 0.4, "detail": 0.1} | settings
+    for name, value in chosen.items():
+        setattr(root.hemline, name, value)
+    return root
+
+
+def world(part, frames=range(1, 14)):
+    """Vertices in the world at frames of the scene, in our axes."""
+    places = []
+    for frame in frames:
+        bpy.context.scene.frame_set(int(frame // 1), subframe=float(frame % 1))
+        evaluated = part.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        mesh = evaluated.to_mesh()
+        local = np.empty(3 * len(mesh.vertices), np.float32)
+        mesh.vertices.foreach_get("co", local)
+        matrix = np.array(evaluated.matrix_world)
+        evaluated.to_mesh_clear()
+        x, y, z = (local.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]).T
+        places.append(np.stack([x, z, -y], axis=1))
+    return np.array(places)
+
+
+def parts(root):
+    return {child.hemline.part: child for child in root.children}
+
+
+def said(root, operator=bpy.ops.hemline, verb="play", **options) -> str:
+    """What an operator that must fail says; the panel says the same."""
+    try:
+        getattr(operator, verb)(**options)
+    except RuntimeError as error:
+        text = str(error).removeprefix("Error: ").strip()
+        assert root.hemline.failed and root.hemline.said == text
+        return text
+    raise AssertionError("this did not fail")
+
+
+def scene_plays(addon):
+    """Garment and body, of another shape, from the eleventh frame on."""
+    root = added(first_frame=11, betas=[0.5, -1.0, *[0.0] * 8], detail=1.0)
+    bpy.ops.hemline.play()
+    for name, part in parts(root).items():
+        VERTICES[name] = world(part, range(11, 24))
+        VERTICES[f"{name} too early"] = world(part, [5])
+        VERTICES[f"{name} too late"] = world(part, [40])
+        VERTICES[f"{name} faces"] = np.array([face.vertices[:] for face in part.data.polygons])
+    scene = bpy.context.scene
+    TOLD.update(range=[scene.frame_start, scene.frame_end], notices=parts(root)["body"]["notices"])
+    root.hemline.first_frame = 101
+    VERTICES["garment later"] = world(parts(root)["garment"], range(101, 114))
+    root.location.x, root.rotation_euler.z = 2.0, np.pi / 2
+    VERTICES["garment moved"] = world(parts(root)["garment"], [101])
+
+
+def scene_rates(addon):
+    """60 samples a second in a scene of 24, and in one of 23.976."""
+    root = added(fps=60.0, with_body=False)
+    bpy.context.scene.render.fps = 24
+    bpy.ops.hemline.play()
+    VERTICES["garment"] = world(parts(root)["garment"], range(1, 10))
+    TOLD["parts"] = list(parts(root))
+    root.hemline.fps, bpy.context.scene.render.fps_base = 0.0, 1.001
+    TOLD["outdated"] = addon.outdated(root, bpy.context.scene)
+    bpy.ops.hemline.play()
+    VERTICES["film"] = world(parts(root)["garment"], range(1, 10))
+    TOLD["again"] = addon.outdated(root, bpy.context.scene)
+
+
+def scene_keeps(addon):
+    """Materials, modifiers and the mesh of an object outlive another Play; a failure changes nothing."""
+    root = added()
+    bpy.ops.hemline.play()
+    garment = parts(root)["garment"]
+    garment.data.materials[0] = bpy.data.materials.new("mine")
+    garment.modifiers.new("mine", "SUBSURF").show_viewport = False
+    first, before = addon.cache_of(root), world(garment)
+    root.hemline.motion = "nothing"
+    TOLD["failed"] = said(root)
+    assert addon.cache_of(root) == first and np.array_equal(world(garment), before)
+    root.hemline.motion = "walk"
+    TOLD["bake refused"] = said(root, verb="bake", into="KEYS")
+    bpy.ops.hemline.play()
+    assert parts(root)["garment"] == garment and not os.path.exists(first)
+    TOLD.update(
+        materials=[each.name for each in garment.data.materials],
+        modifiers=[each.name for each in garment.modifiers],
+        smoothed=all(face.use_smooth for face in garment.data.polygons),
+        moved=float(np.abs(world(garment) - before).max()),
+    )
+    root.hemline.detail = 0.2
+    bpy.ops.hemline.play()
+    TOLD["finer"] = len(garment.data.vertices)
+    TOLD["still"] = [each.name for each in garment.data.materials]
+
+
+def scene_bakes_a_cache(addon):
+    """Beside the .blend; opened again without the caches that Play made."""
+    root = added()
+    bpy.ops.hemline.play()
+    TOLD["unsaved"] = said(root, verb="bake", into="CACHE")
+    blend = FOLDER / "project" / "scene.blend"
+    blend.parent.mkdir()
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    (blend.parent / "hemline").write_text("in the way")
+    TOLD["locked"] = said(root, verb="bake", into="CACHE")
+    (blend.parent / "hemline").unlink()
+    (blend.parent / "hemline" / "hemline_body.pc2").mkdir(parents=True)
+    TOLD["half locked"] = said(root, verb="bake", into="CACHE")
+    assert [each.name for each in (blend.parent / "hemline").iterdir()] == ["hemline_body.pc2"]
+    shutil.rmtree(blend.parent / "hemline")
+    made = Path(addon.cache_of(root)).parent
+    VERTICES["garment"] = world(parts(root)["garment"])
+    bpy.ops.hemline.bake(into="CACHE")
+    bpy.ops.wm.save_mainfile()
+    shutil.rmtree(made)
+    shutil.move(blend.parent, FOLDER / "moved")
+    bpy.ops.wm.open_mainfile(filepath=str(FOLDER / "moved" / "scene.blend"))
+    (root,) = (each for each in bpy.data.objects if each.hemline.is_root)
+    bpy.context.view_layer.objects.active = root
+    VERTICES["opened"] = world(parts(root)["garment"])
+    TOLD.update(
+        files=sorted(str(each.relative_to(FOLDER / "moved")) for each in (FOLDER / "moved").rglob("*.pc2")),
+        paths=[part.modifiers["hemline"].filepath for part in parts(root).values()],
+    )
+
+
+def scene_bakes_keys(addon):
+    """Opened where there is no add-on; then played again."""
+    root = added(fps=20.0)
+    bpy.ops.hemline.play()
+    VERTICES["garment"] = world(parts(root)["garment"])
+    bpy.ops.hemline.bake(into="KEYS")
+    VERTICES["baked"] = world(parts(root)["garment"])
+    TOLD["baked again"] = said(root, verb="bake", into="KEYS")
+    bpy.ops.wm.save_as_mainfile(filepath=str(FOLDER / "scene.blend"))
+    bpy.ops.preferences.addon_disable(module="hemline_addon")
+    bpy.ops.wm.open_mainfile(filepath=str(FOLDER / "scene.blend"))
+    VERTICES["opened"] = world(bpy.data.objects["hemline garment"])
+    bpy.ops.preferences.addon_enable(module="hemline_addon")
+    bpy.context.preferences.addons["hemline_addon"].preferences.executable = EXECUTABLE
+    root = bpy.data.objects["hemline"]
+    bpy.context.view_layer.objects.active = root
+    bpy.ops.hemline.play()
+    VERTICES["again"] = world(parts(root)["garment"])
+    TOLD["keys"] = parts(root)["garment"].data.shape_keys is not None
+
+
+def scene_wears_a_mesh(addon):
+    """A mesh of the scene, in a scene that counts centimetres."""
+    bpy.context.scene.unit_settings.scale_length = 0.01
+    with np.load(FOLDER / "own.npz") as own:
+        mesh = bpy.data.meshes.new("own")
+        mesh.from_pydata((100 * addon.z_up(own["vertices"])).tolist(), [], own["faces"].tolist())
+    own = bpy.data.objects.new("own", mesh)
+    bpy.context.collection.objects.link(own)
+    root = added(model="live", mesh=own, detail=1.0, seconds=0.2)
+    bpy.ops.hemline.play()
+    VERTICES["garment"] = world(parts(root)["garment"], range(1, 8))
+    TOLD["said"] = root.hemline.said
+    root.hemline.mesh = None
+    TOLD["none"] = said(root)
+
+
+def scene_refuses(addon):
+    """No hemline, no program, a wrong model, motion, betas, garment."""
+    preferences = bpy.context.preferences.addons["hemline_addon"].preferences
+    root = added()
+    for name, settings in {
+        "model": {"model": "cap"},
+        "file": {"model": "//no.safetensors"},
+        "damaged": {"model": str(ADDON)},
+        "motion": {"motion": "//no.bvh"},
+        "betas": {"model": "tshirt-light", "body": "smpl"},
+        "garment": {"model": "live"},
+    }.items():
+        for key, value in {"model": "cape", "motion": "run", "body": "", **settings}.items():
+            setattr(root.hemline, key, value)
+        TOLD[name] = said(root)
+    root.hemline.model = "cape"
+    for name, program in {
+        "no program": "/no/such/hemline",
+        "another program": shutil.which("true"),
+        "not run": str(FOLDER / "script"),
+    }.items():
+        preferences.executable = program
+        TOLD[name] = said(root)
+    preferences.executable, os.environ["PATH"] = "", str(FOLDER)
+    TOLD["not on the path"] = said(root)
+    assert not root.children and not list(Path(bpy.app.tempdir or "/tmp").glob("hemline-*/*.pc2"))
+
+
+def scene_plays_in_the_background(addon):
+    """As the button does: the timer looks after the program, tells how far it is, stops it, plays changes by itself."""
+    root = added(seconds=1.0)
+    addon.began(bpy.context, root)
+    stages = []
+    while addon.looked_at() is not None:
+        job = addon.Job.running
+        stages += [[job.stage, job.share]] if job else []
+        time.sleep(0.02)
+    TOLD["stages"] = stages
+    assert len(world(parts(root)["garment"], [1])[0]) == len(parts(root)["garment"].data.vertices)
+    before = addon.cache_of(root)
+    addon.began(bpy.context, root)
+    try:
+        addon.began(bpy.context, root)
+    except addon.Refused as refused:
+        TOLD["busy"] = str(refused)
+    bpy.ops.hemline.stop()
+    while addon.looked_at() is not None:
+        time.sleep(0.02)
+    TOLD["stopped"] = root.hemline.said
+    assert addon.cache_of(root) == before
+    root.hemline.live = True
+    root.hemline.seconds = 0.2
+    assert bpy.app.timers.is_registered(addon.quiet)
+    addon.quiet()
+    while addon.looked_at() is not None:
+        time.sleep(0.02)
+    TOLD["frames"] = root.hemline.frames
+    addon.began(bpy.context, root)
+    bpy.data.objects.remove(root)
+    while addon.looked_at() is not None:
+        time.sleep(0.02)
+    bpy.ops.preferences.addon_disable(module="hemline_addon")
+    assert not hasattr(bpy.types.Object, "hemline") and not bpy.app.timers.is_registered(addon.looked_at)
+
+
+def scene_is_rendered(addon):
+    """A picture by Cycles, to look at."""
+    root = added(detail=1.0, seconds=0.8)
+    bpy.ops.hemline.play()
+    scene = bpy.context.scene
+    scene.frame_set(20)
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    light = bpy.data.objects.new("light", bpy.data.lights.new("light", "SUN"))
+    light.data.energy, light.rotation_euler = 4.0, (0.8, 0.3, 0.4)
+    for each in (camera, light):
+        scene.collection.objects.link(each)
+    middle = world(parts(root)["body"], [20])[0].mean(axis=0)
+    camera.location = (middle[0] - 2.6, -middle[2] + 2.2, middle[1] + 0.5)
+    aim = camera.constraints.new("TRACK_TO")
+    target = bpy.data.objects.new("target", None)
+    target.location = (middle[0], -middle[2], middle[1])
+    scene.collection.objects.link(target)
+    aim.target = target
+    scene.world = bpy.data.worlds.new("grey")
+    scene.world.use_nodes = True
+    scene.world.node_tree.nodes["Background"].inputs[0].default_value = (0.6, 0.65, 0.7, 1)
+    scene.camera, scene.render.engine = camera, "CYCLES"
+    scene.cycles.samples, scene.cycles.device = 8, "CPU"
+    scene.render.resolution_x, scene.render.resolution_y = 320, 320
+    scene.render.filepath = str(FOLDER / "rendered.png")
+    bpy.ops.render.render(write_still=True)
+    VERTICES["picture"] = np.array(bpy.data.images.load(scene.render.filepath).pixels[:], np.float32).reshape(
+        320, 320, 4
+    )
+
+
+def main(name):
+    addon = installed()
+    globals()[f"scene_{name}"](addon)
+    np.savez(FOLDER / "vertices.npz", **VERTICES)
+    (FOLDER / "told.json").write_text(json.dumps(TOLD))
+
+
+main(sys.argv[1])
