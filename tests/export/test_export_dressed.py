@@ -11,13 +11,13 @@ from scipy.spatial.transform import Rotation
 sys.path.insert(0, str(Path(__file__).parents[1] / "bodies"))
 from character_samples import CUSTOMS, Sample, write_character
 from test_export_blender import BLENDER, played
-from web import validated
 
 from hemline import bodies, motions
 from hemline.errors import BadInput
 from hemline.export import Clip, Skeleton, skinned, write_dressed
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.playback import own_mesh
+from web import validated
 
 FORMS = {
     "centimetres, z up": Sample(scale=100, z_up=True, extra=1, loose=12),

@@ -82,6 +82,7 @@ def test_the_page_of_the_web_tutorial_draws_a_cape(tmp_path, monkeypatch):
     import numpy as np
     from browser import browsing
     from PIL import Image
+
     from web import _Quiet, packages
 
     (page,) = [each for each in TUTORIALS if each.stem == "web"]

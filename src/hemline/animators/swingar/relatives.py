@@ -31,9 +31,11 @@ class Relatives:
         found = [_described(each) for each in proxies]
         return cls([each.name for each in proxies], np.array(found, np.float32).reshape(-1, SIZE))
 
-    def joined(self, more: "Relatives") -> Self:
-        """These and more of them."""
-        return type(self)([*self.names, *more.names], np.concatenate([self.eigenvalues, more.eigenvalues]))
+    def joined(self, others: Self) -> Self:
+        """Together with others; of one name the others' is kept."""
+        kept = [i for i, name in enumerate(self.names) if name not in set(others.names)]
+        names = [*(self.names[i] for i in kept), *others.names]
+        return type(self)(names, np.concatenate([self.eigenvalues[kept], others.eigenvalues]))
 
     def nearest(self, proxy: Garment) -> list[tuple[str, float]]:
         """The nearest few to a proxy, and how far each is: 1 as far as a garment of the fit is from its nearest one.
