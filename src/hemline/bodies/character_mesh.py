@@ -148,7 +148,7 @@ def _triangles(indices: np.ndarray, mode: int) -> np.ndarray:
 
 def _whole(weights: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
     """Weights that sum to 1; a vertex without any takes those of the nearest one that has some."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     sums = weights.sum(axis=1)
     bare = sums < 1e-6
@@ -156,7 +156,7 @@ def _whole(weights: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, tuple[s
         raise BadBody("a character must have weights", "none above 0", "skin it to its bones, and export it again")
     notes = []
     if bare.any():
-        nearest = np.flatnonzero(~bare)[cKDTree(places[~bare]).query(places[bare])[1]]
+        nearest = np.flatnonzero(~bare)[KDTree(places[~bare]).query(places[bare])[1]]
         weights[bare] = weights[nearest]
         notes.append(f"{bare.sum()} vertices without weights follow the nearest one that has some")
     off = np.abs(sums[~bare] - 1) > 0.01

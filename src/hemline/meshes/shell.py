@@ -1,6 +1,7 @@
 """One closed surface around triangles that are open, torn, or in several pieces."""
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -126,12 +127,12 @@ def _solid(inside: np.ndarray) -> np.ndarray:
     """The largest connected part, without hollows."""
     from scipy import ndimage
 
-    label, count = ndimage.label(inside)
+    label, count = cast(tuple[np.ndarray, int], ndimage.label(inside))
     if count > 1:
         sizes = np.bincount(label.reshape(-1))
         sizes[0] = 0
         inside = label == sizes.argmax()
-    return ndimage.binary_fill_holes(inside)
+    return np.asarray(ndimage.binary_fill_holes(inside))
 
 
 def _distances(tree: ClosestTree, inside: np.ndarray, low: np.ndarray, spacing: float) -> np.ndarray:
@@ -139,7 +140,7 @@ def _distances(tree: ClosestTree, inside: np.ndarray, low: np.ndarray, spacing: 
     from scipy import ndimage
 
     around = np.ones((3, 3, 3), bool)
-    band = ndimage.binary_dilation(inside, around) & ~ndimage.binary_erosion(inside, around)
+    band = np.logical_xor(ndimage.binary_dilation(inside, around), ndimage.binary_erosion(inside, around))
     where = np.argwhere(band)
     distances = np.ones(inside.shape)
     distances[band] = np.clip(tree.closest(low + spacing * where).distances / spacing, _FLAT, 1)

@@ -53,9 +53,9 @@ def read_gltf_motion(path: str | Path) -> Motion:
     return retarget(rigged, name=title, source=source, licence=licence, found=found, resting=True)
 
 
-def animation_names(gltf: Gltf) -> tuple[str, ...]:
+def animation_names(gltf: Gltf) -> list[str]:
     """Names of the animations of a file; the number of one that has none."""
-    return tuple(str(each.get("name") or number) for number, each in enumerate(gltf.all("animations")))
+    return [str(each.get("name") or number) for number, each in enumerate(gltf.all("animations"))]
 
 
 def _chosen(gltf: Gltf, file: Path, name: str | None) -> dict:

@@ -79,7 +79,7 @@ def _by_map(humanoid: Mapping[str, int], file: str) -> tuple[dict[str, int], dic
         {side: humanoid[side + name] for side in sides for name in names[::-1] if side + name in humanoid}
         for names in (VRM_THUMBS, VRM_MIDDLES)
     ]
-    return joints, *fingers
+    return joints, fingers[0], fingers[1]
 
 
 def _by_names(skeleton: Skeleton, file: str) -> tuple[dict[str, int], dict[str, int], dict[str, int]]:

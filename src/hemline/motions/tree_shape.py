@@ -81,8 +81,8 @@ def _standing(tree: _Tree, size: float, up: int, across: int) -> dict[str, int] 
     mirrored = []
     for parent, one, other in tree.pairs():
         chains = tree.chain(one), tree.chain(other)
-        limbs = [_longest_two(places, chain) for chain in chains]
-        if None in limbs or _apart(places, *limbs, across) > _MIRRORED * size:
+        limbs = [limb for limb in (_longest_two(places, chain) for chain in chains) if limb is not None]
+        if len(limbs) < 2 or _apart(places, limbs[0], limbs[1], across) > _MIRRORED * size:
             continue
         bones = np.linalg.norm(np.diff(places[np.array(limbs)], axis=1), axis=2)
         if bones.min() >= _LIMB * size:

@@ -188,7 +188,7 @@ def stretch(part: Part, seconds: float) -> Clip | None:
     whole = clean(part.clip)
     if whole.seconds < SHORTEST:
         return None
-    length = round(seconds * part.speed * motion.fps) + 1
+    length = round(seconds * part.speed * whole.fps) + 1
     start = int(part.first * max(0, len(whole) - length))
     cut = whole[start : start + length]
     if part.speed == 1:

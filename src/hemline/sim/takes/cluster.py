@@ -135,7 +135,7 @@ class Cluster:
         from concurrent.futures import CancelledError
 
         from distributed import KilledWorker
-        from distributed.comm import CommClosedError
+        from distributed.comm.core import CommClosedError
 
         if isinstance(error, KilledWorker):
             what, cure = "a call was given up by the scheduler", "give workers more memory, or run the command again"
