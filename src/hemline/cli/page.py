@@ -50,7 +50,7 @@ def run(arguments: Arguments) -> int:
     if arguments.json:
         print(json.dumps({"files": [str(path) for path in paths], "bytes": size}))
         return 0
-    note(f"{len(models)} models on {len(clips)} clips, {size / 1e6:.1f} MB")
+    note(f"models: {len(models)}, clips: {len(clips)}, {size / 1e6:.1f} MB")
     page = arguments.output if len(paths) == 1 else arguments.output / "index.html"
     print(page)
     return 0
