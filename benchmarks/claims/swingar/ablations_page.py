@@ -19,22 +19,31 @@ Written by `python benchmarks/claims/swingar/ablations_page.py`, from what `abla
 {commit}. Each variant is trained alike, from nothing, with one seed, on {budget["takes"]} takes, and judged on
 {budget["held_out"]} takes of subjects and garments that are held out: mean distance of the proxy's vertices. The
 budget is small: these are not the errors of what ships, and differences below about half a millimetre say nothing.
+{_lag(lag, budget["lag"]) if lag else ""}{_graph(graph, budget["graph"]) if graph else ""}"""
 
-## The lag network, {budget["lag"]} epochs
-Skinning: {lag[0]["skinned_mm"]:.1f} mm.
+
+def _lag(rows: list[dict[str, Any]], epochs: int) -> str:
+    lines = "".join(f"| {row['variant']} | {row['error_mm']:.1f} | {row['trained_mm']:.1f} |\n" for row in rows)
+    return f"""
+## The lag network, {epochs} epochs
+Skinning: {rows[0]["skinned_mm"]:.1f} mm.
 
 | what it is told, and how it learns | held out, mm | learned, mm |
 |---|---|---|
-{"".join(f"| {row['variant']} | {row['error_mm']:.1f} | {row['trained_mm']:.1f} |{chr(10)}" for row in lag)}
-## The graph network, {budget["graph"]} epochs of 800 frames
-Its coarse predictor with lean sizes, which begins as skinning: {graph[0]["skinned_mm"]:.1f} mm. The paper trains 200
+{lines}"""
+
+
+def _graph(rows: list[dict[str, Any]], epochs: int) -> str:
+    return f"""
+## The graph network, {epochs} epochs of 800 frames
+Its coarse predictor with lean sizes, which begins as skinning: {rows[0]["skinned_mm"]:.1f} mm. The paper trains 200
 epochs of its whole training set and reports (Table I) that its descriptor is better than pooling, than Euclidean
 distances and than none; that z = 256 is best (Fig. 12); that alpha = 2 and 3 are alike and better than 1, and that
 without Lipschitz normalisation errors are largest (Fig. 9).
 
 | variant | held out, mm | after each epoch |
 |---|---|---|
-{"".join(_graph_row(row) for row in graph)}"""
+{"".join(_graph_row(row) for row in rows)}"""
 
 
 def _graph_row(row: dict[str, Any]) -> str:
