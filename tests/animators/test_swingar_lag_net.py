@@ -152,7 +152,7 @@ def test_a_cut_file_and_another_version_are_refused(tmp_path):
     path.write_bytes(whole)
     arrays, metadata = read_tensors(path, "model")
     write_tensors(path, arrays, metadata | {"swingar": {"version": 99}})
-    with pytest.raises(BadModel, match=r"reads version 1 of swingar; got version 99"):
+    with pytest.raises(BadModel, match=r"reads version 2 of swingar; got version 99"):
         hemline.load(path)
 
 

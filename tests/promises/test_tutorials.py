@@ -36,6 +36,11 @@ def typed(line):
         assert done.returncode == 0, done.stderr
 
 
+def lines_of(code: str) -> str:
+    """Its lines without indentation, which a method loses on a page."""
+    return "".join(f"{line.strip()}\n" for line in code.splitlines() if line.strip())
+
+
 def run(page, folder, monkeypatch, *, slow):
     """Run the blocks of a page in a folder."""
     monkeypatch.chdir(folder)
@@ -46,7 +51,8 @@ def run(page, folder, monkeypatch, *, slow):
         if title := re.search(r'title="(.+?)"', said):
             (folder / title[1]).write_text(text)
         elif source := re.search(r"of (\S+)$", said):
-            assert text in (ROOT / source[1]).read_text(), f"{page.name}: {source[1]} reads otherwise"
+            whole = lines_of((ROOT / source[1]).read_text())
+            assert lines_of(text) in whole, f"{page.name}: {source[1]} reads otherwise"
         elif language == "sh":
             for line in text.splitlines():
                 typed(line)

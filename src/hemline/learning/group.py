@@ -76,5 +76,7 @@ def joined() -> Iterator[Group]:
         raise BadCluster(what, str(reason).splitlines()[0], cure) from reason
     try:
         yield Group.now()
+        # who leaves while another still talks takes it down
+        dist.barrier()
     finally:
         dist.destroy_process_group()

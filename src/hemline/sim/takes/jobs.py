@@ -9,7 +9,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Collection, Generator, Iterable
 from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 Result = TypeVar("Result")
 Report = Callable[[str, int, int], None]
@@ -54,6 +54,7 @@ class Call:
 Job = Generator[Call, Any, Result]
 
 
+@runtime_checkable
 class Workers(Protocol):
     """What makes calls: this process, processes beside it, or a cluster."""
 
