@@ -49,6 +49,29 @@ def test_it_learns_what_trails_on_garments_and_clips_never_seen(fitted):
     assert set(names) < set(made.SMALL) and len(names) == fitted.figures["garments"] >= 2
 
 
+def test_garments_that_skinning_misses_less_count_more(folders):
+    from hemline.animators.swingar.lag.fit_lag import scales
+    from hemline.animators.swingar.lag.lag_samples import gather
+    from hemline.animators.swingar.lag.lag_training import LagObjective, TorchLagNet
+
+    data = open_collection(folders)
+    samples = gather(data, data.clips()[::4], 4, QUICK.size)
+    missed = np.array([np.linalg.norm(each.apart.astype(np.float32), axis=2).mean() for each in samples])
+    net, losses = TorchLagNet(8, *scales(samples), 0), {}
+    for evenness in (0.0, 1.0):
+        config = replace(QUICK, evenness=evenness, unknown=1e-9, mirrored=False, edge_weight=0.0)
+        objective = LagObjective(net, samples, [], config)
+        firsts = [
+            next(i for i, (garment, _) in enumerate(objective._chunks) if garment == k) for k in range(len(samples))
+        ]
+        each = [objective.loss(np.array([i]), np.random.default_rng(0), slice(None)).item() for i in firsts]
+        losses[evenness] = np.array(each)
+    # the network begins as skinning, so what it misses is what skinning misses, and shares of it are alike
+    ratio = losses[1.0] / losses[0.0] * (missed + 1e-3)
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-4)
+    assert missed.max() > 1.1 * missed.min()
+
+
 def test_a_fit_that_was_killed_comes_to_the_same_bits(folders, fitted, tmp_path):
     class Killed(Exception):
         pass

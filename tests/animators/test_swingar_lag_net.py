@@ -66,6 +66,22 @@ def test_what_plays_is_the_formula_and_what_was_trained(cape):
     np.testing.assert_allclose(played, by_formula(net, static, told, cells), atol=2e-5 * np.abs(expected).max())
 
 
+def test_products_of_half_precision_come_near_to_those_of_single(cape):
+    torch = pytest.importorskip("torch")
+    from hemline.animators.swingar.lag.lag_training import TorchCells, TorchLagNet
+
+    random, cells, outs = np.random.default_rng(6), TorchCells.of(Cells.of(cape)), []
+    static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC, DYNAMIC))
+    for precision in ("float32", "bfloat16"):
+        zero, one = np.zeros(STATIC + DYNAMIC, np.float32), np.ones(STATIC + DYNAMIC, np.float32)
+        net = TorchLagNet(WIDTH, zero, one, 4, precision)
+        with torch.no_grad():
+            net.weights["fourth"].normal_(generator=torch.Generator().manual_seed(5))
+            outs.append(net(torch.from_numpy(static), torch.from_numpy(told)[None], cells).numpy())
+    apart = np.linalg.norm(outs[1] - outs[0]) / np.linalg.norm(outs[0])
+    assert 0 < apart < 0.02
+
+
 def test_the_onnx_file_is_equal_in_onnxruntime(cape, tmp_path):
     onnxruntime = pytest.importorskip("onnxruntime")
     pytest.importorskip("onnx", reason="ONNX files need onnx (extra 'onnx')")

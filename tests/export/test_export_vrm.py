@@ -11,6 +11,8 @@ import hemline
 from hemline.cli import main
 from hemline.errors import BadInput, BadOutput
 from hemline.export import check_format, write_vrm
+from hemline.export.vrm_humanoid import BONES
+from hemline.motions.bone_names import VRM
 from hemline.motions.motion import JOINT_NAMES, Pose
 from hemline.playback import character
 from web import three, validated
@@ -158,3 +160,7 @@ def test_the_command_refuses_a_model_without_chains(model, tmp_path, capsys):
     assert err.startswith("hemline: spring bones are made of rope chains") and err.count("\n") == 1
     assert "a model of kind" in err
     assert not (tmp_path / "out.vrm").exists()
+
+
+def test_characters_are_read_by_the_names_that_ours_are_written_with():
+    assert VRM.items() <= BONES.items(), "export knows nothing of motions, so the names stand in both"

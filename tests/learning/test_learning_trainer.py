@@ -174,6 +174,23 @@ def test_it_learns_the_line():
     np.testing.assert_allclose(line.weight.detach().numpy(), exact[:4], atol=0.12)
 
 
+def test_the_mean_loss_of_each_epoch_is_kept_and_outlives_a_kill(tmp_path):
+    checkpoint = Checkpoint(tmp_path / "line.safetensors", "mark", 1)
+    whole = Trainer(Line(), SCHEDULE)
+    whole.run(progress=lambda done, total: None)
+    assert len(whole.trained) == EPOCHS and whole.trained[-1] < whole.trained[0]
+
+    def stop(done, total):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        Trainer(Line(), SCHEDULE).run(checkpoint=checkpoint, progress=stop)
+    again = Trainer(Line(), SCHEDULE)
+    again.run(checkpoint=checkpoint, progress=lambda done, total: None)
+    np.testing.assert_array_equal(again.trained, whole.trained)
+
+
 def test_the_rate_falls_along_a_cosine():
     line, rates = Line(), []
     trainer = Trainer(line, SCHEDULE)

@@ -8,6 +8,7 @@ from typing import Annotated
 import tyro
 
 from .progress import note
+from .written import check_paths
 
 
 @dataclass(frozen=True)
@@ -31,14 +32,9 @@ class Arguments:
 def run(arguments: Arguments) -> int:
     """Read, say what was found, write."""
     from hemline import bodies
-    from hemline.errors import BadInput, BadOutput
-    from hemline.files import check_writable
+    from hemline.errors import BadInput
 
-    for path, ending in ((arguments.output, ".safetensors"), (arguments.picture, ".png")):
-        if path is not None and path.suffix != ending:
-            raise BadOutput(f"{path} must end in {ending}", path.suffix or "no ending", f"name it {path.stem}{ending}")
-        if path is not None:
-            check_writable(path)
+    check_paths((arguments.output, ".safetensors"), (arguments.picture, ".png"))
     if arguments.character.suffix.lower() in bodies.CHARACTERS:
         body, found = bodies.read_character(arguments.character, height=arguments.height, unit=arguments.unit)
         notes = found.notes

@@ -7,6 +7,7 @@ from typing import Annotated
 import tyro
 
 from .progress import bars, note
+from .written import check_paths
 
 
 @dataclass(frozen=True)
@@ -32,15 +33,10 @@ class Arguments:
 def run(arguments: Arguments) -> int:
     """Try on; status 1 when it cannot be worn, and nothing is written then."""
     from hemline import bodies, garments, pictures
-    from hemline.errors import BadOutput, SimulationFailed
-    from hemline.files import check_writable
+    from hemline.errors import SimulationFailed
     from hemline.tryon import try_on
 
-    for path, ending in ((arguments.output, ".safetensors"), (arguments.picture, ".png")):
-        if path is not None and path.suffix != ending:
-            raise BadOutput(f"{path} must end in {ending}", path.suffix or "no ending", f"name it {path.stem}{ending}")
-        if path is not None:
-            check_writable(path)
+    check_paths((arguments.output, ".safetensors"), (arguments.picture, ".png"))
     shaped = bodies.load(arguments.body).shaped(arguments.betas)
     with bars() as display:
         task = display.add_task("try on", total=None)

@@ -6,13 +6,31 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hemline.errors import BadInput
+from hemline.errors import BadInput, BadOutput
+from hemline.files import check_writable
 
 from .progress import note
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
     from hemline.export import Clip, OwnMesh
+
+
+def check_paths(*each: tuple[Path | None, str]) -> None:
+    """Refuse files that do not have the ending they must have, or cannot be written, before anything is done.
+
+    Args:
+        each: A file, or None where it is not asked for, and its ending.
+
+    Raises:
+        BadOutput: It is called otherwise, or cannot be written.
+    """
+    for path, ending in each:
+        if path is None:
+            continue
+        if path.suffix != ending:
+            raise BadOutput(f"{path} must end in {ending}", path.suffix or "no ending", f"name it {path.stem}{ending}")
+        check_writable(path)
 
 
 @dataclass(frozen=True)
