@@ -8,7 +8,7 @@ import pytest
 
 from hemline import bodies, garments, motions
 from hemline.animators.swingar.features.mirror import dynamic_mirror, static_mirror
-from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, POINTS, STATIC, TRAILS, Cells, ProxyOnBody
+from hemline.animators.swingar.features.proxy_on_body import BEGUN, DYNAMIC, POINTS, STATIC, TRAILS, Cells, ProxyOnBody
 from hemline.animators.swingar.features.soft_weights import BREADTH, LEAST, soft_weights
 from hemline.animators.swingar.features.trail import Trail
 from hemline.garments import coarser_garment
@@ -96,6 +96,18 @@ def test_the_mirrored_garment_in_the_mirrored_motion_is_told_what_the_mirror_say
     order, sign = static_mirror()
     assert np.abs(other.static - made.static[:, order] * sign).mean() < 0.006
     assert other.static.shape[1] == STATIC
+
+
+def test_how_a_garment_lay_is_mirrored_with_it():
+    """Both fields by the world: a garment displaced one way, and its mirror image displaced the mirrored way."""
+    posed = body().posed(body().rest_pose)
+    trail, way = Trail.start(proxy(), posed), np.float32([0.05, -0.02, 0.03])
+    flip = np.float32([-1, 1, 1])
+    one = trail.begun(trail.skinned + way).told(proxy(), posed)
+    other = trail.begun(trail.skinned + flip * way).told(proxy(), posed)
+    order, sign = dynamic_mirror()
+    np.testing.assert_allclose(other[:, -BEGUN:], (one[:, order] * sign)[:, -BEGUN:], atol=1e-5)
+    np.testing.assert_allclose(one[:, -BEGUN:], np.tile([*way, 1], (len(one), 1)), atol=1e-5)
 
 
 def test_mirrors_undo_themselves():
