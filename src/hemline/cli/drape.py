@@ -27,7 +27,7 @@ class Arguments:
     spread: int = 0
     """Besides the mean body, bodies where one of the first so many betas is -2, -1, 1 or 2: four for each."""
     random: int = 0
-    """Besides these, so many random bodies; with --anchors, each in the pose of one of them."""
+    """Besides these, so many random bodies; with --anchors, each in one of the poses that the garment is settled in."""
     seed: int = 0
     """Another number gives other random bodies."""
     anchors: int = 0
@@ -136,7 +136,7 @@ def _anchors(arguments: Arguments) -> int:
         random = sum(each is not None for each in made.random)
         print(f"{len(rows) - len(lost)} anchors on {len(made.shapes)} bodies, {beside} more on one, of {poses} poses")
         if random:
-            print(f"{random} random bodies in poses of anchors")
+            print(f"{random} random bodies in these poses")
         if lost:
             print(f"in no pose of these clusters did the garment come to rest: {lost}")
     return 1 if lost else 0

@@ -40,7 +40,7 @@ class Database:
         weights: Of each joint, when poses are compared.
         anchors: What each cluster became; None where the garment came to rest in no pose of it.
         beside: The same of the poses on the mean shape alone.
-        random: The same of the random bodies, each in one of the anchors' poses.
+        random: The same of the random bodies, each in one of the poses of `anchors` and `beside`.
         shapes: Betas of the bodies of the anchors.
     """
 
@@ -79,8 +79,8 @@ def make_database(
         count: Anchors.
         beside: Poses, in the middle of so many clusters of their own, in which it is settled on the mean shape alone:
             what poses do takes more of them to tell than what shapes do, and each costs a seventeenth.
-        random: Bodies of random shapes, all betas drawn, on each of which it is settled in the pose of one anchor: the
-            seventeen bodies know the first four betas alone, one at a time.
+        random: Bodies of random shapes, all betas drawn, on each of which it is settled in one of the poses, those of
+            anchors and those beside them in turn: the seventeen bodies know the first four betas alone, one at a time.
         derivatives: Settle it on the mean shape in each anchor's pose once more, with derivatives by every joint there:
             what sensitivity-optimised rigging learns from.
         seed: Another number begins the clustering elsewhere.
@@ -161,7 +161,7 @@ def make_database(
             scheduler=scheduler,
             report=_counted(tell, "derivatives", count),
         )
-    settled = [anchor.pose for anchor in anchors if anchor is not None]
+    settled = [each.pose for each in (*anchors, *more) if each is not None]
     scattered = produce_scattered(
         folder,
         garment,
