@@ -58,12 +58,12 @@ def test_anchors_are_poses_of_the_clips_on_all_shapes(made):
         betas = {dataset.take(name).betas[0] for name in anchor.names}
         assert betas == {-2.0, -1.0, 0.0, 1.0, 2.0}
     assert [len(each.names) for each in found.beside if each] == [1, 1]
-    for each, anchor in zip(found.random, found.anchors, strict=False):
+    for each, beside in zip(found.random, found.beside, strict=True):
         take = dataset.take(each.names[0])
-        assert take.motion[0].hash == anchor.pose.hash and np.abs(take.betas[5:]).min() > 0
+        assert take.motion[0].hash == beside.pose.hash and np.abs(take.betas[5:]).min() > 0
     assert (
-        told[-1] == ("random bodies", 2, 2)
-        and ("anchors", 15, 15) in told
+        told[-1] == ("anchors", 15, 15)
+        and ("random bodies", 2, 2) in told
         and ("poses", 2, 2) in told
         and ("clusters", 1, 1) in told
     )

@@ -27,7 +27,7 @@ class Arguments:
     spread: int = 0
     """Besides the mean body, bodies where one of the first so many betas is -2, -1, 1 or 2: four for each."""
     random: int = 0
-    """Besides these, so many random bodies; with --anchors, each in one of the poses that the garment is settled in."""
+    """Besides these, so many random bodies; with --anchors, each in one of the --poses, or of the anchors."""
     seed: int = 0
     """Another number gives other random bodies."""
     anchors: int = 0

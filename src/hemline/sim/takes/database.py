@@ -40,7 +40,7 @@ class Database:
         weights: Of each joint, when poses are compared.
         anchors: What each cluster became; None where the garment came to rest in no pose of it.
         beside: The same of the poses on the mean shape alone.
-        random: The same of the random bodies, each in one of the poses of `anchors` and `beside`.
+        random: The same of the random bodies, each in one of the poses of `beside`, or of `anchors` where there are none.
         shapes: Betas of the bodies of the anchors.
     """
 
@@ -79,8 +79,8 @@ def make_database(
         count: Anchors.
         beside: Poses, in the middle of so many clusters of their own, in which it is settled on the mean shape alone:
             what poses do takes more of them to tell than what shapes do, and each costs a seventeenth.
-        random: Bodies of random shapes, all betas drawn, on each of which it is settled in one of the poses, those of
-            anchors and those beside them in turn: the seventeen bodies know the first four betas alone, one at a time.
+        random: Bodies of random shapes, all betas drawn, on each of which it is settled in one pose, those beside the
+            anchors in turn, or the anchors': the seventeen bodies know the first four betas alone, one at a time.
         derivatives: Settle it on the mean shape in each anchor's pose once more, with derivatives by every joint there:
             what sensitivity-optimised rigging learns from.
         seed: Another number begins the clustering elsewhere.
@@ -139,6 +139,21 @@ def make_database(
         scheduler=scheduler,
         report=_counted(tell, "poses", beside),
     )
+
+    def scatter(posed: list[Posed | None]) -> list[Posed | None]:
+        settled = [each.pose for each in posed if each is not None]
+        return produce_scattered(
+            folder,
+            garment,
+            settled,
+            random_shapes(body, random, seed + SEED_OF_BODIES) if settled else [],
+            settings=settings,
+            jobs=jobs,
+            scheduler=scheduler,
+            report=_counted(tell, "random bodies", random),
+        )
+
+    scattered = scatter(more) if beside else []
     candidates = [[Pose(poses[index], rest) for index in members[:STAND_INS]] for members in clusters.members]
     anchors = produce_posed(
         folder,
@@ -161,17 +176,8 @@ def make_database(
             scheduler=scheduler,
             report=_counted(tell, "derivatives", count),
         )
-    settled = [each.pose for each in (*anchors, *more) if each is not None]
-    scattered = produce_scattered(
-        folder,
-        garment,
-        settled,
-        random_shapes(body, random, seed + SEED_OF_BODIES) if settled else [],
-        settings=settings,
-        jobs=jobs,
-        scheduler=scheduler,
-        report=_counted(tell, "random bodies", random),
-    )
+    if not beside:
+        scattered = scatter(anchors)
     return Database(clusters, weights, anchors, more, scattered, shapes)
 
 
