@@ -40,7 +40,7 @@ class Database:
         weights: Of each joint, when poses are compared.
         anchors: What each cluster became; None where the garment came to rest in no pose of it.
         beside: The same of the poses on the mean shape alone.
-        random: The same of the random bodies, each in one of the poses of `beside`, or of `anchors` where there are none.
+        random: The same of the random bodies, each in a pose of `beside`, or of `anchors` without such.
         shapes: Betas of the bodies of the anchors.
     """
 
