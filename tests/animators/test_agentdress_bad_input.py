@@ -12,8 +12,8 @@ import hemline
 from hemline import bodies, garments, motions
 from hemline.animators import Bounded
 from hemline.animators.agentdress.config import AgentDressConfig
-from hemline.animators.agentdress.distances import region_distances, turns_between
-from hemline.animators.agentdress.fit import _influence, fit
+from hemline.animators.agentdress.distances import axes_between, region_distances
+from hemline.animators.agentdress.fit import _axes, fit
 from hemline.cli.main import main
 from hemline.datasets import create, open_dataset
 from hemline.errors import BadBody, BadDataset, BadInput, BadModel, HemlineWarning
@@ -195,8 +195,8 @@ def test_regions_in_which_anchors_do_not_differ_divide_by_nothing():
     rotations = np.repeat(made.tpose().rotations[None].astype(np.float64), 5, axis=0)
     rotations[:, made.SHOULDER] = from_axis_angle(np.linspace(0, 1, 5)[:, None] * [[0.0, 0.0, 1.0]])
     rotations[4, made.ELBOW] = from_axis_angle(np.array([0.0, 0.5, 0.0]))
-    found = _influence(regions, sensitivity, rotations)
-    apart = region_distances(turns_between(rotations, rotations), found).transpose(1, 0, 2)[:, ~np.eye(5, dtype=bool)]
+    found = _axes(regions, sensitivity, rotations)
+    apart = region_distances(axes_between(rotations, rotations), found).transpose(1, 0, 2)[:, ~np.eye(5, dtype=bool)]
     assert np.median(apart[0]) == pytest.approx(1) and np.median(apart[1]) == 0 and apart[1].mean() == pytest.approx(1)
     np.testing.assert_allclose(found[2].reshape(24, 3)[made.SPINE], 0.4)
 
@@ -260,10 +260,10 @@ def test_novelty_is_the_distance_to_the_nearest_pose_of_the_fit(model):
     tables = model.tables
     for number in (3, 70):
         pose = made.random_pose(number)
-        turns = turns_between(
+        turns = axes_between(
             made.anchored(pose).rotations[None].astype(np.float64), tables.rotations.astype(np.float64)
         )
-        apart = region_distances(turns, tables.influence.astype(np.float64))[0]
+        apart = region_distances(turns, tables.axes.astype(np.float64))[0]
         plain = np.sqrt(sum(tables.regions[:, g].mean() * apart[g].min() for g in range(len(apart))))
         found = model.novelty(played(model, pose)[0])
         assert found == pytest.approx(plain, abs=2e-3)

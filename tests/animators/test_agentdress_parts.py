@@ -5,12 +5,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hemline.animators.agentdress.distances import anchor_weights, region_distances, turns_between
+from hemline.animators.agentdress.distances import anchor_weights, axes_between, axis_weights, region_distances
 from hemline.animators.agentdress.pose_model import fit_kernel, kernel
 from hemline.animators.agentdress.regions import region_weights
-from hemline.animators.agentdress.rest_model import corrected
 from hemline.animators.agentdress.shape_model import ShapeModel
-from hemline.motions.quaternions import from_axis_angle
+from hemline.motions.quaternions import from_axis_angle, multiply
 
 
 def test_regions_share_each_vertex():
@@ -107,22 +106,42 @@ def test_weights_are_those_of_the_paper():
     assert np.isfinite(tiny).all() and tiny[0, 0] == pytest.approx(1)
 
 
-def test_distances_are_sums_over_the_angles():
+def test_distances_are_sums_over_the_axes_of_the_joints():
     random = np.random.default_rng(2)
     rotations = from_axis_angle(random.normal(size=(2, 24, 3)) * 0.5)
-    influence = random.uniform(size=(3, 72))
-    found = region_distances(turns_between(rotations[:1], rotations[1:]), influence)[0, :, 0]
-    way = Rotation.from_quat(rotations[1][:, [1, 2, 3, 0]]).inv() * Rotation.from_quat(rotations[0][:, [1, 2, 3, 0]])
-    np.testing.assert_allclose(found, influence @ way.as_rotvec().ravel() ** 2, rtol=1e-9)
+    weights = random.uniform(size=(3, 72))
+    found = region_distances(axes_between(rotations[:1], rotations[1:]), weights)[0, :, 0]
+    here, there = (Rotation.from_quat(each[:, [1, 2, 3, 0]]) for each in rotations)
+    moved = np.stack([here.apply(axis) - there.apply(axis) for axis in np.eye(3)], axis=1)
+    np.testing.assert_allclose(found, weights @ (moved**2).sum(axis=2).ravel(), rtol=1e-9)
 
 
-def test_the_correction_of_a_shape_model_is_what_it_lacks():
-    """All of it at no ridge, none of it at a large one; ridge regression solved the other way round."""
-    random = np.random.default_rng(3)
-    betas, model = random.normal(size=(9, 6)), ShapeModel(random.normal(size=12), random.normal(size=(12, 12)), 1.0)
-    lacking = random.normal(size=(6, 12))
-    garments = model.at(betas) + betas @ lacking
-    np.testing.assert_allclose(corrected(model, garments, betas, 1e-9).at(betas), garments, atol=1e-6)
-    np.testing.assert_allclose(corrected(model, garments, betas, 1e9).effects, model.effects, atol=1e-6)
-    added = corrected(model, garments, betas, 0.7).effects[:6] - model.effects[:6]
-    np.testing.assert_allclose(added, np.linalg.solve(betas.T @ betas + 0.7 * np.eye(6), betas.T @ betas @ lacking))
+def test_a_small_turn_counts_as_much_as_it_moves_the_cloth():
+    """About one axis, in any pose: its influence times the angle squared; and a whole turn more changes nothing."""
+    random = np.random.default_rng(4)
+    influence = random.uniform(0.5, 1.0, size=(2, 24, 3))
+    pose = from_axis_angle(random.normal(size=(24, 3)))
+    for joint, axis in ((3, 0), (7, 1), (20, 2)):
+        near = pose.copy()
+        near[joint] = multiply(pose[joint], from_axis_angle(1e-3 * np.eye(3)[axis]))
+        found = region_distances(axes_between(near[None], pose[None]), axis_weights(influence))[0, :, 0]
+        np.testing.assert_allclose(found, 1e-6 * influence[:, joint, axis], rtol=1e-5)
+        beyond = near.copy()
+        beyond[joint] = -near[joint]
+        again = region_distances(axes_between(beyond[None], pose[None]), axis_weights(influence))[0, :, 0]
+        np.testing.assert_allclose(again, found, rtol=1e-9)
+
+
+def test_a_turn_that_outweighs_the_others_gives_its_own_axis_no_weight():
+    weights = axis_weights(np.array([[[5.0, 1.0, 2.0]]]))
+    np.testing.assert_allclose(weights, [[0.0, 3.0, 2.0]])
+
+
+def test_every_kernel_of_the_distances_can_be_inverted():
+    """Of any poses, far turned or not: no negative eigenvalue."""
+    random = np.random.default_rng(5)
+    rotations = from_axis_angle(random.normal(size=(40, 24, 3)) * 1.5)
+    distances = region_distances(axes_between(rotations, rotations), axis_weights(random.uniform(size=(2, 24, 3))))
+    for width in (0.5, 2.0, 20.0):
+        for region in range(2):
+            assert np.linalg.eigvalsh(kernel(distances[:, region], width)).min() > -1e-9

@@ -5,13 +5,20 @@ from dataclasses import replace
 import dressed_by_formula as made
 import numpy as np
 import pytest
+from scipy.spatial.distance import cdist
 
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit import fit
 from hemline.animators.agentdress.pose_model import kernel
-from hemline.animators.agentdress.shape_kernel import SQUARES, best_shape_kernel, fit_shape_kernel
-from hemline.animators.agentdress.shape_model import shape_features
-from hemline.errors import BadInput
+from hemline.animators.agentdress.shape_kernel import (
+    RIDGES,
+    WIDTHS,
+    ShapeChanges,
+    best_shape_kernel,
+    fit_shape_kernel,
+)
+from hemline.animators.agentdress.shape_samples import REACH, SQUARES, ShapeSamples, over_shapes
+from hemline.errors import BadInput, BadModel
 
 STILL = AgentDressConfig(decay_seconds=0.0)
 WIDTH, RIDGE = 0.9, 0.2
@@ -19,75 +26,132 @@ WIDTH, RIDGE = 0.9, 0.2
 
 @pytest.fixture(scope="module")
 def problem():
-    """Points in the plane in place of poses, seen by two regions; five shapes of two betas; three outputs."""
+    """Points in the plane in place of poses, seen by two regions; in each some bodies of two betas; three outputs."""
     random = np.random.default_rng(0)
     points = random.normal(size=(9, 2))
     apart = (points[:, None] - points) ** 2
     distances = np.stack([apart.sum(axis=2), apart[:, :, 0]], axis=1)
-    return distances, random.normal(size=(5, 2)), random.normal(size=(9, 5, 3))
+    poses = np.sort(np.r_[random.integers(0, 9, 20), np.arange(9)])
+    return distances, ShapeChanges(poses, random.normal(size=(29, 2)), random.normal(size=(29, 3)))
 
 
-def told(found, distances, betas):
+def told(found, changes, distances, betas):
     """What a fit says of shapes in one pose, by region."""
-    weights = kernel(distances, WIDTH)
-    return np.einsum("ga,tf,fgak->gtk", weights, shape_features(betas), found.effects)
+    samples = ShapeSamples(changes.poses.astype(np.int32), changes.betas, found.weights)
+    shares = kernel(distances[:, : samples.pose_count], WIDTH)
+    return np.stack([np.einsum("gs,gsk->gk", shares, samples.effects(each)) for each in betas], axis=1)
+
+
+def without(changes, pose):
+    """The bodies that are in other poses."""
+    kept = changes.poses != pose
+    return ShapeChanges(changes.poses[kept], changes.betas[kept], changes.outputs[kept])
+
+
+def by_the_book(one, other):
+    """The covariance of a Gaussian process at two shapes, once it is known at the mean one, times the reach squared."""
+
+    def prior(a, b):
+        return 1 / (1 + (cdist(a, b) / REACH) ** 2)
+
+    zero = np.zeros_like(one[:1])
+    return REACH**2 * (prior(one, other) - prior(one, zero) @ prior(zero, other) / prior(zero, zero))
 
 
 def test_it_is_the_dense_kernel_ridge_regression(problem):
-    distances, betas, changes = problem
-    found = fit_shape_kernel(distances, betas, changes, width=WIDTH, ridge=RIDGE)
-    weighed = shape_features(betas) * np.repeat([1.0, SQUARES], 2)
-    query_betas = np.array([[0.3, -1.1], [2.0, 0.4]])
-    query = shape_features(query_betas) * np.repeat([1.0, SQUARES], 2)
+    distances, changes = problem
+    found = fit_shape_kernel(distances, changes, width=WIDTH, ridge=RIDGE)
+    betas = np.array([[0.3, -1.1], [2.0, 0.4]])
     for region in range(2):
-        gram = np.kron(kernel(distances[:, region], WIDTH), weighed @ weighed.T)
-        solved = np.linalg.solve(gram + RIDGE * np.eye(len(gram)), changes.reshape(len(gram), -1))
+        between = np.array([[distances[p, region, q] for q in changes.poses] for p in changes.poses])
+        gram = by_the_book(changes.betas, changes.betas) / (1 + between / WIDTH**2)
+        solved = np.linalg.solve(gram + RIDGE * np.eye(29), changes.outputs)
         for pose in (0, 4):
-            rows = np.kron(kernel(distances[pose, region], WIDTH)[None], query @ weighed.T)
-            said = told(found, distances[pose], query_betas)[region]
-            np.testing.assert_allclose(said, rows @ solved, atol=1e-10)
+            rows = by_the_book(betas, changes.betas) / (1 + distances[pose, region, changes.poses] / WIDTH**2)
+            said = told(found, changes, distances[pose], betas)[region]
+            np.testing.assert_allclose(said, rows @ solved, atol=2e-6)
 
 
-def test_what_an_anchor_would_miss_is_what_a_fit_without_it_misses(problem):
-    distances, betas, changes = problem
-    whole = fit_shape_kernel(distances, betas, changes, width=WIDTH, ridge=RIDGE)
+def test_the_mean_shape_adds_nothing_and_reach_zero_is_linear_and_square():
+    random = np.random.default_rng(6)
+    betas = random.normal(size=(5, 3))
+    assert np.abs(over_shapes(betas, np.zeros((1, 3)), REACH)).max() == 0
+    features = np.concatenate([betas, SQUARES * betas**2], axis=1)
+    np.testing.assert_allclose(over_shapes(betas, betas, 0.0), features @ features.T, rtol=1e-12)
+
+
+def test_what_a_pose_would_miss_is_what_a_fit_without_it_misses(problem):
+    distances, changes = problem
+    whole = fit_shape_kernel(distances, changes, width=WIDTH, ridge=RIDGE)
     for out in (0, 6):
-        kept = np.arange(9) != out
-        some = distances[kept][:, :, kept]
-        part = fit_shape_kernel(some, betas, changes[kept], width=WIDTH, ridge=RIDGE)
-        said = told(part, distances[out][:, kept], betas)
-        np.testing.assert_allclose(changes[out] - said, whole.left_out[:, out], atol=1e-10)
+        part = fit_shape_kernel(distances, without(changes, out), width=WIDTH, ridge=RIDGE)
+        there = np.flatnonzero(changes.poses == out)
+        assert len(there) > 1
+        said = told(part, without(changes, out), distances[out], changes.betas[there])
+        np.testing.assert_allclose(changes.outputs[there] - said, whole.left_out[:, there], atol=2e-6)
 
 
-def test_distances_that_no_space_has_blow_nothing_up():
-    """Two poses at one place, and a third near the one and far from the other: a kernel with a negative eigenvalue."""
-    apart = np.array([[0.0, 0.0, 9.0], [0.0, 0.0, 0.0], [9.0, 0.0, 0.0]])
-    assert np.linalg.eigvalsh(kernel(apart, WIDTH)).min() < -0.3
-    betas = np.array([[1.0], [2.0]])
-    changes = np.array([1.0, -1.0, 1.0])[:, None, None] * betas[None]
-    for ridge in (0.01, 0.1, 1.0):
-        found = fit_shape_kernel(apart[:, None], betas, changes, width=WIDTH, ridge=ridge)
-        for pose in range(3):
-            assert np.abs(told(found, apart[pose][None], betas)).max() < 3
-
-
-def test_of_widths_and_ridges_the_best_at_anchors_left_out_is_taken(problem):
-    distances, betas, _ = problem
+def test_of_widths_and_ridges_the_best_in_poses_left_out_is_taken(problem):
+    distances, changes = problem
     random = np.random.default_rng(1)
     # what a shape adds depends smoothly on the first coordinate, which both regions see
-    slope = np.cos(distances[0, 1])[:, None, None] * betas[None, :, :1]
+    slope = np.cos(distances[0, 1])[changes.poses, None] * changes.betas[:, :1]
+    smooth = ShapeChanges(changes.poses, changes.betas, slope)
     basis = np.linalg.qr(random.normal(size=(12, 1)))[0].T
     regions = np.full((4, 2), 0.5)
-    found, missed_mm = best_shape_kernel(distances, betas, slope, basis, regions)
-    vertices = np.linalg.norm(found.left_out.mean(axis=0)[..., None] * basis.reshape(4, 3).T[None, None, 0], axis=-1)
-    assert missed_mm > 0 and np.isfinite(vertices).all()
-    for width in (0.7, 2.0):
-        for ridge in (0.1, 3.0):
-            other = fit_shape_kernel(distances, betas, slope, width=width, ridge=ridge)
+    _, missed_mm = best_shape_kernel(distances, smooth, basis, regions)
+    assert missed_mm > 0
+    for width in WIDTHS:
+        for ridge in RIDGES:
+            other = fit_shape_kernel(distances, smooth, width=width, ridge=ridge)
             both = other.left_out.mean(axis=0).reshape(-1)
-            directions = basis.reshape(4, 3)
-            error = 1e3 * np.mean([np.linalg.norm(each * directions, axis=1).mean() for each in both])
+            error = 1e3 * np.mean([np.linalg.norm(each * basis.reshape(4, 3), axis=1).mean() for each in both])
             assert missed_mm <= error + 1e-9
+
+
+def test_given_effects_are_what_samples_add():
+    """Multiples of betas and their squares at each pose, as the paper's shape models have them."""
+    random = np.random.default_rng(2)
+    effects = random.normal(size=(6, 2, 4, 5))
+    samples = ShapeSamples.of_effects(effects)
+    for betas in random.normal(size=(3, 3)):
+        plain = np.einsum("f,fgsk->gsk", np.concatenate([betas, betas**2]), effects)
+        np.testing.assert_allclose(samples.effects(betas), plain, rtol=1e-4, atol=1e-5)
+    longer = np.array([0.4, -0.2, 1.0, 9.0, 9.0])
+    np.testing.assert_array_equal(samples.effects(longer), samples.effects(longer[:3]))
+
+
+def test_samples_of_poses_are_repeated_with_them():
+    random = np.random.default_rng(3)
+    samples = ShapeSamples(np.int32([0, 0, 2]), random.normal(size=(3, 2)), random.normal(size=(1, 3, 4)))
+    effects = samples.effects(np.array([0.5, -1.0]))
+    again = samples.repeated(np.array([2, 0, 2])).effects(np.array([0.5, -1.0]))
+    np.testing.assert_allclose(again, effects[:, [2, 0, 2]], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        {"poses": np.int32([0, 2, 1])},
+        {"poses": np.int32([-1, 0, 1])},
+        {"poses": np.int32([0, 1, 9])},
+        {"poses": np.int32([]), "betas": np.zeros((0, 2), np.float32), "weights": np.zeros((1, 0, 4), np.float16)},
+        {"weights": np.zeros((3, 3, 4), np.float16)},
+        {"betas": np.zeros((2, 2), np.float32)},
+        {"reach": np.float32([np.nan])},
+        {"reach": np.float32([-1.0])},
+    ],
+)
+def test_samples_that_do_not_fit_the_model_are_refused(broken):
+    whole = {
+        "poses": np.int32([0, 1, 1]),
+        "betas": np.zeros((3, 2), np.float32),
+        "weights": np.zeros((2, 3, 4), np.float16),
+        "reach": np.float32([10.0]),
+    }
+    assert ShapeSamples.of(whole, poses=3, regions=2).pose_count == 2
+    with pytest.raises(BadModel):
+        ShapeSamples.of(whole | broken, poses=3, regions=2)
 
 
 def test_it_tells_more_of_shapes_in_new_poses_than_five_anchors_blended(tmp_path):
@@ -114,7 +178,7 @@ def test_both_ways_are_kept_in_a_file(tmp_path, way):
     from hemline import load
 
     model = fit(made.dataset(tmp_path / "anchors", 5), replace(STILL, shape_model=way))
-    assert model.tables.shape_effects.shape[1] == (1 if way == "blended" else model.tables.regions.shape[1])
+    assert len(model.tables.shapes.weights) == (1 if way == "blended" else model.tables.regions.shape[1])
     model.save(tmp_path / "model.safetensors")
     again = load(tmp_path / "model.safetensors")
     posed = made.body().body.shaped(np.float32([1.0, -0.5])).posed(made.random_pose(3))

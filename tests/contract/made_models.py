@@ -12,6 +12,7 @@ from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.regions import region_weights
 from hemline.animators.agentdress.rigged_tables import RiggedTables
 from hemline.animators.agentdress.rigging import Rigging
+from hemline.animators.agentdress.shape_samples import ShapeSamples
 from hemline.animators.agentdress.tables import Tables
 from hemline.animators.live import AnimatorLive, Live
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
@@ -124,14 +125,18 @@ def agentdress_model() -> AnimatorAgentDress:
         weights=binding.weights,
         nearest=binding.nearest,
         regions=regions,
-        influence=random.uniform(size=(count, 72)).astype(np.float32),
+        axes=random.uniform(size=(count, 72)).astype(np.float32),
         rotations=rotations.astype(np.float32),
         rest=garment.vertices,
         rest_effects=grown.astype(np.float16).astype(np.float32),
         offset=np.full_like(garment.vertices, 1e-3),
         basis=pack_basis(np.concatenate([pose_basis, drawn]), np.full(modes + 4, 0.05), extra=3),
         pose_weights=(0.05 * random.normal(size=(count, poses, modes))).astype(np.float32),
-        shape_effects=(0.02 * random.normal(size=(8, count, 3, 4))).astype(np.float16).astype(np.float32),
+        shapes=ShapeSamples(
+            np.int32([0, 0, 1, 2, 2, 2, 2]),
+            random.normal(size=(7, 5)).astype(np.float32),
+            (0.01 * random.normal(size=(count, 7, 4))).astype(np.float16).astype(np.float32),
+        ),
         clearances=np.full(len(garment.vertices), 0.002, np.float32),
     )
     return AnimatorAgentDress(

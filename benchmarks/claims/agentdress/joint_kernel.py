@@ -6,7 +6,7 @@ import numpy as np
 
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.config import AgentDressConfig
-from hemline.animators.agentdress.distances import anchor_weights, region_distances, turns_between
+from hemline.animators.agentdress.distances import anchor_weights, region_distances, axes_between
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.shape_fit import shape_models
 from hemline.animators.agentdress.shape_kernel import RIDGES, WIDTHS, fit_shape_kernel
@@ -23,8 +23,8 @@ def shape_errors(model: AnimatorAgentDress, anchors: AnchorSet) -> dict[str, flo
     Width and ridge of the joint kernel are chosen at every other anchor, and judged at those between.
     """
     changes = (anchors.offsets[:, 1:] - anchors.offsets[:, :1]).astype(np.float64)
-    influence = model.tables.influence.astype(np.float64)
-    distances = region_distances(turns_between(anchors.rotations, anchors.rotations), influence)
+    influence = model.tables.axes.astype(np.float64)
+    distances = region_distances(axes_between(anchors.rotations, anchors.rotations), influence)
     regions, count = model.tables.regions.astype(np.float64), len(changes)
     judged = range(1, count, 2)
     blended = _blended(anchors, distances, regions)

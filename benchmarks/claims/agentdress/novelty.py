@@ -13,7 +13,7 @@ import numpy as np
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.bounds import FAR, novelty
 from hemline.animators.agentdress.config import AgentDressConfig
-from hemline.animators.agentdress.distances import region_distances, turns_between
+from hemline.animators.agentdress.distances import region_distances, axes_between
 from hemline.animators.agentdress.fit import fit_anchors
 from hemline.animators.agentdress.pose_model import fit_kernel
 from hemline.arrays import Float
@@ -31,7 +31,7 @@ def left_out(folder: Path) -> tuple[Float[np.ndarray, " poses"], Float[np.ndarra
     rotations = model.tables.rotations.astype(np.float64)
     offsets = np.concatenate([anchors.offsets[:, 0], anchors.single_offsets]).reshape(len(rotations), -1)
     basis, outputs = principal_of_rows(offsets - offsets.mean(axis=0), config.pose_modes)
-    apart = region_distances(turns_between(rotations, rotations), model.tables.influence.astype(np.float64))
+    apart = region_distances(axes_between(rotations, rotations), model.tables.axes.astype(np.float64))
     missed = fit_kernel(apart, outputs, width=model.width, ridge=model.figures["kernel_ridge"]).left_out
     regions, rows = model.tables.regions, basis.reshape(len(basis), -1, 3)
     novelties, errors = [], []

@@ -97,7 +97,7 @@ def _one_agent(model: AnimatorAgentDress) -> dict[str, Any]:
     before = frame_ms([{"body": each["body"], "animator": each["animator"]} for each in frames])
     return {
         "vertices": len(model.garment.vertices),
-        "anchors": model.tables.shape_effects.shape[2],
+        "anchors": model.tables.shapes.pose_count,
         "poses": len(model.tables.rotations),
         "model_mb": _model_mb(model),
         "frame_ms": frame_ms(frames),
@@ -139,7 +139,7 @@ def _spread(model: AnimatorAgentDress, garment: Garment, anchors: int) -> Animat
         return np.einsum("vc,vc...->v...", closest.weights, values[corners].astype(np.float64)).astype(np.float32)
 
     binding = Binding.of(garment.vertices, garment.faces, body.posed(body.rest_pose))
-    of, basis = np.arange(anchors) % tables.shape_effects.shape[2], tables.basis
+    of, basis = np.arange(anchors) % tables.shapes.pose_count, tables.basis
     turns = from_axis_angle(random.normal(scale=0.05, size=(anchors, tables.rotations.shape[1], 3)))
     digits = np.rint(fine(basis.digits.reshape(-1, 3, basis.digits.shape[1]))).astype(np.int8)
     spread = Tables(
@@ -147,14 +147,14 @@ def _spread(model: AnimatorAgentDress, garment: Garment, anchors: int) -> Animat
         weights=binding.weights,
         nearest=binding.nearest,
         regions=fine(tables.regions),
-        influence=tables.influence,
+        axes=tables.axes,
         rotations=np.concatenate([multiply(tables.rotations[of], turns), tables.rotations]).astype(np.float32),
         rest=garment.vertices + fine(tables.rest - model.garment.vertices),
         rest_effects=np.stack([fine(each) for each in tables.rest_effects]),
         offset=fine(tables.offset),
         basis=PackedBasis(digits.reshape(-1, basis.digits.shape[1]), basis.scales, basis.modes),
         pose_weights=np.concatenate([0.0 * tables.pose_weights[:, of], tables.pose_weights], axis=1),
-        shape_effects=np.ascontiguousarray(tables.shape_effects[:, :, of]),
+        shapes=tables.shapes.repeated(of),
         clearances=fine(tables.clearances),
     )
     return replace(model, garment=garment, tables=spread)

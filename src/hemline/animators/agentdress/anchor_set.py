@@ -17,25 +17,27 @@ from hemline.motions.motion import JOINT_COUNT, Pose
 
 from .binding import Binding
 from .config import AgentDressConfig
-from .rest_model import corrected, with_skin
-from .shape_model import ShapeModel
+from .rest_model import with_skin
+from .shape_model import ShapeModel, widened
 
 COMMAND = "hemline drape GARMENT --anchors 150 --motion FILE..."
 
 
 @dataclass(frozen=True)
 class AnchorSet:
-    """Anchors whose garment came to rest on every shape, and poses in which it did on the mean one alone.
+    """Anchors whose garment came to rest on every shape, and poses in which it did on the mean one and on some others.
 
     Attributes:
         rotations: Of the anchors' poses.
         betas: The shapes, the mean one first; as many betas as any of them has.
-        rest: The garment in the rest pose, by shape: of each, what skinning carries nearest to all its anchors, and of
-            random bodies, to the one pose that each is in [m].
+        rest: The garment in the rest pose, by shape: of each, what skinning carries nearest to all its anchors [m].
         offsets: How far the garment of each anchor on each shape is from `rest`, carried along, in the turned frames of
             its binding [m].
-        single_rotations: Poses of the mean shape alone.
-        single_offsets: The same there [m].
+        single_rotations: The other poses.
+        single_offsets: The same there, on the mean shape [m].
+        other_poses: Garments on bodies of other shapes: of each the number of its pose, the anchors first, rising.
+        other_betas: Their shapes: all betas of the body.
+        other_offsets: The same of each of them [m].
         sensitivity: How far each vertex moves when a joint turns [m/rad]: of all of its way; and less what the skin
             under it does.
         binding: Of the garment, from the T-pose on the mean shape.
@@ -47,6 +49,9 @@ class AnchorSet:
     offsets: Float[np.ndarray, "anchors shapes verts 3"]
     single_rotations: Float[np.ndarray, "singles joints 4"]
     single_offsets: Float[np.ndarray, "singles verts 3"]
+    other_poses: Int[np.ndarray, " others"]
+    other_betas: Float[np.ndarray, "others all_betas"]
+    other_offsets: Float[np.ndarray, "others verts 3"]
     sensitivity: tuple[Float[np.ndarray, "verts joints 3"], Float[np.ndarray, "verts joints 3"]]
     binding: Binding
 
@@ -71,25 +76,26 @@ class AnchorSet:
             raise BadDataset(
                 "fewer than two anchors on all shapes", len(whole), "run 'hemline drape --anchors' to its end"
             )
-        fewer = [found for found in by_pose.values() if not all(shape in found for shape in shapes)]
-        alone = [found[shapes[0]] for found in fewer if shapes[0] in found]
+        fewer = [
+            found for found in by_pose.values() if shapes[0] in found and not all(each in found for each in shapes)
+        ]
         betas = _rows(shapes)
         settled = [_Settled.of(body.shaped(shape), [dataset.take(found[shape]) for found in whole]) for shape in shapes]
-        single = _Settled.of(body.shaped(), [dataset.take(name) for name in alone])
-        nothing = np.zeros_like(first.vertices[0])
-        carried = np.array([each.carried(binding, nothing) for each in settled])
-        how = {"components": options.shape_components, "ridge": options.shape_ridge}
-        rest = with_skin(ShapeModel.fitted(carried, betas, **how), body, binding.nearest, dataset.garment.faces)
-        # Random bodies are settled in one pose each.
-        others = [(anchor, shape) for anchor, found in enumerate(whole) for shape in found if shape not in shapes]
-        if others:
-            offsets, laid = _offsets(binding, settled, rest.at(betas)), []
-            for anchor, shape in others:
-                own = ShapeModel.fitted(offsets[anchor].reshape(len(betas), -1).astype(np.float64), betas, **how)
-                there = _Settled.of(body.shaped(shape), [dataset.take(whole[anchor][shape])])
-                laid.append(there.carried(binding, own.at(_rows([shape])).reshape(-1, 3)))
-            bodies_of_all = _rows([*shapes, *(shape for _, shape in others)])
-            rest = corrected(rest, np.concatenate([carried, laid]), bodies_of_all, options.rest_ridge)
+        single = _Settled.of(body.shaped(), [dataset.take(found[shapes[0]]) for found in fewer])
+        carried = np.array([each.carried(binding) for each in settled])
+        fitted = ShapeModel.fitted(carried, betas, components=options.shape_components, ridge=options.shape_ridge)
+        rest = with_skin(fitted, body, binding.nearest, dataset.garment.faces)
+        others = [
+            (pose, shape, name)
+            for pose, found in enumerate([*whole, *fewer])
+            for shape, name in found.items()
+            if shape != shapes[0] and (pose >= len(whole) or shape not in shapes)
+        ]
+        other_betas = widened(_rows([shape for _, shape, _ in others]), len(body.shapedirs))
+        other_offsets = [
+            _Settled.of(body.shaped(shape), [dataset.take(name)]).offsets(binding, at_rest.reshape(-1, 3))[0]
+            for (_, shape, name), at_rest in zip(others, rest.at(other_betas), strict=True)
+        ]
         return cls(
             rotations=settled[0].rotations,
             betas=betas,
@@ -97,18 +103,44 @@ class AnchorSet:
             offsets=_offsets(binding, settled, rest.at(betas)),
             single_rotations=single.rotations,
             single_offsets=single.offsets(binding, rest.at(betas[:1])[0].reshape(-1, 3)),
+            other_poses=np.array([pose for pose, _, _ in others], int),
+            other_betas=other_betas,
+            other_offsets=np.array(other_offsets, np.float32).reshape(-1, *first.vertices[0].shape),
             sensitivity=_sensitivity(upright, body, binding),
             binding=binding,
         )
 
+    def changes(
+        self,
+    ) -> tuple[Int[np.ndarray, " samples"], Float[np.ndarray, "samples betas"], Float[np.ndarray, "samples rows"]]:
+        """Of each garment on a body of another shape than the mean one: its pose, its betas, and what they add [m]."""
+        count, shapes = self.offsets.shape[:2]
+        mean = np.concatenate([self.offsets[:, 0], self.single_offsets])
+        poses = np.concatenate([np.repeat(np.arange(count), shapes - 1), self.other_poses])
+        known = max(self.betas.shape[1], self.other_betas.shape[1] if len(self.other_betas) else 0)
+        spread = np.tile(widened(self.betas[1:], known), (count, 1))
+        betas = np.concatenate([spread, widened(self.other_betas, known)])
+        worn = np.concatenate([self.offsets[:, 1:].reshape(-1, *mean.shape[1:]), self.other_offsets])
+        order = np.argsort(poses, kind="stable")
+        added = (worn[order] - mean[poses[order]]).reshape(len(order), -1)
+        return poses[order], betas[order], added.astype(np.float64)
+
     def only(self, anchors: Int[np.ndarray, " some"], singles: Int[np.ndarray, " some_singles"]) -> "AnchorSet":
         """Some of the anchors, and some of the poses beside them: what fewer would tell."""
+        kept = np.concatenate([anchors, len(self.rotations) + singles]).astype(int)
+        now = np.full(len(self.rotations) + len(self.single_rotations), -1)
+        now[kept] = np.arange(len(kept))
+        others = np.flatnonzero(now[self.other_poses] >= 0)
+        others = others[np.argsort(now[self.other_poses[others]], kind="stable")]
         return replace(
             self,
             rotations=self.rotations[anchors],
             offsets=self.offsets[anchors],
             single_rotations=self.single_rotations[singles],
             single_offsets=self.single_offsets[singles],
+            other_poses=now[self.other_poses[others]],
+            other_betas=self.other_betas[others],
+            other_offsets=self.other_offsets[others],
         )
 
 
@@ -129,13 +161,9 @@ class _Settled:
             np.array([take.vertices[0] for take in takes], np.float64),
         )
 
-    def carried(self, binding: Binding, added: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, " rows"]:
-        """The garment in the rest pose of the body, once what is added to skinning in these poses is taken off [m]."""
-        left = [
-            worn - np.einsum("vij,vj->vi", binding.rotations(transforms), added)
-            for transforms, worn in zip(self.transforms, self.worn, strict=True)
-        ]
-        return binding.carried(self.transforms, np.array(left)).ravel()
+    def carried(self, binding: Binding) -> Float[np.ndarray, " rows"]:
+        """The garment in the rest pose of the body that skinning carries nearest to these [m]."""
+        return binding.carried(self.transforms, self.worn).ravel()
 
     def offsets(self, binding: Binding, rest: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "poses verts 3"]:
         """How far each garment is from `rest`, carried along, in the turned frames of its binding [m]."""
@@ -176,7 +204,7 @@ def _trimmed(betas: Iterable[float]) -> tuple[float, ...]:
 def _rows(shapes: list[tuple[float, ...]]) -> Float[np.ndarray, "shapes betas"]:
     """As many betas of each as the longest has."""
     count = max([1, *(len(shape) for shape in shapes)])
-    return np.array([[*shape, *[0.0] * (count - len(shape))] for shape in shapes])
+    return np.array([[*shape, *[0.0] * (count - len(shape))] for shape in shapes]).reshape(-1, count)
 
 
 def _takes(dataset: Dataset) -> tuple[list[Take], dict[str, dict[tuple[float, ...], str]]]:

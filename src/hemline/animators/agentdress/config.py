@@ -17,8 +17,6 @@ class AgentDressConfig:
     """Principal components of the garment over body shapes, at rest, and of each anchor that is blended."""
     shape_ridge: float = positive(0.2)
     """Ridge of the regression from the shape of the body to them."""
-    rest_ridge: float = positive(30.0)
-    """Ridge of what random bodies add to the garment at rest."""
     shape_model: Literal["kernel", "blended"] = "kernel"
     """What the shape adds in a pose: kernel regression over pose and shape together, or, as in the paper, the shape
     models of the nearest anchors, blended."""

@@ -6,11 +6,6 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-_ONE = np.float32(1)
-_A, _B, _C = np.float32(1.5707963050), np.float32(-0.2145988016), np.float32(0.0889789874)
-_D, _E, _F = np.float32(-0.0501743046), np.float32(0.0308918810), np.float32(-0.0170881256)
-_G, _H = np.float32(0.0066700901), np.float32(-0.0012624911)
-
 
 @kernel(forceinline=True)
 def without_heading(w, x, y, z):
@@ -22,34 +17,36 @@ def without_heading(w, x, y, z):
     return c * w + s * y, c * x - s * z, c * y - s * w, c * z + s * x
 
 
+@kernel
+def turned_axes(w, x, y, z, axes_out):
+    # in: a unit quaternion   out: axes_out (9,): the columns of its matrix, one after the other
+    axes_out[0], axes_out[1], axes_out[2] = 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
+    axes_out[3], axes_out[4], axes_out[5] = 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)
+    axes_out[6], axes_out[7], axes_out[8] = 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)
+
+
 @kernel(fastmath={"reassoc", "contract"})
-def pose_distances(turns, influence, joints, query, distances_out):
-    # model: turns (counting, 4, poses): inverse unit quaternions of the joints that count in some region;
-    #     influence (regions, 3 joints): weights of the angles; joints (counting,): which they are
+def pose_distances(known, weights, joints, query, distances_out):
+    # model: known (counting, 9, poses): axes of the joints that count in some region; weights (regions, 3 joints): of
+    #     the axes; joints (counting,): which they are
     # in: query (joints, 4), wherever its root heads   out: distances_out (regions, poses)
-    # sum over joints and axes of influence times the square of log(R_s^T R), twice the half angle along the axis. With
-    # c the cosine of the half angle, acos(c) = sqrt(1 - c) p(c) and the sine is sqrt(1 - c) sqrt(1 + c): the square of
-    # the one over the other has no root, and nothing is lost near 0. p: Abramowitz and Stegun 4.4.46, to 2e-8
-    root = without_heading(query[0, 0], query[0, 1], query[0, 2], query[0, 3])
-    poses = turns.shape[2]
-    squares = np.empty((3, poses), np.float32)
+    # sum over joints and axes of weight times the square of the distance between the axes
+    poses = known.shape[2]
+    squares, here = np.empty((3, poses), np.float32), np.empty(9, np.float32)
     distances_out[:] = 0
     for k in range(joints.shape[0]):
         j = joints[k]
-        e, f, g, h = np.float32(query[j, 0]), np.float32(query[j, 1]), np.float32(query[j, 2]), np.float32(query[j, 3])
+        w, x, y, z = query[j, 0], query[j, 1], query[j, 2], query[j, 3]
         if j == 0:
-            e, f, g, h = np.float32(root[0]), np.float32(root[1]), np.float32(root[2]), np.float32(root[3])
-        for s in range(poses):
-            a, b, c, d = turns[k, 0, s], turns[k, 1, s], turns[k, 2, s], turns[k, 3, s]
-            x = a * f + b * e + c * h - d * g
-            y = a * g - b * h + c * e + d * f
-            z = a * h + b * g - c * f + d * e
-            c = min(abs(a * e - b * f - c * g - d * h), _ONE)
-            p = _A + c * (_B + c * (_C + c * (_D + c * (_E + c * (_F + c * (_G + c * _H))))))
-            factor = np.float32(4) * p * p / (_ONE + c)
-            squares[0, s], squares[1, s], squares[2, s] = factor * x * x, factor * y * y, factor * z * z
-        for region in range(influence.shape[0]):
-            p, q, r = influence[region, 3 * j], influence[region, 3 * j + 1], influence[region, 3 * j + 2]
+            w, x, y, z = without_heading(w, x, y, z)
+        turned_axes(w, x, y, z, here)
+        for c in range(3):
+            a, b, d = here[3 * c], here[3 * c + 1], here[3 * c + 2]
+            for s in range(poses):
+                e, f, g = known[k, 3 * c, s] - a, known[k, 3 * c + 1, s] - b, known[k, 3 * c + 2, s] - d
+                squares[c, s] = e * e + f * f + g * g
+        for region in range(weights.shape[0]):
+            p, q, r = weights[region, 3 * j], weights[region, 3 * j + 1], weights[region, 3 * j + 2]
             for s in range(poses):
                 distances_out[region, s] += p * squares[0, s] + q * squares[1, s] + r * squares[2, s]
 

@@ -3,26 +3,40 @@
 import numpy as np
 
 from hemline.arrays import Float
-from hemline.motions.quaternions import inverse, multiply, to_axis_angle
+from hemline.motions.quaternions import to_matrix
 
 
-def turns_between(
+def axes_between(
     rotations: Float[np.ndarray, "poses joints 4"], anchors: Float[np.ndarray, "anchors joints 4"]
-) -> Float[np.ndarray, "poses anchors angles"]:
-    r"""$\Theta_m(\theta, \theta_s)$: the three components of $\log(R_s^T R)$ of each joint [rad].
+) -> Float[np.ndarray, "poses anchors axes"]:
+    r"""$|R e_c - R_s e_c|^2$: how far each axis of each joint's frame has turned away, squared, three axes a joint."""
+    here, there = to_matrix(rotations), to_matrix(anchors)
+    return ((here[:, None] - there[None]) ** 2).sum(axis=-2).reshape(len(rotations), len(anchors), -1)
 
-    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        Eq. 7. Differs: rotation vectors instead of joint angles, which wrap around.
+
+def axis_weights(influence: Float[np.ndarray, "regions joints 3"]) -> Float[np.ndarray, "regions axes"]:
+    """What each axis of a joint's frame counts for, so that a small turn about one counts as much as it moves cloth.
+
+    A turn by an angle about one axis moves the other two by that angle. Where one turn outweighs the other two, its own
+    axis cannot count for less than nothing.
+
+    Args:
+        influence: Of turns about each axis of each joint, on each region.
     """
-    way = to_axis_angle(multiply(inverse(anchors)[None], rotations[:, None]))
-    return way.reshape(len(rotations), len(anchors), -1)
+    half = 0.5 * influence.sum(axis=2, keepdims=True)
+    return np.maximum(half - influence, 0.0).reshape(len(influence), -1)
 
 
 def region_distances(
-    turns: Float[np.ndarray, "poses anchors angles"], influence: Float[np.ndarray, "regions angles"]
+    axes: Float[np.ndarray, "poses anchors axes"], weights: Float[np.ndarray, "regions axes"]
 ) -> Float[np.ndarray, "poses regions anchors"]:
-    r"""$D_g^s(\theta) = \sum_m Q_{g,m} |\Theta_m(\theta, \theta_s)|^2$ (AgentDress, Eq. 7)."""
-    return np.einsum("psm,gm->pgs", turns**2, influence)
+    r"""$D_g^s(\theta) = \sum_{j,c} w_{g,j,c} |R_j e_c - R_{s,j} e_c|^2$: squared distances in each region.
+
+    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
+        Eq. 7. Differs: distances between the axes of the joints' frames instead of joint angles. They have no jump at
+        half a turn, and are those of points in space, so that every kernel of them can be inverted.
+    """
+    return np.einsum("psc,gc->pgs", axes, weights)
 
 
 def anchor_weights(

@@ -17,7 +17,7 @@ from hemline.learning.pca import deviations_of, principal_of_rows
 
 from .anchor_set import AnchorSet
 from .config import AgentDressConfig
-from .distances import region_distances, turns_between
+from .distances import axes_between, axis_weights, region_distances
 from .left_out import left_out_mm
 from .model import AnimatorAgentDress
 from .pose_model import RIDGES, WIDTHS, PoseFit, fit_kernel
@@ -33,8 +33,11 @@ from .worn_kernels import NEVER
 SECOND_COLUMNS = 16
 """Modes of the basis with a second column of 8 bits: those whose rounding would show most."""
 
+POWER = 0.75
+"""Of the sensitivities, squared and summed, in distances between poses."""
+
 LEAST_APART = 1e-9
-"""Anchors that are nearer than this, squared, are in one pose, as far as a region is concerned [m rad]."""
+"""Anchors that are nearer than this, squared, are in one pose, as far as a region is concerned."""
 
 
 def fit(
@@ -103,7 +106,7 @@ def fit_anchors(
     body, binding, tell = bodies.load(garment.body_name), anchors.binding, progress
     shaped = body.shaped(garment.body_betas)
     regions = region_weights(binding)
-    influence = _influence(regions, anchors.sensitivity[1], anchors.rotations)
+    axes = _axes(regions, anchors.sensitivity[1], anchors.rotations)
     count = len(anchors.rotations)
     tell("pose model", 0, 1)
     rotations = np.concatenate([anchors.rotations, anchors.single_rotations])
@@ -111,11 +114,11 @@ def fit_anchors(
     offsets = offsets.reshape(len(rotations), -1).astype(np.float64)
     mean = offsets.mean(axis=0)
     pose_basis, outputs = principal_of_rows(offsets - mean, config.pose_modes)
-    distances = region_distances(turns_between(rotations, rotations), influence)
+    distances = region_distances(axes_between(rotations, rotations), axes)
     pose, left_out_mm = _best_kernel(distances, outputs, pose_basis, regions)
     tell("pose model", 1, 1)
     tell("shapes", 0, 1)
-    shapes = fit_shapes(anchors, distances[:count, :, :count], regions, config)
+    shapes = fit_shapes(anchors, distances, regions, config)
     tell("shapes", 1, 1)
     deviations = np.concatenate([deviations_of(outputs), shapes.deviations])
     tables = Tables(
@@ -123,14 +126,14 @@ def fit_anchors(
         weights=binding.weights,
         nearest=binding.nearest,
         regions=regions.astype(np.float32),
-        influence=influence.astype(np.float32),
+        axes=axes.astype(np.float32),
         rotations=rotations.astype(np.float32),
         rest=anchors.rest.mean.reshape(-1, 3).astype(np.float32),
         rest_effects=_half(anchors.rest.effects.reshape(-1, *garment.vertices.shape)),
         offset=mean.reshape(-1, 3).astype(np.float32),
         basis=pack_basis(np.concatenate([pose_basis, shapes.basis]), deviations, extra=SECOND_COLUMNS),
         pose_weights=pose.weights.astype(np.float32),
-        shape_effects=_half(shapes.effects),
+        shapes=replace(shapes.samples, weights=_half(shapes.samples.weights)),
         clearances=_clearances(anchors, shaped, config.clearance),
     )
     of_shapes = shape_figures(anchors, config)
@@ -164,26 +167,27 @@ def fit_anchors(
     )
 
 
-def _influence(
+def _axes(
     regions: Float[np.ndarray, "verts regions"],
     sensitivity: Float[np.ndarray, "verts joints 3"],
     rotations: Float[np.ndarray, "anchors joints 4"],
-) -> Float[np.ndarray, "regions angles"]:
-    r"""$\sqrt{Q_{g,m}}$, $Q_{g,m} = \sum_y w_{g,y} |\bar\delta_{y,m}|^2$, scaled: the median distance of anchors is 1.
+) -> Float[np.ndarray, "regions axes"]:
+    r"""What the axes of the joints count for in each region, scaled: the median squared distance of anchors is 1.
 
     Where fewer than half of them differ in a region it is their mean, and where none do nothing is scaled.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        Eq. 7. Differs: of the sensitivity less what the skin under the cloth does, which skinning adds anyway; with all
-        of it a joint far away counts by its lever arm. And its root: with Q itself one or two joints decide, and the
-        pose model misses more of poses that are left out.
+        Eq. 7, $Q_{g,m} = \sum_y w_{g,y} |\bar\delta_{y,m}|^2$. Differs: of the sensitivity less what the skin under the
+        cloth does, which skinning adds anyway; with all of it a joint far away counts by its lever arm. And
+        $Q^{3/4}$: with Q itself a few joints decide, with its root the others blur it.
     """
-    influence = np.sqrt(np.einsum("vg,vja->gja", regions, sensitivity**2)).reshape(regions.shape[1], -1)
-    distances = region_distances(turns_between(rotations, rotations), influence)
+    influence = np.einsum("vg,vja->gja", regions, sensitivity**2) ** POWER
+    weights = axis_weights(influence)
+    distances = region_distances(axes_between(rotations, rotations), weights)
     apart = distances.transpose(1, 0, 2)[:, ~np.eye(len(rotations), dtype=bool)]
     scale = np.median(apart, axis=1)
     scale = np.where(scale > LEAST_APART, scale, apart.mean(axis=1))
-    return influence / np.where(scale > LEAST_APART, scale, 1.0)[:, None]
+    return weights / np.where(scale > LEAST_APART, scale, 1.0)[:, None]
 
 
 def _best_kernel(

@@ -18,6 +18,7 @@ from hemline.errors import BadInput, BadModel
 from hemline.files.contents import AGAIN, entry, part
 from hemline.garments import Garment, coarser_garment
 from hemline.motions.motion import Pose
+from hemline.motions.quaternions import to_matrix
 from hemline.options import options_of
 
 from .binding import Binding
@@ -32,11 +33,11 @@ from .state import AgentDressState
 from .tables import Tables
 from .worn_kernels import wear
 
-VERSION = 3
+VERSION = 4
 """Version of what model files hold of AgentDress, `agentdress.version`."""
 
-LEAST_INFLUENCE = 1e-3
-"""Joints with less than this share of the largest influence in every region are left out of distances."""
+LEAST_COUNTED = 1e-3
+"""Joints with less than this share of the largest weight in every region are left out of distances."""
 
 DEEPEST, ASIDE = 0.03, 0.03
 """A vertex that is deeper in the skin is left to the projection, and one that has gone farther from its vertex of the
@@ -48,12 +49,12 @@ class AnimatorAgentDress:
     r"""A garment of settled states, blended.
 
     $$x = \sum_b w_b A_b(\beta, \theta)\, \bar x(\beta) + R(\theta) \left(\bar u + \sum_g r_g B \left(K_g(\theta) +
-    \sum_s S_g^s(\theta)\, E_{g,s} (\beta, \beta^2)\right)\right)$$
+    \sum_s S_g^s(\theta)\, E_{g,s}(\beta)\right)\right)$$
 
     with $\bar x$ the garment in the rest pose of the body, $A_b$ the skin transforms of the body as it is, $R$ the
     blended rotation of the bones, $r_g$ regions, $K_g$ the pose model (a kernel regression), $E_{g,s}$ what the shape
-    adds at anchor $s$, $S_g^s$ a kernel or the weights of the nearest anchors. Where the pose model is rigging, it
-    takes the place of $\bar u$ and $K_g$.
+    adds in pose $s$ (`ShapeSamples`), $S_g^s$ a kernel or the weights of the nearest anchors. Where the pose model is
+    rigging, it takes the place of $\bar u$ and $K_g$.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
         Eq. 4. Differs: what an anchor adds to skinning is taken in the turned frames of the vertices, and the query's
@@ -94,15 +95,15 @@ class AnimatorAgentDress:
     @cached_property
     def _joints(self) -> Int[np.ndarray, " counting"]:
         """Joints whose turns count in some region."""
-        influence = self.tables.influence
-        shares = influence / np.maximum(influence.max(axis=1, keepdims=True), 1e-20)
-        return np.flatnonzero(shares.reshape(len(influence), -1, 3).max(axis=(0, 2)) > LEAST_INFLUENCE)
+        axes = self.tables.axes
+        shares = axes / np.maximum(axes.max(axis=1, keepdims=True), 1e-20)
+        return np.flatnonzero(shares.reshape(len(axes), -1, 3).max(axis=(0, 2)) > LEAST_COUNTED)
 
     @cached_property
-    def _turns(self) -> Float[np.ndarray, "counting 4 poses"]:
-        """The inverse turns of these joints in the poses of the model."""
-        turns = self.tables.rotations[:, self._joints] * np.array([1, -1, -1, -1], np.float32)
-        return np.ascontiguousarray(turns.transpose(1, 2, 0))
+    def _known(self) -> Float[np.ndarray, "counting 9 poses"]:
+        """The axes of these joints' frames in the poses of the model, one after the other."""
+        turned = to_matrix(self.tables.rotations[:, self._joints]).transpose(1, 3, 2, 0)
+        return np.ascontiguousarray(turned.reshape(len(self._joints), 9, -1), np.float32)
 
     @cached_property
     def _digits(self) -> Int[np.ndarray, "verts 3 columns"]:
@@ -130,12 +131,10 @@ class AnimatorAgentDress:
         shaped = posed.shaped
         refuse_other_body(self, shaped)
         warn_beyond(self.garment.name, self.fitted_betas, shaped.betas)
-        tables, betas = self.tables, shaped.betas[None]
-        posed_known, known = len(tables.shape_effects) // 2, len(tables.rest_effects) // 2
-        features = shape_features(widened(betas, posed_known))[0].astype(np.float32)
-        effects = np.tensordot(features, tables.shape_effects, 1)
-        features = shape_features(widened(betas, known))[0].astype(np.float32)
+        tables = self.tables
+        features = shape_features(widened(shaped.betas[None], len(tables.rest_effects) // 2))[0].astype(np.float32)
         rest = tables.rest + np.einsum("f,fvi->vi", features, tables.rest_effects)
+        effects = tables.shapes.effects(shaped.betas)
         return AgentDressState(rest, shaped.normals[tables.nearest], effects, None)
 
     def step(self, state: AgentDressState, posed: PosedBody, dt: float) -> tuple[AgentDressState, Vertices]:
@@ -269,8 +268,8 @@ class AnimatorAgentDress:
     def _distances(self, lifted: Quaternions) -> Float[np.ndarray, "regions poses"]:
         """Of a pose with arms lifted as in the anchors, heading left out, to all poses of the model."""
         tables = self.tables
-        distances = np.empty((len(tables.influence), len(tables.rotations)), np.float32)
-        pose_distances(self._turns, tables.influence, self._joints, lifted, distances)
+        distances = np.empty((len(tables.axes), len(tables.rotations)), np.float32)
+        pose_distances(self._known, tables.axes, self._joints, lifted, distances)
         return distances
 
     def _mixed(

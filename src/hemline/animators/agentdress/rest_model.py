@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from hemline.arrays import Faces, Float, Int
+from hemline.arrays import Faces, Int
 from hemline.bodies.body import Body
 from hemline.garments.clearance import smoothed_field
 
-from .shape_model import ShapeModel, widened
+from .shape_model import ShapeModel
 
 
 def with_skin(model: ShapeModel, body: Body, nearest: Int[np.ndarray, " verts"], faces: Faces) -> ShapeModel:
@@ -27,25 +27,3 @@ def with_skin(model: ShapeModel, body: Body, nearest: Int[np.ndarray, " verts"],
     squares = np.zeros_like(linear)
     squares[:known] = model.effects[known:]
     return ShapeModel(model.mean, np.concatenate([linear, squares]), model.explained)
-
-
-def corrected(
-    model: ShapeModel,
-    garments: Float[np.ndarray, "shapes rows"],
-    betas: Float[np.ndarray, "shapes betas"],
-    ridge: float,
-) -> ShapeModel:
-    """A shape model, and what it lacks of garments on some bodies added, linear in all betas: a ridge regression.
-
-    Args:
-        model: A model that knows all betas.
-        garments: The garment at rest on each body [m].
-        betas: Of the bodies.
-        ridge: What the squares of the weights cost.
-    """
-    known = len(model.effects) // 2
-    inputs = widened(betas, known)
-    lacking = garments - model.at(betas)
-    effects = model.effects.copy()
-    effects[:known] += inputs.T @ np.linalg.solve(inputs @ inputs.T + ridge * np.eye(len(inputs)), lacking)
-    return ShapeModel(model.mean, effects, model.explained)

@@ -17,7 +17,7 @@ from hemline.errors import BadDataset
 from hemline.motions.motion import Pose
 
 from .anchor_set import AnchorSet, is_t_pose
-from .distances import anchor_weights, region_distances, turns_between
+from .distances import anchor_weights, axes_between, region_distances
 from .model import AnimatorAgentDress
 from .rigging import Rigging
 
@@ -53,8 +53,8 @@ def blend_of(
     model: AnimatorAgentDress, rotations: Float[np.ndarray, "anchors joints 4"], pose: Pose
 ) -> Float[np.ndarray, "verts anchors"]:
     """Eq. 7 and 8: what each anchor counts for at each vertex."""
-    turns = turns_between(pose.rotations[None].astype(np.float64), rotations)
-    distances = region_distances(turns, model.tables.influence.astype(np.float64))[0]
+    turns = axes_between(pose.rotations[None].astype(np.float64), rotations)
+    distances = region_distances(turns, model.tables.axes.astype(np.float64))[0]
     return model.tables.regions @ anchor_weights(distances, **model.config.blending)
 
 

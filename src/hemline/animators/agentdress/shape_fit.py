@@ -10,8 +10,9 @@ from hemline.learning.pca import deviations_of, principal_of_rows
 
 from .anchor_set import AnchorSet
 from .config import AgentDressConfig
-from .shape_kernel import best_shape_kernel
+from .shape_kernel import ShapeChanges, best_shape_kernel
 from .shape_model import ShapeModel
+from .shape_samples import ShapeSamples
 
 
 @dataclass(frozen=True)
@@ -21,30 +22,29 @@ class ShapeFit:
     Attributes:
         basis: Directions of the garment, one a row.
         deviations: How large the coefficient of each is, root mean square [m].
-        effects: What each feature of the shape adds to each direction at each anchor, for each region; one region
-            stands for all where they do not differ.
+        samples: What each shape adds to each direction, by pose and region.
         width: Of the kernel over poses; 1 where there is none.
         figures: What the fit reached.
     """
 
     basis: Float[np.ndarray, "modes rows"]
     deviations: Float[np.ndarray, " modes"]
-    effects: Float[np.ndarray, "features regions anchors modes"]
+    samples: ShapeSamples
     width: float
     figures: Mapping[str, float]
 
 
 def fit_shapes(
     anchors: AnchorSet,
-    distances: Float[np.ndarray, "anchors regions anchors"],
+    distances: Float[np.ndarray, "poses regions poses"],
     regions: Float[np.ndarray, "verts regions"],
     config: AgentDressConfig,
 ) -> ShapeFit:
     """Fit what the shape adds, in the way that the options name.
 
     Args:
-        anchors: How the garment lies in each anchor.
-        distances: Between them, squared, in each region.
+        anchors: How the garment lies in each pose.
+        distances: Between all poses, the anchors first, squared, in each region.
         regions: Share of each region in each vertex.
         config: Options.
     """
@@ -65,19 +65,18 @@ def shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeMode
 
 
 def _by_kernel(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, config: AgentDressConfig) -> ShapeFit:
-    """`shape_kernel`: each region of the garment learns from all anchors."""
-    count, shapes = anchors.offsets.shape[:2]
-    changes = (anchors.offsets[:, 1:] - anchors.offsets[:, :1]).reshape(count * (shapes - 1), -1).astype(np.float64)
+    """`shape_kernel`: each region of the garment learns from all bodies."""
+    poses, betas, changes = anchors.changes()
     basis, outputs = principal_of_rows(changes, config.shape_modes)
-    outputs = outputs.reshape(count, shapes - 1, -1)
-    found, missed_mm = best_shape_kernel(distances, anchors.betas[1:], outputs, basis, regions)
+    found, missed_mm = best_shape_kernel(distances, ShapeChanges(poses, betas, outputs), basis, regions)
+    samples = ShapeSamples(poses.astype(np.int32), betas.astype(np.float32), found.weights.astype(np.float32))
     figures = {
         "shape_kernel_width": found.width,
         "shape_kernel_ridge": found.ridge,
         "shape_change_left_out_mm": missed_mm,
         "shape_change_mm": 1e3 * float(np.linalg.norm(changes.reshape(len(changes), -1, 3), axis=2).mean()),
     }
-    return ShapeFit(basis, deviations_of(outputs.reshape(len(changes), -1)), found.effects, found.width, figures)
+    return ShapeFit(basis, deviations_of(outputs), samples, found.width, figures)
 
 
 def _by_anchor(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, config: AgentDressConfig) -> ShapeFit:
@@ -86,7 +85,7 @@ def _by_anchor(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, c
     basis, outputs = principal_of_rows(np.concatenate([model.effects for model in models]), config.shape_modes)
     deviations = deviations_of(np.concatenate([model.at(anchors.betas) for model in models]) @ basis.T)
     effects = outputs.reshape(len(models), -1, len(basis)).transpose(1, 0, 2)[:, None]
-    return ShapeFit(basis, deviations, effects, 1.0, {})
+    return ShapeFit(basis, deviations, ShapeSamples.of_effects(effects), 1.0, {})
 
 
 _WAYS: Mapping[str, Callable[[AnchorSet, np.ndarray, np.ndarray, AgentDressConfig], ShapeFit]] = {

@@ -15,7 +15,7 @@ class AgentDressState:
     """The garment in the rest pose, without what pose and shape add [m]."""
     normals: Float[np.ndarray, "verts 3"]
     """Of the body under each vertex, in its rest pose."""
-    effects: Float[np.ndarray, "shape_regions anchors shape_modes"]
-    """What the shape adds at each anchor, by region."""
+    effects: Float[np.ndarray, "shape_regions poses_of_shapes shape_modes"]
+    """What the shape adds in each pose in which others than the mean one were settled, by region."""
     distances: Float[np.ndarray, "regions poses"] | None
     """To each pose of the model, smoothed over time; None before the first step."""

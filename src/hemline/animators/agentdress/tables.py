@@ -14,6 +14,7 @@ from hemline.motions.motion import JOINT_COUNT
 
 from .binding import INFLUENCES
 from .rigged_tables import RiggedTables
+from .shape_samples import ShapeSamples
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,15 +26,15 @@ class Tables:
         weights: Their weights.
         nearest: Vertex of the body under each of the garment's.
         regions: Share of each region in each vertex.
-        influence: $Q_{g,m}$ of each region and angle.
-        rotations: Poses of the kernel; the first ones are those of the anchors.
+        axes: What each axis of each joint's frame counts for in the distances of each region.
+        rotations: Poses of the kernels; the first ones are those of the anchors.
         rest: The garment of the mean shape, as skinning carries it [m].
-        rest_effects: What the features of the shape do to it: of all betas, where random bodies were settled, too [m].
+        rest_effects: What the features of the shape, of all betas, do to it [m].
         offset: What is added to it in the turned frames of the vertices, mean over these poses [m].
         basis: Directions of the pose model, then those of the shape.
         pose_weights: What each pose adds to each direction, by region.
-        shape_effects: What each feature of the shape adds to each of these at each anchor, by region; one region stands
-            for all where anchors are blended.
+        shapes: What each shape adds to each of these, by pose and region; one region stands for all where anchors are
+            blended.
         clearances: How far off the skin each vertex is kept, at least [m].
         rigged: The pose model, where it is rigging; then the basis has directions of the shape alone.
     """
@@ -42,23 +43,22 @@ class Tables:
     weights: Float[np.ndarray, "verts influences"]
     nearest: Int[np.ndarray, " verts"]
     regions: Float[np.ndarray, "verts regions"]
-    influence: Float[np.ndarray, "regions angles"]
+    axes: Float[np.ndarray, "regions axes"]
     rotations: Float[np.ndarray, "poses joints 4"]
     rest: Float[np.ndarray, "verts 3"]
     rest_effects: Float[np.ndarray, "rest_features verts 3"]
     offset: Float[np.ndarray, "verts 3"]
     basis: PackedBasis
     pose_weights: Float[np.ndarray, "regions poses pose_modes"]
-    shape_effects: Float[np.ndarray, "features shape_regions anchors shape_modes"]
+    shapes: ShapeSamples
     clearances: Float[np.ndarray, " verts"]
     rigged: RiggedTables | None = None
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What a model file holds; effects of the shape in half precision."""
-        parts = {"basis": self.basis} | ({"rigged": self.rigged} if self.rigged else {})
-        held = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("basis", "rigged")}
-        for name in ("rest_effects", "shape_effects"):
-            held[name] = held[name].astype(np.float16)
+        parts = {"basis": self.basis, "shapes": self.shapes} | ({"rigged": self.rigged} if self.rigged else {})
+        held = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("basis", "shapes", "rigged")}
+        held["rest_effects"] = held["rest_effects"].astype(np.float16)
         return held | {f"{part}.{name}": array for part, of in parts.items() for name, array in of.arrays().items()}
 
     def at_vertices(self, kept: Int[np.ndarray, " kept"]) -> Self:
@@ -79,32 +79,28 @@ class Tables:
         regions = array_of(arrays, "regions", "float32", (vertices, None))
         rotations = array_of(arrays, "rotations", "float32", (None, JOINT_COUNT, 4))
         pose_weights = array_of(arrays, "pose_weights", "float32", (regions.shape[1], len(rotations), None))
-        effects = array_of(arrays, "shape_effects", "float16", (None, None, None, None))
+        shapes = ShapeSamples.of(part(arrays, "shapes"), poses=len(rotations), regions=regions.shape[1])
         basis = PackedBasis.of(part(arrays, "basis"), vertex_count=vertices)
-        if basis.mode_count != pose_weights.shape[2] + effects.shape[3]:
+        if basis.mode_count != pose_weights.shape[2] + shapes.weights.shape[2]:
             raise BadModel("the basis has a mode for each output of poses and shapes", basis.mode_count, AGAIN)
         indices = array_of(arrays, "indices", "int32", (vertices, INFLUENCES))
         nearest = array_of(arrays, "nearest", "int32", (vertices,))
         for name, found, limit in (("bone", indices, JOINT_COUNT), ("vertex of the body", nearest, body_vertices)):
             if found.size and not (found.min() >= 0 and found.max() < limit):
                 raise BadModel(f"the model names a {name} that does not exist", int(found.max()), AGAIN)
-        if not 1 <= effects.shape[2] <= len(rotations):
-            raise BadModel("a model has at least one anchor, and a pose for each", effects.shape[2], AGAIN)
-        if effects.shape[1] not in (1, regions.shape[1]):
-            raise BadModel("what the shape adds is told for each region, or for all", effects.shape[1], AGAIN)
         return cls(
             indices=indices,
             weights=array_of(arrays, "weights", "float32", (vertices, INFLUENCES)),
             nearest=nearest,
             regions=regions,
-            influence=array_of(arrays, "influence", "float32", (regions.shape[1], 3 * JOINT_COUNT)),
+            axes=array_of(arrays, "axes", "float32", (regions.shape[1], 3 * JOINT_COUNT)),
             rotations=rotations,
             rest=array_of(arrays, "rest", "float32", (vertices, 3)),
             rest_effects=array_of(arrays, "rest_effects", "float16", (None, vertices, 3)).astype(np.float32),
             offset=array_of(arrays, "offset", "float32", (vertices, 3)),
             basis=basis,
             pose_weights=pose_weights,
-            shape_effects=effects.astype(np.float32),
+            shapes=shapes,
             clearances=array_of(arrays, "clearances", "float32", (vertices,)),
             rigged=RiggedTables.of(part(arrays, "rigged"), vertices=vertices, poses=len(rotations)) if rigged else None,
         )

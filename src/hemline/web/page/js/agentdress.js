@@ -3,7 +3,7 @@
 import { intoColumns } from "hemline/kernels.js";
 import { at, multiply, normalised } from "hemline/quaternions.js";
 
-const LEAST_INFLUENCE = 1e-3, LANES = 16, RAD = Math.PI / 180;
+const LEAST_COUNTED = 1e-3, SQUARES = 0.5, LANES = 16, RAD = Math.PI / 180;
 const LIFT = 20 * RAD, HANGING = 30 * RAD, RAISED = 75 * RAD, ARMS = [[16, 1], [17, -1]];
 const DEEPEST = 0.03, ASIDE = 0.03; // as in animators/agentdress/model [m]
 
@@ -27,23 +27,37 @@ export class AgentDress {
     this.transforms = kernels.floats(16 * 24);
     this.quaternions = kernels.floats(4 * 24);
     this.joints = this.#countingJoints();
+    this.known = this.#knownAxes();
   }
 
   /** At rest on a body of any shape: what depends on the shape alone is made anew. */
   start(body) {
-    const { rest, rest_effects: restEffects, shape_effects: effects } = this.tables;
-    const wide = restEffects.shape[0] / 2, narrow = effects.shape[0] / 2, size = effects.length / effects.shape[0];
+    const { rest, rest_effects: restEffects } = this.tables;
     this.rest.set(rest);
-    features(body.betas, wide).forEach((feature, f) => {
+    features(body.betas, restEffects.shape[0] / 2).forEach((feature, f) => {
       const first = f * this.rest.length;
       if (feature !== 0) for (let i = 0; i < this.rest.length; i++) this.rest[i] += feature * restEffects[first + i];
     });
-    this.effects = new Float32Array(size);
-    features(body.betas, narrow).forEach((feature, f) => {
-      if (feature !== 0) for (let i = 0; i < size; i++) this.effects[i] += feature * effects[f * size + i];
-    });
+    this.effects = this.#effects(body.betas);
     this.#under(body.restNormals, this.normals);
     return { distances: null };
+  }
+
+  /** What a shape adds (shape regions, poses, modes); animators/agentdress/shape_samples. */
+  #effects(betas) {
+    const poses = this.tables["shapes.poses"], bodies = this.tables["shapes.betas"];
+    const weights = this.tables["shapes.weights"], [regions, samples, modes] = weights.shape;
+    const known = bodies.shape[1], query = features(betas, known).slice(0, known), [reach] = this.tables["shapes.reach"];
+    this.shapePoses = poses[samples - 1] + 1;
+    const out = new Float32Array(regions * this.shapePoses * modes);
+    for (let i = 0; i < samples; i++) {
+      const share = overShapes(bodies.subarray(i * known, (i + 1) * known), query, reach);
+      for (let g = 0; g < regions; g++) {
+        const from = (g * samples + i) * modes, to = (g * this.shapePoses + poses[i]) * modes;
+        for (let k = 0; k < modes; k++) out[to + k] += share * weights[from + k];
+      }
+    }
+    return out;
   }
 
   /** The state on a body of another shape. */
@@ -99,33 +113,45 @@ export class AgentDress {
 
   /** Joints whose turns count in some region. */
   #countingJoints() {
-    const { influence } = this.tables, width = 72;
+    const { axes } = this.tables, width = 72;
     return Array.from({ length: 24 }, (_, joint) => joint).filter((joint) => {
       for (let g = 0; g < this.regionCount; g++) {
-        const row = influence.subarray(g * width, (g + 1) * width), most = Math.max(...row, 1e-20);
-        if (row.subarray(3 * joint, 3 * joint + 3).some((each) => each / most > LEAST_INFLUENCE)) return true;
+        const row = axes.subarray(g * width, (g + 1) * width), most = Math.max(...row, 1e-20);
+        if (row.subarray(3 * joint, 3 * joint + 3).some((each) => each / most > LEAST_COUNTED)) return true;
       }
       return false;
     });
   }
 
-  /** Squared distances (regions, poses) from a pose to those of the model, its heading left out (Eq. 7). */
-  #distances(rotations) {
-    const { influence, rotations: known } = this.tables, { poseCount } = this;
-    const out = new Float32Array(this.regionCount * poseCount);
-    for (const joint of this.joints) {
-      const own = at(rotations, joint), [e, f, g, h] = joint === 0 ? withoutHeading(own) : own;
-      for (let s = 0, r = 4 * joint; s < poseCount; s++, r += 96) {
-        const a = known[r], b = -known[r + 1], c = -known[r + 2], d = -known[r + 3];
-        const x = a * f + b * e + c * h - d * g, y = a * g - b * h + c * e + d * f, z = a * h + b * g - c * f + d * e;
-        const cosine = Math.min(Math.abs(a * e - b * f - c * g - d * h), 1), half = Math.acos(cosine);
-        // twice the half angle along the axis, squared
-        const factor = cosine > 1 - 1e-12 ? 4 : (4 * half * half) / (1 - cosine * cosine);
-        for (let region = 0, q = 3 * joint; region < this.regionCount; region++, q += 72) {
-          out[region * poseCount + s] += factor * (influence[q] * x * x + influence[q + 1] * y * y + influence[q + 2] * z * z);
-        }
+  /** Axes of the counting joints' frames in the poses of the model (poses, counting, 9). */
+  #knownAxes() {
+    const { rotations } = this.tables, { joints, poseCount } = this;
+    const out = new Float32Array(9 * poseCount * joints.length);
+    for (let s = 0, to = 0; s < poseCount; s++) {
+      for (const joint of joints) {
+        out.set(turnedAxes(rotations.subarray(96 * s + 4 * joint, 96 * s + 4 * joint + 4)), to);
+        to += 9;
       }
     }
+    return out;
+  }
+
+  /** Squared distances (regions, poses) from a pose to those of the model, its heading left out (Eq. 7). */
+  #distances(rotations) {
+    const { axes } = this.tables, { poseCount, joints, known, regionCount } = this, squares = [0, 0, 0];
+    const out = new Float32Array(regionCount * poseCount);
+    joints.forEach((joint, k) => {
+      const own = at(rotations, joint), here = turnedAxes(joint === 0 ? withoutHeading(own) : own);
+      for (let s = 0; s < poseCount; s++) {
+        for (let c = 0, from = 9 * (s * joints.length + k); c < 3; c++, from += 3) {
+          const x = known[from] - here[3 * c], y = known[from + 1] - here[3 * c + 1], z = known[from + 2] - here[3 * c + 2];
+          squares[c] = x * x + y * y + z * z;
+        }
+        for (let region = 0, q = 3 * joint; region < regionCount; region++, q += 72) {
+          out[region * poseCount + s] += axes[q] * squares[0] + axes[q + 1] * squares[1] + axes[q + 2] * squares[2];
+        }
+      }
+    });
     return out;
   }
 
@@ -133,7 +159,8 @@ export class AgentDress {
   #mix() {
     const { tables, metadata, distances, effects, poseCount, regionCount } = this;
     const weights = tables.pose_weights, modes = tables["basis.modes"], scales = tables["basis.scales"];
-    const poseModes = weights.shape[2], [, shapeRegions, anchors, shapeModes] = tables.shape_effects.shape;
+    const poseModes = weights.shape[2], [shapeRegions, , shapeModes] = tables["shapes.weights"].shape;
+    const anchors = this.shapePoses;
     const told = new Float64Array(poseModes + shapeModes);
     for (let g = 0; g < regionCount; g++) {
       const row = Float64Array.from(distances.subarray(g * poseCount, (g + 1) * poseCount));
@@ -163,6 +190,14 @@ export class AgentDress {
   }
 }
 
+/** The kernel over shapes; animators/agentdress/shape_samples. */
+function overShapes(one, other, reach) {
+  const sum = (value) => one.reduce((total, _, i) => total + value(one[i], other[i]), 0);
+  if (reach === 0) return sum((a, b) => a * b + SQUARES * SQUARES * a * a * b * b);
+  const area = reach * reach, k = (square) => 1 / (1 + square / area);
+  return area * (k(sum((a, b) => (a - b) ** 2)) - k(sum((a) => a * a)) * k(sum((_, b) => b * b)));
+}
+
 /** (beta, beta^2) of so many betas, zeros where there are fewer. */
 function features(betas, count) {
   const known = Array.from({ length: count }, (_, i) => betas[i] ?? 0);
@@ -180,6 +215,15 @@ function lifted(rotations) {
     out.set([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], 4 * joint);
   }
   return out;
+}
+
+/** The columns of the matrix of a unit quaternion, one after the other. */
+function turnedAxes([w, x, y, z]) {
+  return [
+    1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y),
+    2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x),
+    2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y),
+  ];
 }
 
 /** A rotation without its turn about the vertical. */
