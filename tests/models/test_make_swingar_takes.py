@@ -3,6 +3,7 @@
 import collections
 import hashlib
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hemline import motions
-from hemline.models.make.swingar_takes import BODIES, SPEEDS, folder_of, parts
+from hemline.models.make.swingar_takes import BODIES, SPEEDS, folder_of, main, parts
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "sim"))
 CLIPS = ("walk", "run")
@@ -32,6 +33,24 @@ def test_clips_come_equally_often_and_each_garment_on_two_bodies():
 def test_a_folder_is_named_after_the_garment_or_its_file():
     assert folder_of("dress:7@35") == "dress-7@35"
     assert folder_of("some/where/my dress.obj") == "my_dress"
+
+
+@pytest.mark.parametrize(
+    "more, said",
+    [
+        (
+            ("--jobs", "2", "--scheduler", "tcp://127.0.0.1:9"),
+            "jobs are processes.*; got both; give one",
+        ),
+        (("--only", "walk.bvh"), "cannot read .*walk.bvh; got No such file or directory; name a BVH file"),
+    ],
+)
+def test_bad_input_is_one_line_and_nothing_is_written(folder, monkeypatch, more, said):
+    monkeypatch.setattr(sys, "argv", command(folder, "out", *more)[2:])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert re.fullmatch(f"hemline: {said}", str(ended.value))
+    assert not (folder / "out").exists()
 
 
 def command(folder: Path, output: str, *more: str) -> list[str]:
