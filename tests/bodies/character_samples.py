@@ -104,7 +104,8 @@ class Sample:
         pose: Rotations about own axes of bones, by joint, in which the file shows it, as rotation vectors [rad].
         parts: What the triangles are cut into: names of meshes, by the centre of each triangle (x, y, z).
         vrm: 1 or 0: a map of humanoid bones as VRM 1.0 or 0.x has it.
-        clips: Animations by name: times [s] and rotations (frames, 24, 4) wxyz of the joints against their rest.
+        clips: Animations by name: times [s] and rotations (frames, 24, 4) wxyz of the joints against their rest, in the
+            axes of the file.
         weights: What is done to the weights before they are written.
         body: The body that it is made of.
     """

@@ -14,7 +14,7 @@ from pages import ROOT, TUTORIALS
 
 from hemline.cli import main
 
-sys.path.insert(0, str(ROOT / "tests" / "export"))
+sys.path[:0] = [str(ROOT / "tests" / name) for name in ("export", "study")]
 BLOCK = re.compile(r"(?:^<!-- ([^\n]+) -->\n)?^```(\w+)([^\n]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 

@@ -67,6 +67,7 @@ def opened(address: str, *, playing: bool = False) -> Iterator[Opened]:
     """
     with browsing() as driver:
         driver.set_script_timeout(300)
+        driver.command_executor.client_config.timeout = 300  # else the connection gives up first
         wish = {"name": "prefers-reduced-motion", "value": "no-preference" if playing else "reduce"}
         driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [wish]})
         driver.get(address)

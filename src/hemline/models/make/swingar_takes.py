@@ -89,9 +89,11 @@ def main() -> None:
     ]
     began = time.monotonic()
     try:
+        for path in sorted({part.clip for recipe in recipes for part in recipe.parts}):
+            clean(path)  # one that cannot be read is refused before anything is written
         with workers(given.jobs, given.scheduler) as those:
             made = run_jobs((garment_job(recipe) for recipe in recipes), those)
-    except BadCluster as error:
+    except HemlineError as error:
         sys.exit(f"hemline: {error}")
     for recipe, said in zip(recipes, made, strict=True):
         _say(f"{recipe.garment:<28} {said}")
