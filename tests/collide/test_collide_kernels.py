@@ -6,7 +6,7 @@ import trimesh
 from projection_samples import Skintight, clip, sheet_behind
 from scipy.spatial import cKDTree
 
-from hemline.collide.projection.displace_kernels import lifted
+from hemline.collide.projection.displace_lane_kernels import lifted
 from hemline.collide.projection.project import Projector
 from hemline.collide.projection.project_frame import SKYLINE_MARGIN, ProjectedFrame
 from hemline.collide.projection.ray_kernels import certify
