@@ -32,7 +32,11 @@ def take_corners(body, faces, face, x, y, z, rows_out, lane):
     for corner in range(3):
         v = _index(faces[_index(face), _index(corner)])
         row = CORNERS + 3 * corner
-        rows_out[row, lane], rows_out[row + 1, lane], rows_out[row + 2, lane] = body[v, 0] - x, body[v, 1] - y, body[v, 2] - z
+        rows_out[row, lane], rows_out[row + 1, lane], rows_out[row + 2, lane] = (
+            body[v, 0] - x,
+            body[v, 1] - y,
+            body[v, 2] - z,
+        )
 
 
 @kernel(forceinline=True)
@@ -42,7 +46,11 @@ def take_normals(body, faces, ring_start, ring, known, normals, face, rows_out, 
         v, row = _index(faces[_index(face), _index(corner)]), NORMALS + 3 * corner
         if not known[v]:
             vertex_normal(body, faces, ring_start, ring, v, known, normals)
-        rows_out[row, lane], rows_out[row + 1, lane], rows_out[row + 2, lane] = normals[v, 0], normals[v, 1], normals[v, 2]
+        rows_out[row, lane], rows_out[row + 1, lane], rows_out[row + 2, lane] = (
+            normals[v, 0],
+            normals[v, 1],
+            normals[v, 2],
+        )
 
 
 @kernel
