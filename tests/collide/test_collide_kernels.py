@@ -6,7 +6,7 @@ import trimesh
 from projection_samples import Skintight, clip, sheet_behind
 from scipy.spatial import cKDTree
 
-from hemline.collide.projection.displace_kernels import lifted
+from hemline.collide.projection.displace_lane_kernels import LANES, ROWS, lift_out, lifted, stand
 from hemline.collide.projection.project import Projector
 from hemline.collide.projection.project_frame import SKYLINE_MARGIN, ProjectedFrame
 from hemline.collide.projection.ray_kernels import certify
@@ -138,3 +138,39 @@ def test_lift_keeps_order_and_joins_smoothly_at_the_margin():
     assert rise.min() > gap
     assert rise[-1] == pytest.approx(margin, abs=1e-12)
     assert (rise[-1] - rise[-2]) / (distance[-1] - distance[-2]) == pytest.approx(1, abs=0.01)
+
+
+def test_lanes_stand_within_their_faces_where_the_scalar_function_says_to_the_last_bit():
+    random, counts = np.random.default_rng(3), [0, 0]
+    for _ in range(200):
+        rows, stands = np.zeros((ROWS, LANES), np.float32), np.zeros(LANES, np.bool_)
+        rows[:9] = random.normal(size=(9, LANES))
+        corners = rows[:9].T.reshape(LANES, 3, 3).copy()
+        stand(rows, stands)
+        for (a, b, c), stood, found in zip(corners, stands, rows[9:11].T, strict=True):
+            s, t = nearest_weights(tuple(a), tuple(b), tuple(c))
+            assert stood == (min(s, t) > 0 and 1 - s - t > 1e-6)
+            assert not stood or tuple(found) == (s, t)
+            counts[int(stood)] += 1
+    assert min(counts) > 200
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_lanes_go_out_over_their_places_as_the_formula_says(held):
+    margin, gap, random = 0.0045, 0.0015, np.random.default_rng(4)
+    share = random.dirichlet(np.ones(3), LANES)
+    corners = random.normal(scale=0.01, size=(LANES, 3, 3))
+    normals = random.normal(size=(LANES, 1, 3)) + random.normal(scale=0.1, size=(LANES, 3, 3))
+    normal = np.einsum("lc,lci->li", share, normals)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    place, height = np.einsum("lc,lci->li", share, corners), np.linspace(-0.01, 0.01, LANES)[:, None]
+    point, offset = place + height * normal, np.full((LANES, 3), 0.001 * held)
+    rows = np.zeros((ROWS, LANES), np.float32)
+    rows[:9], rows[9:11], rows[11] = corners.reshape(LANES, 9).T, share[:, 1:].T, height[:, 0] ** 2
+    rows[12:15], rows[15:18], rows[18:] = point.T, offset.T, normals.reshape(LANES, 9).T
+    lift_out(rows, np.float32(margin), np.float32(gap), np.float32(1e-8))
+    rise = np.maximum(lifted(np.minimum(height, margin), margin, gap) - height, 0)
+    rise = np.maximum(rise, (offset * normal).sum(1, keepdims=True)) if held else rise
+    expected = np.where(height < margin, point + rise * normal, point + offset)
+    np.testing.assert_allclose(rows[12:15].T, expected, atol=1e-7)
+    np.testing.assert_allclose(rows[11], height[:, 0], atol=1e-9)

@@ -33,7 +33,7 @@ class Placement:
 
     def of(self, pose: Pose) -> Pose:
         """One frame of the clip on the body: bit for bit that frame of `of_motion`, of no clip any more."""
-        return replace(pose, translation=self._moved(pose.translation), clip=None)
+        return pose.placed_at(self._moved(pose.translation))
 
     def of_motion(self, motion: Motion) -> Motion:
         """The clip, or a stretch of it, on the body."""

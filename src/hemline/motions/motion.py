@@ -76,6 +76,19 @@ class Pose:
         """Short hash of the content."""
         return content_hash(self.rotations, self.translation)
 
+    def placed_at(self, translation: Float[np.ndarray, "3"]) -> "Pose":
+        """The same pose elsewhere, on its body already: of no clip.
+
+        Rotations that were checked are not checked again, which would take longer than all else.
+
+        Args:
+            translation: Position of the pelvis joint in the world, finite, float32 [m].
+        """
+        there = object.__new__(Pose)
+        for name, value in (("rotations", self.rotations), ("translation", translation), ("clip", None)):
+            object.__setattr__(there, name, value)
+        return there
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:

@@ -8,6 +8,30 @@ from hemline.compiled import kernel
 _index = np.uintp
 NEVER = np.float32(-1)
 """A clearance that no vertex lacks [m]."""
+LEAST = np.float32(1e-4)
+"""Regions with no more than this share of a vertex are left out."""
+TOGETHER = 3
+"""Regions that are added in one pass: few vertices are in more."""
+
+
+@kernel(forceinline=True)
+def take_bones(t, bones_out, turns_over_out):
+    """What a bone adds to a vertex, in a row of 16: columns of its transform, a number of its quaternion after each.
+
+    in: t (joints, 3, 4); out: bones_out (joints, 16), turns_over_out (joints, joints): quaternions of opposite signs.
+    """
+    duals = np.empty((t.shape[0], 8), np.float32)
+    dual_quaternions(t, duals)
+    for j in range(t.shape[0]):
+        for column in range(4):
+            for row in range(3):
+                bones_out[j, 4 * column + row] = t[j, row, column]
+            bones_out[j, 4 * column + 3] = duals[j, column]
+        for i in range(t.shape[0]):
+            along = np.float32(0)
+            for q in range(4):
+                along += duals[j, q] * duals[i, q]
+            turns_over_out[j, i] = along < 0
 
 
 @kernel(fastmath={"reassoc", "contract", "nsz"})
@@ -21,43 +45,44 @@ def wear(indices, weights, nearest, regions, digits, clearances, mixed, rest, of
     # out: out (verts, 3): vertices in the world [m]
     # x = sum_b w_b A_b rest + R (offset + sum_k d_k sum_g r_g m_gk), R of the normalised sum of w_b q_b;
     # then out of the skin along R n
-    duals = np.empty((t.shape[0], 8), np.float32)
-    dual_quaternions(t, duals)
-    columns, two = digits.shape[2], np.float32(2)
-    shares = np.empty(columns, np.float32)
+    joints, two = t.shape[0], np.float32(2)
+    bones, turns_over = np.empty((joints, 16), np.float32), np.empty((joints, joints), np.bool_)
+    take_bones(t, bones, turns_over)
+    columns, count = digits.shape[2], regions.shape[1]
+    active, shares = np.zeros(count + TOGETHER, np.int64), np.zeros(count + TOGETHER, np.float32)
     for vertex in range(indices.shape[0]):
         v = _index(vertex)
-        for k in range(columns):
-            shares[k] = 0
-        for g in range(regions.shape[1]):
-            share = regions[v, g]
-            if share > 1e-4:
-                for k in range(columns):
-                    shares[k] += share * mixed[g, k]
+        near = 0
+        for g in range(count):
+            active[near], shares[near] = g, regions[v, _index(g)]
+            near += regions[v, _index(g)] > LEAST
+        for g in range(near, near + TOGETHER):
+            shares[g] = 0
         u0, u1, u2 = offset[v, 0], offset[v, 1], offset[v, 2]
-        for k in range(columns):
-            share = shares[k]
-            u0 += np.float32(digits[v, 0, k]) * share
-            u1 += np.float32(digits[v, 1, k]) * share
-            u2 += np.float32(digits[v, 2, k]) * share
-        p0, p1, p2 = rest[v, 0], rest[v, 1], rest[v, 2]
-        x, y, z = np.float32(0), np.float32(0), np.float32(0)
-        a, b, c, d = np.float32(0), np.float32(0), np.float32(0), np.float32(0)
+        for begin in range(0, near, TOGETHER):
+            g = _index(begin)
+            one, other, third = shares[g], shares[g + _index(1)], shares[g + _index(2)]
+            m, n, o = _index(active[g]), _index(active[g + _index(1)]), _index(active[g + _index(2)])
+            for k in range(columns):
+                share = one * mixed[m, k] + other * mixed[n, k] + third * mixed[o, k]
+                u0 += np.float32(digits[v, 0, k]) * share
+                u1 += np.float32(digits[v, 1, k]) * share
+                u2 += np.float32(digits[v, 2, k]) * share
         first = _index(indices[v, 0])
-        f0, f1, f2, f3 = duals[first, 0], duals[first, 1], duals[first, 2], duals[first, 3]
+        x0 = x1 = x2 = x3 = y0 = y1 = y2 = y3 = z0 = z1 = z2 = z3 = a = b = c = d = np.float32(0)
         for i in range(indices.shape[1]):
             w, j = weights[v, i], _index(indices[v, i])
             if w == 0:
                 break
-            x += w * (t[j, 0, 0] * p0 + t[j, 0, 1] * p1 + t[j, 0, 2] * p2 + t[j, 0, 3])
-            y += w * (t[j, 1, 0] * p0 + t[j, 1, 1] * p1 + t[j, 1, 2] * p2 + t[j, 1, 3])
-            z += w * (t[j, 2, 0] * p0 + t[j, 2, 1] * p1 + t[j, 2, 2] * p2 + t[j, 2, 3])
-            g0, g1, g2, g3 = duals[j, 0], duals[j, 1], duals[j, 2], duals[j, 3]
-            w = -w if f0 * g0 + f1 * g1 + f2 * g2 + f3 * g3 < 0 else w
-            a += w * g0
-            b += w * g1
-            c += w * g2
-            d += w * g3
+            s = -w if turns_over[first, j] else w
+            x0, y0, z0, a = x0 + w * bones[j, 0], y0 + w * bones[j, 1], z0 + w * bones[j, 2], a + s * bones[j, 3]
+            x1, y1, z1, b = x1 + w * bones[j, 4], y1 + w * bones[j, 5], z1 + w * bones[j, 6], b + s * bones[j, 7]
+            x2, y2, z2, c = x2 + w * bones[j, 8], y2 + w * bones[j, 9], z2 + w * bones[j, 10], c + s * bones[j, 11]
+            x3, y3, z3, d = x3 + w * bones[j, 12], y3 + w * bones[j, 13], z3 + w * bones[j, 14], d + s * bones[j, 15]
+        p0, p1, p2 = rest[v, 0], rest[v, 1], rest[v, 2]
+        x = x0 * p0 + x1 * p1 + x2 * p2 + x3
+        y = y0 * p0 + y1 * p1 + y2 * p2 + y3
+        z = z0 * p0 + z1 * p1 + z2 * p2 + z3
         scale = np.float32(1) / np.sqrt(a * a + b * b + c * c + d * d)
         a, b, c, d = a * scale, b * scale, c * scale, d * scale
         # a vector u turned by (a, q): u + 2 a (q x u) + 2 q x (q x u)

@@ -3,8 +3,21 @@
 import numpy as np
 
 from hemline.collide.surface.search_kernels import search_room, seek
-from hemline.collide.surface.surface_kernels import MOST_STEPS, blended_normal, place_on, plane_height, walk
+from hemline.collide.surface.surface_kernels import MOST_STEPS, height_over, plane_height, vertex_normal, walk
 from hemline.compiled import kernel
+
+from .displace_lane_kernels import (
+    CORNERS,
+    LANES,
+    NORMALS,
+    OFFSET,
+    POINT,
+    ROWS,
+    SQUARED,
+    WEIGHTS,
+    lift_out,
+    stand,
+)
 
 _index = np.uintp
 SLOW_DEPTH = np.float32(0.01)
@@ -14,10 +27,30 @@ SLOW_STEPS = 5
 
 
 @kernel(forceinline=True)
-def lifted(distance, margin, gap):
-    """Distance at which a vertex at `distance` < `margin` ends: in (gap, margin), monotone, C1 at the margin."""
-    room = margin - gap
-    return gap + room * room / (room + margin - distance)
+def take_corners(body, faces, face, x, y, z, rows_out, lane):
+    """The corners of a face, relative to a point, into a lane of the rows."""
+    for corner in range(3):
+        v = _index(faces[_index(face), _index(corner)])
+        row = CORNERS + 3 * corner
+        rows_out[row, lane], rows_out[row + 1, lane], rows_out[row + 2, lane] = (
+            body[v, 0] - x,
+            body[v, 1] - y,
+            body[v, 2] - z,
+        )
+
+
+@kernel(forceinline=True)
+def take_normals(body, faces, ring_start, ring, known, normals, face, rows_out, lane):
+    """The normals at the corners of a face into a lane of the rows."""
+    for corner in range(3):
+        v, row = _index(faces[_index(face), _index(corner)]), NORMALS + 3 * corner
+        if not known[v]:
+            vertex_normal(body, faces, ring_start, ring, v, known, normals)
+        rows_out[row, lane], rows_out[row + 1, lane], rows_out[row + 2, lane] = (
+            normals[v, 0],
+            normals[v, 1],
+            normals[v, 2],
+        )
 
 
 @kernel
@@ -45,60 +78,65 @@ def displace(
     farther inside look for a much shorter way out, and in the first turn all do; in and out: anchors (n,), heights
     (n,): signed distance when last measured; out: displaced_out (k,3), signed_out (k,): signed distance before [m].
     """
-    tiny, one, loyalty = np.float32(1e-8), np.float32(1), np.float32(0.1)
-    last, room = np.int64(-1), search_room(skin)
+    tiny, loyalty, last, room = np.float32(1e-8), np.float32(0.1), np.int64(-1), search_room(skin)
     body, faces, ring_start, ring = skin.body, skin.faces, skin.ring_start, skin.ring
-    for k in range(len(ids)):
-        i = _index(ids[k])
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        ox, oy, oz = offsets[i, 0] * decay, offsets[i, 1] * decay, offsets[i, 2] * decay
-        held = ox * ox + oy * oy + oz * oz > tiny
-        rest = heights[i] > 2 * margin and not held and (ids[k] + turn) % 4 != 0
-        if rest and (heights[i] > far or plane_height(skin, anchors[i], x, y, z) > 2 * margin):
-            displaced_out[k, 0], displaced_out[k, 1], displaced_out[k, 2] = x, y, z
-            signed_out[k] = heights[i]
-            continue
-        placed = places[i] >= 0
-        start = np.int64(places[i] if placed else anchors[i])
-        slow = placed or (held and heights[i] < -SLOW_DEPTH)
-        most_steps = np.int64(SLOW_STEPS if slow else MOST_STEPS)
-        if last >= 0 and not slow:
-            p, q = _index(faces[_index(last), 0]), _index(faces[_index(start), 0])
-            px, py, pz = body[p, 0] - x, body[p, 1] - y, body[p, 2] - z
-            qx, qy, qz = body[q, 0] - x, body[q, 1] - y, body[q, 2] - z
-            if px * px + py * py + pz * pz < np.float32(0.25) * (qx * qx + qy * qy + qz * qz):
-                start = last
-        for attempt in range(2):
-            last, at_b, at_c, squared = walk(skin, start, most_steps, x, y, z)
-            cx, cy, cz = place_on(skin, last, at_b, at_c)
-            rx, ry, rz = x - cx, y - cy, z - cz
-            nx, ny, nz = blended_normal(skin, last, at_b, at_c)
-            height = rx * nx + ry * ny + rz * nz
-            distance = np.sqrt(squared) * (one if height >= 0 else -one)
-            deep = distance < -far and ((heights[i] > -far and not slow) or (ids[k] + turn) % 16 == 0)
-            if attempt == 1 or placed or not (deep or turn == 1):
-                break
-            reach = squared * (one if turn == 1 else loyalty)
-            vertex, _ = seek(skin, np.int32(-1), x, y, z, np.int64(-1), reach, room)
-            if vertex < 0:
-                break
-            start = np.int64(ring[ring_start[vertex]])
-        anchors[i] = last
-        signed_out[k] = heights[i] = distance
-        if distance < margin:
-            rise = lifted(distance, margin, gap)
-            share = (margin - gap) / (margin - gap + margin - distance)
-            up = rise - share * distance
-            yx, yy, yz = cx + share * rx + up * nx, cy + share * ry + up * ny, cz + share * rz + up * nz
-            if held:
-                done = (yx - x) * nx + (yy - y) * ny + (yz - z) * nz
-                more = max(ox * nx + oy * ny + oz * nz - done, np.float32(0))
-                yx, yy, yz = yx + more * nx, yy + more * ny, yz + more * nz
-            displaced_out[k, 0], displaced_out[k, 1], displaced_out[k, 2] = yx, yy, yz
-        elif held:
-            displaced_out[k, 0], displaced_out[k, 1], displaced_out[k, 2] = x + ox, y + oy, z + oz
-        else:
-            displaced_out[k, 0], displaced_out[k, 1], displaced_out[k, 2] = x, y, z
+    known, normals = skin.known, skin.normals
+    rows, stands = np.zeros((ROWS, LANES), np.float32), np.zeros(LANES, np.bool_)
+    at_rest = np.zeros(LANES, np.bool_)
+    for begin in range(0, len(ids), LANES):
+        count = min(LANES, len(ids) - begin)
+        for lane in range(count):
+            i = _index(ids[begin + lane])
+            take_corners(body, faces, anchors[i], points[i, 0], points[i, 1], points[i, 2], rows, lane)
+        stand(rows, stands)
+        for lane in range(count):
+            k = begin + lane
+            i = _index(ids[k])
+            x, y, z = points[i, 0], points[i, 1], points[i, 2]
+            ox, oy, oz = offsets[i, 0] * decay, offsets[i, 1] * decay, offsets[i, 2] * decay
+            held = ox * ox + oy * oy + oz * oz > tiny
+            rest = heights[i] > 2 * margin and not held and (ids[k] + turn) % 4 != 0
+            at_rest[lane] = rest and (heights[i] > far or plane_height(skin, anchors[i], x, y, z) > 2 * margin)
+            if at_rest[lane]:
+                continue
+            placed = places[i] >= 0
+            start = np.int64(places[i] if placed else anchors[i])
+            slow = placed or (held and heights[i] < -SLOW_DEPTH)
+            most_steps = np.int64(SLOW_STEPS if slow else MOST_STEPS)
+            if last >= 0 and not slow:
+                p, q = _index(faces[_index(last), 0]), _index(faces[_index(start), 0])
+                px, py, pz = body[p, 0] - x, body[p, 1] - y, body[p, 2] - z
+                qx, qy, qz = body[q, 0] - x, body[q, 1] - y, body[q, 2] - z
+                if px * px + py * py + pz * pz < np.float32(0.25) * (qx * qx + qy * qy + qz * qz):
+                    start = last
+            last, at_b, at_c, squared = start, rows[WEIGHTS, lane], rows[WEIGHTS + 1, lane], rows[SQUARED, lane]
+            if not stands[lane] or start != anchors[i]:
+                last, at_b, at_c, squared = walk(skin, start, most_steps, x, y, z)
+            if not placed and (turn == 1 or squared > far * far):
+                deep = (heights[i] > -far and not slow) or (ids[k] + turn) % 16 == 0
+                if turn == 1 or (deep and height_over(skin, last, at_b, at_c, x, y, z) < 0):
+                    reach = squared * (np.float32(1) if turn == 1 else loyalty)
+                    vertex, _ = seek(skin, np.int32(-1), x, y, z, np.int64(-1), reach, room)
+                    if vertex >= 0:
+                        start = np.int64(ring[ring_start[vertex]])
+                        last, at_b, at_c, squared = walk(skin, start, most_steps, x, y, z)
+            anchors[i] = last
+            take_corners(body, faces, last, np.float32(0), np.float32(0), np.float32(0), rows, lane)
+            take_normals(body, faces, ring_start, ring, known, normals, last, rows, lane)
+            rows[WEIGHTS, lane], rows[WEIGHTS + 1, lane], rows[SQUARED, lane] = at_b, at_c, squared
+            rows[POINT, lane], rows[POINT + 1, lane], rows[POINT + 2, lane] = x, y, z
+            rows[OFFSET, lane], rows[OFFSET + 1, lane], rows[OFFSET + 2, lane] = ox, oy, oz
+        lift_out(rows, margin, gap, tiny)
+        for lane in range(count):
+            k = begin + lane
+            i = _index(ids[k])
+            if at_rest[lane]:
+                displaced_out[k, 0], displaced_out[k, 1], displaced_out[k, 2] = points[i, 0], points[i, 1], points[i, 2]
+                signed_out[k] = heights[i]
+                continue
+            signed_out[k] = heights[i] = rows[SQUARED, lane]
+            for axis in range(3):
+                displaced_out[k, axis] = rows[POINT + axis, lane]
 
 
 @kernel

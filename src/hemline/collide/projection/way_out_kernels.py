@@ -7,7 +7,7 @@ from hemline.collide.surface.search_kernels import face_of_limb, search_room, se
 from hemline.collide.surface.surface_kernels import blended_normal, place_on, walk
 from hemline.compiled import kernel
 
-from .displace_kernels import lifted
+from .displace_lane_kernels import lifted
 
 _index = np.uintp
 

@@ -190,6 +190,14 @@ def place_on(skin, face, at_b, at_c):
     return x, y, z
 
 
+@kernel
+def height_over(skin, face, at_b, at_c, x, y, z):
+    """Height of a point over the skin at a place of a face, along the normal there [m]."""
+    cx, cy, cz = place_on(skin, face, at_b, at_c)
+    nx, ny, nz = blended_normal(skin, face, at_b, at_c)
+    return (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
+
+
 @kernel(forceinline=True)
 def plane_height(skin, face, x, y, z):
     """Height of a point over the plane of a face [m]."""
