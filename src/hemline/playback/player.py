@@ -146,8 +146,7 @@ class Player:
         worn = WornGarment.of(collider, garment.vertices)
         settled = settled_vertices(level.animator)
         projector = projector_of(
-            garment,
-            collider,
+            level,
             worn,
             settled,
             thickness_mm,
