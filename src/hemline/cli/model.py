@@ -56,7 +56,7 @@ def open_model(
             for a model that has its own.
         body: As for `body_of`.
         betas: As for `body_of`.
-        over: What is worn over it, from the skin outwards: garments, for a model of many; else models of a garment each.
+        over: What is worn over it, from the skin outwards: garments, for a model of many; else models, each of one.
         clamp: Move betas into the range in which the model is believed.
 
     Raises:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from hemline.arrays import Int, Vertices
+from hemline.arrays import Float, Int, Points, Vertices
 from hemline.collide.cover.cover import Cover
 from hemline.collide.projection.prepared import Guarantee, ProjectionSettings, ProjectorState
 from hemline.collide.projection.project import Projector
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 MARGIN = 3.0
 """Vertices nearer than so many thicknesses to the cloth beneath are moved outward, as those near the skin are."""
+ROUNDED = np.float32(1.0001)
+"""Room for the rounding of lengths that are seen from another frame."""
 HELD = 2.0
 """The whole-cloth step holds samples at so many thicknesses over the cloth beneath."""
 
@@ -120,7 +122,7 @@ class Layer:
         surface = PosedSurface.at(worn.patches, posed.transforms[worn.key_joint], skin)
         whole = state.whole
         if self.whole and whole:
-            whole, outer = self.whole.step(whole, posed, outer, dt=dt, surface=surface)
+            whole, outer = _as_it_comes(self.whole, outer).step(whole, posed, outer, dt=dt, surface=surface)
         outer = self.cover.step(skin, outer) if self.cover else outer
         moved, outer, report = self.projector.project(state.projector, posed, outer, dt=dt, surface=surface)
         return LayerState(whole, moved), outer, report.pinched
@@ -134,6 +136,19 @@ class Layer:
             among: Which of its vertices are asked.
         """
         return among[inside(self.closed.vertices(inner), self.closed.faces, outer[among])] if len(among) else among
+
+
+def _as_it_comes(whole: WholeCloth, outer: Vertices) -> WholeCloth:
+    """The step for which no edge is too long that is as long already: where nothing is pushed, nothing moves."""
+    points, (fine, coarse) = outer[whole.worn.order], (whole.fine, whole.coarse)
+    now = (_lengths(points, fine.edges) / whole.settings.stretch, _lengths(points[coarse.controls], coarse.edges))
+    longest = [np.maximum(model.lengths, ROUNDED * each) for model, each in zip((fine, coarse), now, strict=True)]
+    return replace(whole, fine=fine._replace(lengths=longest[0]), coarse=coarse._replace(lengths=longest[1]))
+
+
+def _lengths(points: Points, edges: Int[np.ndarray, "edges 2"]) -> Float[np.ndarray, " edges"]:
+    ways = points[edges[:, 1]] - points[edges[:, 0]]
+    return np.sqrt(np.einsum("ec,ec->e", ways, ways))
 
 
 def _unpinned(garment: "Garment") -> "Garment":
