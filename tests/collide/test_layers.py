@@ -26,6 +26,11 @@ def lifted(heights, name="over"):
     return replace(cloth, vertices=cloth.vertices + np.asarray(heights, np.float32).reshape(-1, 1) * normals, name=name)
 
 
+@cache
+def make_patches_once():
+    return make_patches(trousers()[0])
+
+
 def uneven(count, seed=0, low=-0.01, high=0.004):
     return np.random.default_rng(seed).uniform(low, high, count)
 
@@ -34,7 +39,7 @@ def projected(pieces, *, thickness=0.0015, whole=False):
     """Pieces in the rest pose, each where its own vertices are, after one frame; the bounds of each."""
     shaped = trousers()[0]
     vertices = np.concatenate([piece.vertices for piece in pieces])
-    worn = WornGarment.of(shaped, vertices)
+    worn = WornGarment.of(shaped, vertices, patches=make_patches_once())
     held = tuple(whole for _ in pieces)
     projector = LayeredProjector.prepare(shaped, pieces, worn, thickness=thickness, whole=held, cover=whole)
     posed = shaped.posed(shaped.rest_pose)
@@ -144,7 +149,7 @@ def test_the_state_is_not_changed_and_the_same_frame_has_the_same_bits():
     shaped, cloth, _ = trousers()
     outer = lifted(uneven(len(cloth.vertices)))
     vertices = np.concatenate([cloth.vertices, outer.vertices])
-    worn = WornGarment.of(shaped, vertices)
+    worn = WornGarment.of(shaped, vertices, patches=make_patches_once())
     projector = LayeredProjector.prepare(shaped, (cloth, outer), worn, whole=(False, True))
     posed, state = shaped.posed(shaped.rest_pose), projector.start()
     once, twice = (projector.project(state, posed, vertices, dt=1 / 30)[1] for _ in range(2))

@@ -92,7 +92,14 @@ class LayeredProjector:
         """
         bounds = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
         projectors = tuple(
-            Projector.prepare(shaped, piece.vertices, piece.faces, guarantee=guarantee, measure=measure)
+            Projector.prepare(
+                shaped,
+                piece.vertices,
+                piece.faces,
+                guarantee=guarantee,
+                measure=measure,
+                worn=WornGarment.of(shaped, piece.vertices, patches=worn.patches),
+            )
             for piece in pieces
         )
         options = {"thickness": thickness, "guarantee": guarantee, "cover": cover, "detail": detail}
