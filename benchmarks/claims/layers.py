@@ -173,8 +173,8 @@ def main() -> None:
         print(_line(row), end="", flush=True)
         with RESULTS.open("a") as file:
             file.write(json.dumps(row | {"machine": machine(), "commit": commit()}) + "\n")
-    PAGE.write_text(page(rows))
-    pictures.write_webp(PICTURE, shown, fps=0.5)
+        PAGE.write_text(page(rows))
+        pictures.write_webp(PICTURE, shown, fps=0.5)
 
 
 if __name__ == "__main__":
