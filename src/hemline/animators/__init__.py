@@ -17,6 +17,8 @@ from .model_file import model_path as model_path
 from .model_file import shipped_models as shipped_models
 from .registry import animator_kind as animator_kind
 from .registry import animator_names as animator_names
+from .together import AnimatorTogether as AnimatorTogether
+from .together import together as together
 
 if TYPE_CHECKING:
     from hemline.datasets import Collection, Dataset
@@ -55,6 +57,7 @@ def fit(
 __all__ = [
     "Animator",
     "AnimatorKind",
+    "AnimatorTogether",
     "Bounded",
     "Driven",
     "Progress",

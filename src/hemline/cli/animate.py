@@ -26,7 +26,10 @@ class Arguments:
     garment: str | None = None
     """The garment to wear, by name or a file, for a model that was fitted on many."""
     over: tuple[str, ...] = ()
-    """Garments that it wears over that one, from the skin outwards. They are not kept out of each other."""
+    """What is worn over it, from the skin outwards, each kept out of what is beneath: garments, for a model that takes
+    any; else models, each with its own garment."""
+    thickness_mm: float = 1.5
+    """Least distance of a garment from the one beneath it, where it must be moved [mm]."""
     betas: tuple[float, ...] = ()
     """Shape of the body."""
     clamp_betas: bool = False
@@ -99,7 +102,15 @@ def run(arguments: Arguments) -> int:
             display.advance(task)
 
         clip = record(
-            play(animator, body, motion, fps=arguments.fps, untangle=arguments.untangle, detail=arguments.detail),
+            play(
+                animator,
+                body,
+                motion,
+                fps=arguments.fps,
+                untangle=arguments.untangle,
+                detail=arguments.detail,
+                thickness_mm=arguments.thickness_mm,
+            ),
             garment_name=garment.name,
             garment_faces=garment.faces,
             motion=motion,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.animators import Animator, Bounded, Related, Wearable, load
+from hemline.animators import Animator, Bounded, Related, Wearable, load, together
 from hemline.bodies import ShapedBody
 from hemline.errors import BadInput, HemlineWarning
 
@@ -56,14 +56,14 @@ def open_model(
             for a model that has its own.
         body: As for `body_of`.
         betas: As for `body_of`.
-        over: Garments that such a model wears over that one, from the skin outwards.
+        over: What is worn over it, from the skin outwards: garments, for a model of many; else models, each of one.
         clamp: Move betas into the range in which the model is believed.
 
     Raises:
         BadModel: As `animators.load`.
         BadBody: As `body_of`.
-        BadInput: A model of many garments without one, or a garment for a model that has its own; or a model that has
-            no such range.
+        BadInput: A model of many garments without one, or a garment for a model that has its own; a garment over
+            itself; or a model that has no such range.
     """
     from hemline.garments import worn_together
 
@@ -74,13 +74,28 @@ def open_model(
     if isinstance(model, Wearable):
         if garment is None:
             raise BadInput(f"model '{name}' needs a garment to wear", "none", "name one with --garment")
+        _check_each_once((garment, *over))
         each = [_worn(one, shaped) for one in (garment, *over)]
         return model.worn_by(worn_together(each) if over else each[0], shaped), shaped
-    for flag, given in (("--garment", garment), ("--over", " ".join(over))):
-        if given:
-            cure = f"leave {flag} out, or fit an animator to that garment"
-            raise BadInput(f"model '{name}' has its own garment, {model.garment.name}", given, cure)
-    return model, shaped
+    if garment is not None:
+        cure = "leave --garment out, or fit an animator to that garment"
+        raise BadInput(f"model '{name}' has its own garment, {model.garment.name}", garment, cure)
+    _check_each_once((name, *over))
+    return (together([model, *map(_with_its_own, over)]) if over else model), shaped
+
+
+def _check_each_once(names: Sequence[str]) -> None:
+    for at, name in enumerate(names):
+        if name in names[:at]:
+            raise BadInput("a garment cannot be worn over itself", f"'{name}' twice", "name another one with --over")
+
+
+def _with_its_own(name: str) -> Animator:
+    model = load(name)
+    if isinstance(model, Wearable):
+        cure = f"name models with a garment of their own, or play them all by '{name}': --garment INNER --over OUTER"
+        raise BadInput("a model that takes any garment is not worn over another model", f"--over {name}", cure)
+    return model
 
 
 def _worn(garment: str, shaped: ShapedBody) -> "Garment":

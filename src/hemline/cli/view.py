@@ -27,6 +27,8 @@ class Arguments:
     """Clips (BVH, AMASS), or names of shipped excerpts; left out: all excerpts."""
     garment: str | None = None
     """The garment to wear, by name or a file, for a model that takes any; left out: cape and skirt."""
+    over: tuple[str, ...] = ()
+    """What each model wears over its garment: garments, for a model that takes any; else models."""
     body: str | None = None
     """The body, by name or a file, for a model that takes any garment; left out: anny24."""
     betas: tuple[float, ...] = ()
@@ -69,16 +71,16 @@ def shelf_of(arguments: Arguments) -> "Shelf":
         model = animators.load(word)
         if isinstance(model, animators.Wearable):
             for garment in (arguments.garment,) if arguments.garment else ("cape", "skirt"):
-                models[f"{word}: {garment}"] = partial(_worn, word, garment, arguments.body, arguments.betas)
+                models[f"{word}: {garment}"] = partial(_worn, word, garment, arguments)
         else:
-            models[word] = partial(animators.load, word)
+            models[word] = partial(_worn, word, None, arguments) if arguments.over else partial(animators.load, word)
     clips = {word: partial(motions.open_motion, word) for word in arguments.motion or motions.names()}
     for word in arguments.motion:
         clips[word]()
     return Shelf(models, clips, tuple(datasets.open_dataset(folder) for folder in folders))
 
 
-def _worn(word: str, garment: str, body: str | None, betas: tuple[float, ...]) -> "Animator":
+def _worn(word: str, garment: str | None, arguments: Arguments) -> "Animator":
     from .model import open_model
 
-    return open_model(word, garment, body, betas)[0]
+    return open_model(word, garment, arguments.body, arguments.betas, over=arguments.over)[0]

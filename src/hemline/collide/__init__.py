@@ -1,6 +1,9 @@
 """The body as an obstacle: distances for ropes, winding numbers, whole cloth, cover, and the final projection."""
 
 from .cover.cover import Cover as Cover
+from .layers.layered_projector import LayeredProjector as LayeredProjector
+from .layers.layered_projector import LayersReport as LayersReport
+from .layers.layered_projector import LayersState as LayersState
 from .projection.prepared import Guarantee as Guarantee
 from .projection.prepared import ProjectionSettings as ProjectionSettings
 from .projection.prepared import ProjectorState as ProjectorState
@@ -8,6 +11,7 @@ from .projection.project import Projector as Projector
 from .projection.project_frame import ProjectionReport as ProjectionReport
 from .surface.patches import limb_of_vertices as limb_of_vertices
 from .surface.patches import limbs as limbs
+from .surface.posed_surface import PosedSurface as PosedSurface
 from .surface.worn import WornGarment as WornGarment
 from .whole.whole_cloth import WholeCloth as WholeCloth
 from .whole.whole_cloth import WholeSettings as WholeSettings
@@ -18,6 +22,10 @@ from .winding.numbers import winding_numbers as winding_numbers
 __all__ = [
     "Cover",
     "Guarantee",
+    "LayeredProjector",
+    "LayersReport",
+    "LayersState",
+    "PosedSurface",
     "ProjectionReport",
     "ProjectionSettings",
     "Projector",

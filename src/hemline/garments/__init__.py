@@ -18,6 +18,7 @@ from .shipped import names as names
 from .shipped import open_garment as open_garment
 from .skirt import SkirtCut as SkirtCut
 from .skirt import make_skirt as make_skirt
+from .worn_together import pieces_apart as pieces_apart
 from .worn_together import worn_together as worn_together
 
 

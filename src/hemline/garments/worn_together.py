@@ -1,7 +1,7 @@
 """Several garments worn together, as one: a shirt and a skirt, a dress and a cape."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -53,6 +53,36 @@ def worn_together(garments: Sequence[Garment], *, name: str | None = None) -> Ga
         pieces=pieces,
     )
     return whole.layered()
+
+
+def pieces_apart(garment: Garment) -> tuple[Garment, ...]:
+    """The pieces of a garment, each as a garment where it lies; one of a single piece is itself.
+
+    Args:
+        garment: From the skin outwards.
+    """
+    if len(garment.worn) == 1:
+        return (garment,)
+    ends = np.cumsum([piece.vertex_count for piece in garment.worn])
+    of_pin, pins, apart = np.searchsorted(ends, garment.pins.vertices, side="right"), garment.pins, list[Garment]()
+    for at, (piece, end) in enumerate(zip(garment.worn, ends, strict=True)):
+        low, faces, held = end - piece.vertex_count, garment.face_pieces == at, of_pin == at
+        own = {field.name: getattr(pins, field.name)[held] for field in fields(pins)}
+        apart.append(
+            replace(
+                garment,
+                name=piece.name,
+                vertices=garment.vertices[low:end],
+                faces=garment.faces[faces] - np.int32(low),
+                rest_edges=garment.rest_edges[faces],
+                material=piece.material,
+                pins=replace(pins, **(own | {"vertices": own["vertices"] - np.int32(low)})),
+                chains=(),
+                flat_rest=piece.flat_rest,
+                pieces=(),
+            )
+        )
+    return tuple(apart)
 
 
 def _same(one: np.ndarray, other: np.ndarray) -> bool:

@@ -23,6 +23,6 @@ class Frame:
     report: ProjectionReport
     """What the projection did."""
     milliseconds: Mapping[str, float]
-    """Time by stage [ms]: `body`, `animator`, `whole`, `cover`, `projection`."""
+    """Time by stage [ms]: `body`, `animator`, `whole`, `cover`, `projection`; `layers` of several garments."""
     novelty: float | None = None
     """How far the pose is from all poses of the fit, see `Bounded`; None where the animator cannot tell."""

@@ -10,6 +10,7 @@ from hemline.errors import BadInput
 from hemline.motions.motion import Motion
 
 from .frame import Frame
+from .layers import THICKNESS_MM
 from .player import Player
 
 
@@ -27,6 +28,7 @@ def play(
     truth: FramesOfVertices | None = None,
     whole: bool = True,
     detail: float = 1.0,
+    thickness_mm: float = THICKNESS_MM,
 ) -> Iterator[Frame]:
     """Play a motion, frame by frame.
 
@@ -46,19 +48,20 @@ def play(
             of its own dynamics.
         whole: As for `Player.prepare`.
         detail: As for `Player.prepare`.
+        thickness_mm: As for `Player.prepare` [mm].
 
     Yields:
         One `Frame` a frame.
 
     Raises:
         BadModel: The animator was fitted on another kind of body.
-        BadInput: A frame rate that is not positive, ground truth of another length, or no such level of detail.
+        BadInput: A frame rate that is not positive, ground truth of another length, or no such level of detail or
+            thickness.
     """
     if fps is not None and not 0 < fps <= 1000:
         raise BadInput("fps must lie between 0 and 1000", fps, "leave it out for 30")
-    player = Player.prepare(
-        animator, body, guarantee=guarantee, measure=measure, placed=True, whole=whole, detail=detail
-    )
+    options = {"guarantee": guarantee, "measure": measure, "whole": whole, "detail": detail}
+    player = Player.prepare(animator, body, placed=True, thickness_mm=thickness_mm, **options)
     motion = motion if placed else body.placed(motion)
     motion = motion if fps is None or fps == motion.fps else motion.resampled(fps)
     motion = body.untangled_motion(motion) if untangle else motion

@@ -14,12 +14,15 @@ from typing import Any, Self
 import numpy as np
 
 from hemline.animators.base import Animator, Bounded, Driven, Redressing, Settled
-from hemline.arrays import Vertices
+from hemline.arrays import Bool, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
 from hemline.collide import (
     Cover,
     Guarantee,
+    LayeredProjector,
+    LayersReport,
+    LayersState,
     Projector,
     ProjectorState,
     WholeCloth,
@@ -33,11 +36,12 @@ from hemline.motions.motion import Pose
 
 from .detail import worn_at
 from .frame import Frame
+from .layers import THICKNESS_MM, check_thickness, projected_by, projector_of, settled_vertices
 from .run_up import run_up
 from .switch import nearest_vertices, switched_projector, switched_whole
 
 STAGES = ("body", "animator", "whole", "cover", "projection")
-"""What a frame's time is made of."""
+"""What a frame's time is made of; where several garments are worn, `layers`, too."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class PlayerState:
     """The animator's own State."""
     whole: WholeState | None
     """None where the step is off."""
-    projector: ProjectorState
+    projector: ProjectorState | LayersState
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +69,10 @@ class Player:
             is `Settled`.
         cover: What moves cloth that lies close over the skin that looks out; None where `whole` is off, or the
             collider is not the body.
-        projector: What moves vertices out of the body in each frame.
+        projector: What moves vertices out of the body in each frame; of several garments, each out of those beneath it
+            first.
+        settled: Which vertices are of `Settled` animators, of several that are worn together: the whole-cloth step
+            leaves them alone; None where there is no such difference.
         placed: Whether poses of a motion are on this body already.
 
     Example:
@@ -85,7 +92,8 @@ class Player:
     error: float
     whole: WholeCloth | None
     cover: Cover | None
-    projector: Projector
+    projector: Projector | LayeredProjector
+    settled: Bool[np.ndarray, " verts"] | None
     placed: bool
     _placements: dict[str, Placement] = field(default_factory=dict, init=False, repr=False)
     """Of clips by their hash: found once."""
@@ -101,6 +109,7 @@ class Player:
         placed: bool = False,
         whole: bool = True,
         detail: float = 1.0,
+        thickness_mm: float = THICKNESS_MM,
     ) -> Self:
         """Put a garment on a body: a second of work, once.
 
@@ -118,11 +127,12 @@ class Player:
                 the animator makes.
             detail: Share of the garment's vertices: the player shows `player.garment`, and all stages cost less. Below
                 0.5 the tests are against the coarser `player.collider`: a little cloth may be inside the body itself.
+            thickness_mm: Least distance of a garment from the one beneath it, where it must be moved [mm].
 
         Raises:
             BadModel: The animator was fitted on another kind of body.
             BadInput: A level of detail that is not above 0 and at most 1, or that leaves too few vertices; or the
-                animator has no levels.
+                animator has no levels; or a thickness that is not above 0 and at most 10 mm.
         """
         if body.body.name != animator.body_name:
             raise BadModel(
@@ -130,19 +140,29 @@ class Player:
                 f"body '{body.body.name}'",
                 "load that body, or fit again",
             )
+        check_thickness(thickness_mm)
         level = worn_at(animator, body, detail)
         garment, collider = level.garment, level.body
         worn = WornGarment.of(collider, garment.vertices)
-        projector = Projector.prepare(
-            collider, garment.vertices, garment.faces, guarantee=guarantee, measure=measure, worn=worn
+        settled = settled_vertices(level.animator)
+        projector = projector_of(
+            level,
+            worn,
+            settled,
+            thickness_mm,
+            guarantee=guarantee,
+            measure=measure,
+            whole=whole,
+            detail=detail,
         )
         held = None
-        if whole and not isinstance(level.animator, Settled):
+        if whole and not settled.all():
             held = WholeCloth.prepare(collider, garment, worn, WholeSettings().at_detail(detail))
         cover = None
         if whole and collider is body:
             cover = Cover.prepare(body.body.shaped(garment.body_betas), garment.vertices, garment.faces)
-        return cls(level.animator, body, garment, collider, level.error, held, cover, projector, placed)
+        alone = settled if held is not None and settled.any() else None
+        return cls(level.animator, body, garment, collider, level.error, held, cover, projector, alone, placed)
 
     def start(self, pose: Pose, *, pre_roll: float = 1.0, dt: float = 1 / 30) -> PlayerState:
         """The state before the first frame, in which the garment has settled.
@@ -320,14 +340,18 @@ class Player:
         whole, held = state.whole, animated
         if self.whole and whole:
             whole, held = self.whole.step(whole, solid, animated, dt=dt, surface=surface)
+            held = held if self.settled is None else np.where(self.settled[:, None], animated, held)
         clock.append(time.perf_counter())
         covered = self.cover.step(solid.vertices, held) if self.cover else held
         clock.append(time.perf_counter())
-        projected, vertices, report = self.projector.project(state.projector, solid, covered, dt=dt, surface=surface)
+        projected, vertices, report = projected_by(self.projector, state.projector, solid, covered, dt, surface)
         clock.append(time.perf_counter())
-        spans = [(after - before) * 1e3 for before, after in pairwise(clock)]
+        times = [(after - before) * 1e3 for before, after in pairwise(clock)]
+        spans: dict[str, float] = dict(zip(STAGES, times, strict=True))
+        if isinstance(report, LayersReport):
+            spans |= {"projection": spans["projection"] - report.layers_ms, "layers": report.layers_ms}
         novelty = self._bounded.novelty(moved) if self._bounded else None
-        frame = Frame(vertices, animated, covered, posed, report, dict(zip(STAGES, spans, strict=True)), novelty)
+        frame = Frame(vertices, animated, covered, posed, report, spans, novelty)
         return PlayerState(moved, whole, projected), frame
 
 

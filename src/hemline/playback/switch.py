@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from hemline.arrays import Int
-from hemline.collide import Projector, ProjectorState, WholeCloth, WholeState
+from hemline.collide import LayeredProjector, LayersState, Projector, ProjectorState, WholeCloth, WholeState
 from hemline.garments import Garment
 
 
@@ -40,9 +40,14 @@ def switched_whole(
 
 
 def switched_projector(
-    projector: Projector, other: Projector, state: ProjectorState, nearest: Int[np.ndarray, " verts"]
-) -> ProjectorState:
+    projector: Projector | LayeredProjector,
+    other: Projector | LayeredProjector,
+    state: ProjectorState | LayersState,
+    nearest: Int[np.ndarray, " verts"],
+) -> ProjectorState | LayersState:
     """The same for the projection: displacements fade from where they are, places are looked for anew.
+
+    Those of several garments start anew.
 
     Args:
         projector: Of the level to change to.
@@ -50,6 +55,8 @@ def switched_projector(
         state: The state.
         nearest: As `nearest_vertices`.
     """
+    if not (isinstance(projector, Projector) and isinstance(state, ProjectorState)):
+        return projector.start()
     there = _numbers(other.worn.order)[nearest[projector.worn.order]]
     begun = projector.start()
     return replace(begun, offsets=state.offsets[there], lively=np.ones_like(begun.lively))

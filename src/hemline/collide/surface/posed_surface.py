@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.arrays import Float, Int, Points
+from hemline.arrays import Float, Int, Points, Vertices
 
 from .box_kernels import into_frame, out_of_frame, surface_boxes
 from .patches import Patches
@@ -33,9 +33,20 @@ class PosedSurface:
             joint: The bone in whose frame it is seen.
             posed: The body.
         """
-        to_world = np.ascontiguousarray(posed.transforms[joint], np.float32)
+        return cls.at(patches, posed.transforms[joint], posed.vertices)
+
+    @classmethod
+    def at(cls, patches: Patches, bone: Float[np.ndarray, "3 4"], vertices: Vertices) -> "PosedSurface":
+        """The surface where its vertices are.
+
+        Args:
+            patches: The surface, cut.
+            bone: The frame in which it is seen, to the world.
+            vertices: Its vertices in the world [m].
+        """
+        to_world = np.ascontiguousarray(bone, np.float32)
         body = np.empty((len(patches.order), 3), np.float32)
-        into_frame(to_world, posed.vertices, patches.order, body)
+        into_frame(to_world, vertices, patches.order, body)
         leaf_box = np.empty((6, len(patches.leaf_start) - 1), np.float32)
         patch_box = np.empty((6, len(patches.patch_start) - 1), np.float32)
         surface_boxes(body, patches.leaf_start, patches.leaf_vertices, patches.patch_start, leaf_box, patch_box)

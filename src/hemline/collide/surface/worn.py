@@ -31,12 +31,13 @@ class WornGarment:
     """The bone that most of the garment is next to: the frame that kernels work in."""
 
     @classmethod
-    def of(cls, shaped: "ShapedBody", rest: Vertices) -> Self:
+    def of(cls, shaped: "ShapedBody", rest: Vertices, *, patches: Patches | None = None) -> Self:
         """Cut the body into patches and the garment into blocks.
 
         Args:
             shaped: The body.
             rest: The garment at rest, in the world of the body's rest pose [m].
+            patches: The body, cut before; None: cut here.
 
         Raises:
             BadBody: The body's mesh is not closed.
@@ -47,7 +48,7 @@ class WornGarment:
         rest = np.asarray(rest, np.float32).reshape(-1, 3)
         if not len(rest) or not np.isfinite(rest).all():
             raise BadGarment("the projection needs a garment", f"{len(rest)} vertices, not all finite", "give a mesh")
-        patches = make_patches(shaped)
+        patches = patches or make_patches(shaped)
         order = vertex_blocks(rest, BLOCK)
         home = np.asarray(KDTree(shaped.vertices[patches.order]).query(rest[order])[1])
         joints = dominant_joints(shaped.body.weight_indices, shaped.body.weights)[patches.order[home]]

@@ -1,0 +1,187 @@
+"""The final projection of garments worn together: each out of those beneath it, then out of the body."""
+
+import time
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from hemline.arrays import Int, Vertices
+from hemline.collide.projection.prepared import Guarantee, ProjectorState
+from hemline.collide.projection.project import Projector
+from hemline.collide.projection.project_frame import ProjectionReport
+from hemline.collide.surface.posed_surface import PosedSurface
+from hemline.collide.surface.worn import WornGarment
+
+from .layer import Layer, LayerState
+
+if TYPE_CHECKING:
+    from hemline.bodies import PosedBody, ShapedBody
+    from hemline.garments import Garment
+
+THICKNESS = 0.0015
+"""Least distance of a garment to the one beneath it, where it was displaced [m]: the projection's own gap."""
+
+
+@dataclass(frozen=True)
+class LayersReport(ProjectionReport):
+    """What was done in one frame, of all pieces together."""
+
+    caught: Int[np.ndarray, " caught"]
+    """Vertices that are behind the cloth beneath, ascending: the body leaves them no place in front of it."""
+    layers_ms: float
+    """Time that garments over garments took [ms]."""
+
+
+@dataclass(frozen=True)
+class LayersState:
+    """What moves from frame to frame: plain data, never changed in place."""
+
+    pieces: tuple[ProjectorState, ...]
+    """Of the projection of each piece out of the body."""
+    layers: tuple[LayerState, ...]
+    """Of each piece over each of those beneath, in the order of `LayeredProjector.layers`."""
+
+
+@dataclass(frozen=True, eq=False)
+class LayeredProjector:
+    """Pieces of one garment, from the skin outwards. Make it with `LayeredProjector.prepare`.
+
+    Attributes:
+        worn: All of them on the body.
+        bounds: Where the vertices of each piece begin, and where the last ones end.
+        projectors: Each piece out of the body.
+        layers: Each piece over each one beneath it: of the second piece one, of the third two, and so on.
+    """
+
+    worn: WornGarment
+    bounds: tuple[int, ...]
+    projectors: tuple[Projector, ...]
+    layers: tuple[tuple[Layer, ...], ...]
+
+    @classmethod
+    def prepare(
+        cls,
+        shaped: "ShapedBody",
+        pieces: "tuple[Garment, ...]",
+        worn: WornGarment,
+        *,
+        thickness: float = THICKNESS,
+        guarantee: Guarantee = "exact",
+        measure: bool = True,
+        whole: tuple[bool, ...],
+        cover: bool = True,
+        detail: float = 1.0,
+    ) -> Self:
+        """Make the pieces ready.
+
+        Args:
+            shaped: The body.
+            pieces: From the skin outwards.
+            worn: All of them on the body, in that order.
+            thickness: As for `Layer.prepare` [m].
+            guarantee: As for `Projector.prepare`.
+            measure: As for `Projector.prepare`.
+            whole: Of each piece, whether it is kept in one piece where another is beneath it.
+            cover: As for `Layer.prepare`.
+            detail: As for `Layer.prepare`.
+
+        Raises:
+            BadBody: A piece cannot be closed, see `Layer.prepare`.
+        """
+        bounds = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+        projectors = tuple(
+            Projector.prepare(
+                shaped,
+                piece.vertices,
+                piece.faces,
+                guarantee=guarantee,
+                measure=measure,
+                worn=WornGarment.of(shaped, piece.vertices, patches=worn.patches),
+            )
+            for piece in pieces
+        )
+        options = {"thickness": thickness, "guarantee": guarantee, "cover": cover, "detail": detail}
+        layers = tuple(
+            tuple(Layer.prepare(shaped, inner, outer, whole=whole[at], **options) for inner in pieces[:at])
+            for at, outer in enumerate(pieces)
+        )
+        return cls(worn, tuple(int(bound) for bound in bounds), projectors, layers)
+
+    def start(self) -> LayersState:
+        """The state before the first frame."""
+        over = tuple(layer.start() for layers in self.layers for layer in layers)
+        return LayersState(tuple(projector.start() for projector in self.projectors), over)
+
+    def project(
+        self,
+        state: LayersState,
+        posed: "PosedBody",
+        vertices: Vertices,
+        *,
+        dt: float,
+        surface: PosedSurface | None = None,
+    ) -> tuple[LayersState, Vertices, LayersReport]:
+        """Move each piece out of those beneath, which are in their places already, and then out of the body.
+
+        Args:
+            state: From `start`, or from the frame before; it is not changed.
+            posed: The body in this frame.
+            vertices: All pieces in this frame, any finite positions [m].
+            dt: Time since the frame before [s].
+            surface: The body's surface in this frame (`worn.surface(posed)`), where it is there already.
+
+        Returns:
+            The next state, the pieces, and what was done. No vertex is inside the body but pinched ones; none is behind
+            the cloth of a piece beneath it but those that the report names.
+
+        Raises:
+            BadGarment: Another number of vertices than was prepared, or positions that are not finite.
+        """
+        vertices, surface = self.worn.checked(vertices), surface or self.worn.surface(posed)
+        over, frame = iter(state.layers), _Gathered()
+        for at, (low, high) in enumerate(pairwise(self.bounds)):
+            began, piece, tried = time.perf_counter(), vertices[low:high], []
+            for inner, layer in zip(frame.done, self.layers[at], strict=True):
+                moved, piece, pinched = layer.step(next(over), posed, inner, piece, dt)
+                frame.layers.append(moved)
+                tried.append((layer, inner, piece, pinched))
+            frame.seconds += time.perf_counter() - began
+            after, out, report = self.projectors[at].project(state.pieces[at], posed, piece, dt=dt, surface=surface)
+            began = time.perf_counter()
+            for layer, inner, before, pinched in tried:
+                asked = np.union1d(pinched, np.flatnonzero((out != before).any(axis=1)))
+                frame.caught.append(low + layer.behind(inner, out, asked))
+            frame.seconds += time.perf_counter() - began
+            frame.done.append(out)
+            frame.states.append(after)
+            frame.reports.append(report)
+        after = LayersState(tuple(frame.states), tuple(frame.layers))
+        return after, np.concatenate(frame.done), frame.report(self.bounds)
+
+
+@dataclass
+class _Gathered:
+    """What is gathered of a frame, piece by piece."""
+
+    done: list[Vertices] = field(default_factory=list)
+    states: list[ProjectorState] = field(default_factory=list)
+    layers: list[LayerState] = field(default_factory=list)
+    reports: list[ProjectionReport] = field(default_factory=list)
+    caught: list[np.ndarray] = field(default_factory=list)
+    seconds: float = 0.0
+
+    def report(self, bounds: tuple[int, ...]) -> LayersReport:
+        """Of all pieces together."""
+        each, none = self.reports, np.zeros(0, np.int32)
+        return LayersReport(
+            moved=sum(report.moved for report in each),
+            deepest_mm=max(report.deepest_mm for report in each),
+            pinched=np.concatenate([np.int32(low) + r.pinched for low, r in zip(bounds, each, strict=False)]),
+            pinched_anchors=np.concatenate([report.pinched_anchors for report in each]),
+            inside_before=sum(r.inside_before or 0 for r in each) if each[0].inside_before is not None else None,
+            exact=all(report.exact for report in each),
+            caught=np.unique(np.concatenate([none, *self.caught])).astype(np.int32),
+            layers_ms=1e3 * self.seconds,
+        )
