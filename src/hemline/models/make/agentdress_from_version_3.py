@@ -49,7 +49,8 @@ def converted(path: Path) -> AnimatorAgentDress:
         among = kernel(before[:anchors, region, :anchors], held["shape_width"])
         told.append(np.einsum("as,fsk->fak", among, effects[:, min(region, effects.shape[1] - 1)]))
     spread = float(np.std(outputs, axis=0).max() / np.abs(outputs).max())
-    print(f"outputs of the regions differ by {spread:.1e} of the largest")
+    if spread > 1e-5:
+        raise BadModel("all regions were fitted to the same outputs", str(path), "fit it again")
     packed = PackedBasis(*(old[f"basis.{name}"] for name in ("digits", "scales", "modes")))
     modes, basis = old["pose_weights"].shape[2], np.zeros((packed.mode_count, len(packed.digits)))
     np.add.at(basis, packed.modes, (packed.digits * packed.scales).T.astype(np.float64))
@@ -57,9 +58,6 @@ def converted(path: Path) -> AnimatorAgentDress:
     among = kernel(after[:anchors, :, :anchors], SHAPE_WIDTH) + SHAPE_RIDGE * np.eye(anchors)[:, None]
     again = [np.linalg.solve(among[:, region], each) for region, each in enumerate(told)]
     samples = ShapeSamples.of_effects(np.stack(again, axis=1))
-    print(
-        f"pose model at poses left out: {metadata['figures']['pose_left_out_mm']:.2f} mm before, {left_out_mm:.2f} now"
-    )
     arrays["tables.axes"] = axes.astype(np.float32)
     arrays["tables.pose_weights"] = pose.weights.astype(np.float32)
     for name, value in samples.arrays().items():
