@@ -250,6 +250,36 @@ def test_random_bodies_tell_what_the_other_betas_do(tmp_path):
     assert few.figures["shapes"] == more.figures["shapes"] == len(made.SHAPES)
 
 
+def test_random_bodies_in_poses_beside_the_anchors_tell_as_well(tmp_path):
+    data = made.dataset(tmp_path / "beside", 8, singles=8)
+    few = fit(data, STILL)
+    for number in range(40):
+        data.add(made.anchor(made.anchored(made.random_pose(8 + number % 8)), made.random_body(number)))
+    anchors, more = AnchorSet.of(data), fit(data, STILL)
+    assert sorted(anchors.other_poses) == list(anchors.other_poses) == sorted(8 + number % 8 for number in range(40))
+    errors = [
+        np.mean([mean_mm(worn(model, p, b), made.settled(p, b)) for p, b in unseen])
+        for model in (few, more)
+        for unseen in [[(made.random_pose(n), made.random_body(n)) for n in range(100, 110)]]
+    ]
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_fewer_poses_keep_the_bodies_that_are_in_them(tmp_path):
+    data = made.dataset(tmp_path / "some", 4, singles=4)
+    for number in range(12):
+        data.add(made.anchor(made.anchored(made.random_pose(number % 8)), made.random_body(number)))
+    anchors = AnchorSet.of(data)
+    some = anchors.only(np.array([2, 0]), np.array([3, 1]))
+    rotations = np.concatenate([some.rotations, some.single_rotations])
+    whole = np.concatenate([anchors.rotations, anchors.single_rotations])
+    assert list(some.other_poses) == sorted(some.other_poses) and len(some.other_poses) < 12
+    for pose, betas, offsets in zip(some.other_poses, some.other_betas, some.other_offsets, strict=True):
+        (same,) = np.flatnonzero((anchors.other_betas == betas).all(axis=1))
+        np.testing.assert_array_equal(rotations[pose], whole[anchors.other_poses[same]])
+        np.testing.assert_array_equal(offsets, anchors.other_offsets[same])
+
+
 def test_random_bodies_that_are_met_again_are_no_shapes_of_anchors(tmp_path):
     """A folder that was draped into twice has the same random bodies in two poses each."""
     data = made.dataset(tmp_path / "again", 5, random_bodies=4)
