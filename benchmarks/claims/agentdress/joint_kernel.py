@@ -6,7 +6,7 @@ import numpy as np
 
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.config import AgentDressConfig
-from hemline.animators.agentdress.distances import anchor_weights, region_distances, axes_between
+from hemline.animators.agentdress.distances import anchor_weights, axes_between, region_distances
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.shape_fit import shape_models
 from hemline.animators.agentdress.shape_kernel import RIDGES, WIDTHS, fit_shape_kernel

@@ -13,7 +13,7 @@ import numpy as np
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.bounds import FAR, novelty
 from hemline.animators.agentdress.config import AgentDressConfig
-from hemline.animators.agentdress.distances import region_distances, axes_between
+from hemline.animators.agentdress.distances import axes_between, region_distances
 from hemline.animators.agentdress.fit import fit_anchors
 from hemline.animators.agentdress.pose_model import fit_kernel
 from hemline.arrays import Float
