@@ -9,10 +9,10 @@ PAGE = """\
 # AgentDress against the simulation: {garment}
 
 Written by `python benchmarks/claims/agentdress/errors.py ANCHORS TEST` at commit {commit}, on {machine},
-one thread: {anchors} anchors on 17 shapes, {poses} poses on the mean one, {random_bodies} random bodies in poses
-of anchors. Judged on {pairs} poses of clips of people who are in no fit, each on one of 16 random bodies, all 16
-betas drawn ({without_rest} more came not to rest). Errors are mean distances of the vertices to the settled garment,
-before the projection: mean over the pairs, what nine in ten stay below, and the worst.
+one thread: {anchors} anchors on 17 shapes, {poses} poses on the mean one, theirs among them, {random_bodies} random
+bodies in one of these poses each. Judged on {pairs} poses of clips of people who are in no fit, each on one of 16
+random bodies, all 16 betas drawn ({without_rest} more came not to rest). Errors are mean distances of the vertices to
+the settled garment, before the projection: mean over the pairs, what nine in ten stay below, and the worst.
 
 ## Random bodies
 The paper has 150 anchors, 16 bodies with 400 poses each, and says: 10.6 mm with rigging as pose model, the

@@ -71,4 +71,5 @@ __all__ = [
     "load",
     "model_path",
     "shipped_models",
+    "together",
 ]

@@ -47,6 +47,7 @@ __all__ = [
     "make_skirt",
     "names",
     "open_garment",
+    "pieces_apart",
     "read",
     "worn_together",
     "write",

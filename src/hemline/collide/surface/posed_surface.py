@@ -69,13 +69,13 @@ class PosedSurface:
         return cls(to_world, skin)
 
     def seen(self, points: Points, order: Int[np.ndarray, " points"]) -> Points:
-        """Points of the world in the bone's frame, reordered, float32."""
+        """Points of the world in the bone's frame, reordered, float32 [m]."""
         out = np.empty((len(order), 3), np.float32)
         into_frame(self.to_world, points, order, out)
         return out
 
     def placed(self, points: Points, order: Int[np.ndarray, " points"]) -> Points:
-        """Points of the bone's frame in the world, back in the order that `seen` took them from, float32."""
+        """Points of the bone's frame in the world, back in the order that `seen` took them from, float32 [m]."""
         out = np.empty_like(points)
         out_of_frame(self.to_world, points, order, out)
         return out
