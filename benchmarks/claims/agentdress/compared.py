@@ -25,8 +25,8 @@ def told_by(model: AnimatorAgentDress, offsets: Offsets) -> AnimatorAgentDress:
 def without_shapes(model: AnimatorAgentDress) -> AnimatorAgentDress:
     """The model without the shape models of its anchors: the ablation of the paper's section 4.6."""
     tables = model.tables
-    nothing = {name: np.zeros_like(getattr(tables, name)) for name in ("shape_effects", "rest_effects")}
-    return replace(model, tables=replace(tables, **nothing))
+    shapes = replace(tables.shapes, weights=np.zeros_like(tables.shapes.weights))
+    return replace(model, tables=replace(tables, shapes=shapes, rest_effects=np.zeros_like(tables.rest_effects)))
 
 
 def following_skin(model: AnimatorAgentDress, shaped: ShapedBody) -> AnimatorAgentDress:

@@ -9,7 +9,7 @@ from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.distances import anchor_weights, axes_between, region_distances
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.shape_fit import shape_models
-from hemline.animators.agentdress.shape_kernel import RIDGES, WIDTHS, fit_shape_kernel
+from hemline.animators.agentdress.shape_kernel import RIDGES, WIDTHS, ShapeChanges, fit_shape_kernel
 from hemline.arrays import Float
 from hemline.learning.pca import principal_of_rows
 
@@ -23,8 +23,8 @@ def shape_errors(model: AnimatorAgentDress, anchors: AnchorSet) -> dict[str, flo
     Width and ridge of the joint kernel are chosen at every other anchor, and judged at those between.
     """
     changes = (anchors.offsets[:, 1:] - anchors.offsets[:, :1]).astype(np.float64)
-    influence = model.tables.axes.astype(np.float64)
-    distances = region_distances(axes_between(anchors.rotations, anchors.rotations), influence)
+    weights = model.tables.axes.astype(np.float64)
+    distances = region_distances(axes_between(anchors.rotations, anchors.rotations), weights)
     regions, count = model.tables.regions.astype(np.float64), len(changes)
     judged = range(1, count, 2)
     blended = _blended(anchors, distances, regions)
@@ -62,11 +62,13 @@ def _joint(
 ) -> float:
     """What `hemline fit` makes, its width and ridge chosen at some anchors and judged at others."""
     basis, outputs = principal_of_rows(changes.reshape(changes.shape[0] * changes.shape[1], -1), MODES)
+    count, shapes = changes.shape[:2]
+    given = ShapeChanges(np.repeat(np.arange(count), shapes), np.tile(anchors.betas[1:], (count, 1)), outputs)
     rows, best = basis.reshape(len(basis), -1, 3), None
     for width in WIDTHS:
         for ridge in RIDGES:
-            given = outputs.reshape(*changes.shape[:2], -1)
-            missed = fit_shape_kernel(distances, anchors.betas[1:], given, width=width, ridge=ridge).left_out
+            left_out = fit_shape_kernel(distances, given, width=width, ridge=ridge).left_out
+            missed = left_out.reshape(len(left_out), count, shapes, -1)
 
             def error(numbers: Sequence[int], missed: np.ndarray = missed) -> float:
                 return _mm([np.einsum("vg,gsk,kvi->svi", regions, missed[:, n], rows, optimize=True) for n in numbers])

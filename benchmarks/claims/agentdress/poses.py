@@ -1,7 +1,8 @@
 """The poses that stand for the clips, drawn: `python benchmarks/claims/agentdress/poses.py ANCHORS`.
 
-ANCHORS is what `hemline drape GARMENT --anchors ...` made. Each anchor is drawn on the mean body, as it was settled,
-those of the most turned arms first. The picture docs/agentdress/anchors-GARMENT.png is written anew.
+ANCHORS is what `hemline drape GARMENT --anchors ...` made. Each pose that was settled on several bodies, the anchors
+among them, is drawn on the mean one, those of the most turned arms first. The picture
+docs/agentdress/anchors-GARMENT.png is written anew.
 """
 
 import argparse
@@ -15,7 +16,7 @@ from hemline.motions.motion import JOINT_NAMES
 from hemline.motions.quaternions import angle
 
 PAGES = Path(__file__).parents[3] / "docs" / "agentdress"
-SIZE, COLUMNS = (130, 180), 12
+SIZE, COLUMNS = (100, 140), 15
 """Of each picture [pixels]; pictures in a row."""
 ARMS = [JOINT_NAMES.index(name) for name in ("left_shoulder", "right_shoulder")]
 
@@ -27,7 +28,7 @@ def anchors_of(dataset: Dataset) -> list[Take]:
         take = dataset.take(row)
         if not take.derivatives:
             by_pose.setdefault(take.motion[0].hash, []).append(take)
-    several = [takes for takes in by_pose.values() if len(takes) > 2]
+    several = [takes for takes in by_pose.values() if len(takes) > 1]
     mean = [next((take for take in takes if not take.betas.any()), None) for takes in several]
     return [take for take in mean if take is not None]
 
