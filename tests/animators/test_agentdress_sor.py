@@ -214,3 +214,19 @@ def test_from_the_command_line_it_is_fitted_and_played(dataset, tmp_path):
     shown = ["animate", str(tmp_path / "shirt.safetensors"), "-m", "walk", "--seconds", "0.2", "--detail", "0.5"]
     assert main([*shown, "--betas", "1", "-o", str(tmp_path / "walk.npz")]) == 0
     assert np.isfinite(np.load(tmp_path / "walk.npz")["vertices"]).all()
+
+
+def test_bodies_in_poses_beside_the_anchors_have_their_say(tmp_path):
+    """What a shape adds is the same whichever pose model plays, though rigging plays no other poses."""
+    data = made.dataset(tmp_path / "beside", ANCHORS, singles=6, rigged=ANCHORS)
+    for number in range(12):
+        data.add(made.anchor(made.anchored(made.random_pose(ANCHORS + number % 6)), made.random_body(number)))
+    betas = made.random_body(50)
+    added = []
+    for way in ("sor", "kernel"):
+        model = fit(data, replace(STILL, pose_model=way))
+        pose = made.anchored(made.random_pose(70))
+        mean, other = posed(pose), posed(pose, betas)
+        added.append(model.settled(other) - model.settled(mean))
+    assert np.abs(added[1]).max() > 0.01
+    np.testing.assert_allclose(added[0], added[1], atol=2e-5)

@@ -15,13 +15,13 @@ OF_THE_KERNEL = ("kernel_width", "kernel_ridge", "pose_basis_mm")
 
 
 def with_rigging(rigged: RiggedAnchors) -> AnimatorAgentDress:
-    """The model of rigged anchors with them as pose model, in the place of its own: it holds no other poses any more.
+    """The model of rigged anchors with them as pose model, in the place of its own: of other poses it holds those of its shapes.
 
     Args:
         rigged: The anchors.
     """
     model, tables = rigged.model, rigged.model.tables
-    count, modes = len(rigged.anchors.rotations), tables.pose_weights.shape[2]
+    count, modes = tables.shapes.pose_count, tables.pose_weights.shape[2]
     rotations = rigged.rotations.astype(np.float32)
     apart = np.abs(tables.rotations[:count, None] - rotations).max(axis=(2, 3))
     known = apart.min(axis=0) == 0
