@@ -115,4 +115,4 @@ def test_the_commands_play_one_garment_over_another(tmp_path, monkeypatch, capsy
     count = len(garments.load("tshirt-light").vertices) + len(made.live_cape().garment.vertices)
     assert np.load("two.npz")["vertices"].shape == (4, count, 3)
     assert main(["animate", "cape", "--over", "skirt-light", "-m", "run", "-o", "no.npz"]) == 2
-    assert "got skirt-light; leave --over out, or fit an animator to that garment" in capsys.readouterr().err
+    assert "got garment skirt-light; fit an animator to that garment, or play both by live" in capsys.readouterr().err

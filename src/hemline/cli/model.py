@@ -10,7 +10,7 @@ import numpy as np
 
 from hemline.animators import Animator, Bounded, Related, Wearable, load, together
 from hemline.bodies import ShapedBody
-from hemline.errors import BadInput, HemlineWarning
+from hemline.errors import BadInput, BadModel, HemlineWarning
 
 from .garment import open_garment
 from .progress import note
@@ -81,7 +81,8 @@ def open_model(
         cure = "leave --garment out, or fit an animator to that garment"
         raise BadInput(f"model '{name}' has its own garment, {model.garment.name}", garment, cure)
     _check_each_once((name, *over))
-    return (together([model, *map(_with_its_own, over)]) if over else model), shaped
+    worn: Animator = together([model, *map(_with_its_own, over)]) if over else model
+    return worn, shaped
 
 
 def _check_each_once(names: Sequence[str]) -> None:
@@ -91,7 +92,16 @@ def _check_each_once(names: Sequence[str]) -> None:
 
 
 def _with_its_own(name: str) -> Animator:
-    model = load(name)
+    from hemline import garments
+
+    try:
+        model = load(name)
+    except BadModel:
+        if name not in garments.names():
+            raise
+        cure = "fit an animator to that garment, or play both by live: --garment INNER --over OUTER"
+        what = "over a model with a garment of its own other models are worn"
+        raise BadInput(what, f"garment {name}", cure) from None
     if isinstance(model, Wearable):
         cure = f"name models with a garment of their own, or play them all by '{name}': --garment INNER --over OUTER"
         raise BadInput("a model that takes any garment is not worn over another model", f"--over {name}", cure)

@@ -15,7 +15,9 @@ OF_THE_KERNEL = ("kernel_width", "kernel_ridge", "pose_basis_mm")
 
 
 def with_rigging(rigged: RiggedAnchors) -> AnimatorAgentDress:
-    """The model of rigged anchors with them as pose model, in the place of its own: of other poses it holds those of its shapes.
+    """The model of rigged anchors with them as pose model, in the place of its own.
+
+    Of other poses it holds those in which shapes were settled.
 
     Args:
         rigged: The anchors.
