@@ -46,9 +46,13 @@ class AnimatorTogether:
                 cure = "name another one to wear over it"
                 raise BadInput("a garment cannot be worn over itself", f"'{part.garment.name}' twice", cure)
 
-    @cached_property
+    @property
     def garment(self) -> Garment:
         """All of them as one, in pieces."""
+        return self._garment
+
+    @cached_property
+    def _garment(self) -> Garment:
         return worn_together([part.garment for part in self.parts])
 
     @property
