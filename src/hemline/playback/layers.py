@@ -7,8 +7,9 @@ import numpy as np
 from hemline.animators.base import Animator, Settled
 from hemline.animators.together import AnimatorTogether
 from hemline.arrays import Bool, Vertices
-from hemline.bodies import PosedBody
+from hemline.bodies import PosedBody, ShapedBody
 from hemline.collide import (
+    Cover,
     Guarantee,
     LayeredProjector,
     LayersState,
@@ -19,7 +20,7 @@ from hemline.collide import (
     WornGarment,
 )
 from hemline.errors import BadInput
-from hemline.garments import pieces_apart
+from hemline.garments import Garment, pieces_apart
 
 from .detail import WornLevel
 
@@ -53,6 +54,18 @@ def settled_vertices(animator: Animator) -> Bool[np.ndarray, " verts"]:
     """
     parts = animator.parts if isinstance(animator, AnimatorTogether) else (animator,)
     return np.concatenate([np.full(len(part.garment.vertices), isinstance(part, Settled)) for part in parts])
+
+
+def covers_of(garment: Garment, shaped: ShapedBody) -> tuple[Cover, ...]:
+    """What moves each piece of a garment over the skin: the cloth nearest to it, whatever is worn over that.
+
+    Args:
+        garment: One garment, or several that are worn together.
+        shaped: The body on which it was made.
+    """
+    pieces = [garment.faces[garment.face_pieces == at] for at in range(len(garment.worn))]
+    each = pieces if len(pieces) > 1 else [garment.faces]
+    return tuple(Cover.prepare(shaped, garment.vertices, faces) for faces in each)
 
 
 def projector_of(

@@ -36,7 +36,7 @@ from hemline.motions.motion import Pose
 
 from .detail import worn_at
 from .frame import Frame
-from .layers import THICKNESS_MM, check_thickness, projected_by, projector_of, settled_vertices
+from .layers import THICKNESS_MM, check_thickness, covers_of, projected_by, projector_of, settled_vertices
 from .run_up import run_up
 from .switch import nearest_vertices, switched_projector, switched_whole
 
@@ -67,8 +67,8 @@ class Player:
         error: How far a level is from the full garment that hangs at rest, see `WornLevel` [m].
         whole: What keeps the cloth in one piece, between animator and projection; None: nothing does, or the animator
             is `Settled`.
-        cover: What moves cloth that lies close over the skin that looks out; None where `whole` is off, or the
-            collider is not the body.
+        cover: What moves cloth that lies close over the skin that looks out, one a piece; None where `whole` is off, or
+            the collider is not the body.
         projector: What moves vertices out of the body in each frame; of several garments, each out of those beneath it
             first.
         settled: Which vertices are of `Settled` animators, of several that are worn together: the whole-cloth step
@@ -91,7 +91,7 @@ class Player:
     collider: ShapedBody
     error: float
     whole: WholeCloth | None
-    cover: Cover | None
+    cover: tuple[Cover, ...] | None
     projector: Projector | LayeredProjector
     settled: Bool[np.ndarray, " verts"] | None
     placed: bool
@@ -160,7 +160,7 @@ class Player:
             held = WholeCloth.prepare(collider, garment, worn, WholeSettings().at_detail(detail))
         cover = None
         if whole and collider is body:
-            cover = Cover.prepare(body.body.shaped(garment.body_betas), garment.vertices, garment.faces)
+            cover = covers_of(garment, body.body.shaped(garment.body_betas))
         alone = settled if held is not None and settled.any() else None
         return cls(level.animator, body, garment, collider, level.error, held, cover, projector, alone, placed)
 
@@ -342,7 +342,9 @@ class Player:
             whole, held = self.whole.step(whole, solid, animated, dt=dt, surface=surface)
             held = held if self.settled is None else np.where(self.settled[:, None], animated, held)
         clock.append(time.perf_counter())
-        covered = self.cover.step(solid.vertices, held) if self.cover else held
+        covered = held
+        for cover in self.cover or ():
+            covered = cover.step(solid.vertices, covered)
         clock.append(time.perf_counter())
         projected, vertices, report = projected_by(self.projector, state.projector, solid, covered, dt, surface)
         clock.append(time.perf_counter())
