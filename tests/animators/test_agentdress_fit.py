@@ -154,7 +154,7 @@ def test_joints_that_move_nothing_choose_nothing(dataset, model):
     """A knee against a shoulder: 1e-3; and the sensitivity is what the cloth does beside its skin."""
     influence = model.tables.axes.reshape(-1, 24, 3).sum(axis=2)
     knee, shoulder = influence[:, 4].max(), influence[:, made.SHOULDER].max()
-    assert knee < 0.03 * shoulder  # the root of Q: a thousandth of it
+    assert knee < 0.03 * shoulder  # Q to the power 3/4
     whole, beside = AnchorSet.of(dataset).sensitivity
     assert whole[:, 0].mean() > 0.2 > beside[:, 0].mean()
 
