@@ -181,7 +181,7 @@ def test_the_projection_has_the_last_word():
     """Whatever is moved out over skin is out of the body after the frame: cloth moved out of a chest, into an arm."""
     cape, body = hemline.load("cape"), bodies.load("anny24").shaped()
     player, dance = Player.prepare(cape, body), hemline.motions.load("dance")
-    everything = replace(player, cover=Cover.prepare(body, cape.garment.vertices, cape.garment.faces))
+    everything = replace(player, cover=(Cover.prepare(body, cape.garment.vertices, cape.garment.faces),))
     state = everything.start(dance[0])
     for index in range(6):
         state, frame = everything.step(state, dance[8 * index], 1 / 30)
