@@ -1,0 +1,114 @@
+"""All claims about AgentDress by one command: `python benchmarks/claims/agentdress/claims.py FOLDER --motion FILE...`.
+
+FOLDER takes the data, made and continued: the drapes of the light T-shirt that the shipped model is fitted to
+(`anchors`), and what each command settles beside them. Then the commands of this folder run one after the other, each
+in a process of its own, and `hemline bench` for the times. What has a row of this commit in benchmarks/results is not
+run again, so that a killed run goes on.
+
+Writes docs/agentdress/claims.md: what the paper says, what was asked, what was measured. With `--page` it writes this
+page alone, from the rows that are there.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from claims_page import write_page
+
+from hemline.bench.machine import commit
+
+HERE = Path(__file__).parent
+RESULTS = HERE.parents[1] / "results"
+GARMENT = "tshirt-light"
+TRUTH = ("walk", "run", "kick", "jump", "dance")
+BODIES, SECONDS = 5, 2.0
+"""Of `watched.py`."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A command, and the file that its rows go to."""
+
+    name: str
+    words: tuple[str, ...]
+    """Of the script of this name, or, where `bench`, of `hemline`."""
+    bench: bool = False
+
+    @property
+    def results(self) -> Path:
+        """Where its rows are."""
+        return RESULTS / (f"{self.name}.jsonl" if self.bench else f"agentdress_{self.name}.jsonl")
+
+    @property
+    def done(self) -> bool:
+        """Whether a row of this commit is there."""
+        lines = self.results.read_text().splitlines() if self.results.exists() else []
+        return any(json.loads(line)["commit"] == commit() for line in lines[-5:])
+
+    @property
+    def command(self) -> list[str]:
+        """What is run."""
+        if self.bench:
+            return [sys.executable, "-m", "hemline", "bench", self.name, "--record", str(RESULTS)]
+        return [sys.executable, str(HERE / f"{self.name}.py"), *self.words]
+
+
+def steps(folder: Path, clips: list[str]) -> list[Step]:
+    """All commands, in order.
+
+    Args:
+        folder: Of the data.
+        clips: That the poses of the fit are taken from; the first fifteen are watched, beside the shipped ones.
+    """
+    anchors, test = str(folder / "anchors"), str(folder / "test")
+    watched = ("-o", str(folder / f"watched-{commit()}"), "--shapes", str(BODIES), "--seconds", str(SECONDS))
+    return [
+        Step("errors", (anchors, test, "--pairs", "96")),
+        Step("beyond", (anchors, test, "--pairs", "96")),
+        Step("materials", (anchors, str(folder / "materials"))),
+        Step("sampling", (GARMENT, anchors, "--draws", "1")),
+        Step("shape_models", (anchors, str(folder / "shapes"), "--poses", "8", "--shapes", "20")),
+        Step("limits", (GARMENT, anchors, str(folder / "limits"), "--poses", "3")),
+        Step("separability", (GARMENT, anchors, str(folder / "near"), "--walked", "2", "--followed", "3")),
+        Step("damping", (GARMENT, str(folder / "truth"))),
+        Step("loose_shapes", (str(folder / "skirt"), str(folder / "skirt-test"), "--motion", *clips)),
+        Step("watched", (GARMENT, *TRUTH, *clips[:15], *watched)),
+        Step("tshirt", (), bench=True),
+        Step("tshirt-paper-size", (), bench=True),
+        Step("crowd-tshirt", (), bench=True),
+    ]
+
+
+def main() -> None:
+    """Make the data, run what is missing, write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, nargs="?", help="takes the data; made and continued")
+    parser.add_argument("--motion", nargs="+", default=[], help="clips that the poses of the fit are taken from")
+    parser.add_argument("--only", nargs="+", default=[], help="commands by name, such as errors; default: all")
+    parser.add_argument("--jobs", type=int, default=1, help="processes that settle anchors")
+    parser.add_argument("--page", action="store_true", help="write the page from the rows that are there")
+    asked = parser.parse_args()
+    if not asked.page:
+        if not asked.folder or not asked.motion:
+            parser.error("a FOLDER for the data, and --motion with clips, are needed; or --page alone")
+        _make_data(asked.folder, asked.motion, asked.jobs)
+        for step in steps(asked.folder, asked.motion):
+            if (not asked.only or step.name in asked.only) and not step.done:
+                print(f"--- {step.name}", flush=True)
+                subprocess.run(step.command, check=True, cwd=HERE)
+    print(write_page(RESULTS))
+
+
+def _make_data(folder: Path, clips: list[str], jobs: int) -> None:
+    """The drapes that ship, and simulated clips; both commands continue what is there."""
+    drape = ["drape", GARMENT, "--anchors", "16", "--poses", "150", "--random", "400", "--derivatives"]
+    simulate = ["simulate", GARMENT, "-m", *TRUTH, "-o", str(folder / "truth")]
+    for words in ([*drape, "--motion", *clips, "-o", str(folder / "anchors"), "--jobs", str(jobs)], simulate):
+        subprocess.run([sys.executable, "-m", "hemline", *words], check=True)
+
+
+if __name__ == "__main__":
+    main()
