@@ -60,7 +60,7 @@ def unpacked(model) -> Rigging:
 
 
 def blend(model, pose):
-    distances = model._distances(pose.rotations)[:, rigged(model).poses]
+    distances = model._distances(model._axes(pose.rotations))[:, rigged(model).poses]
     return anchor_weights(distances, **model.config.blending)
 
 

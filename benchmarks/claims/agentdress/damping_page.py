@@ -17,7 +17,7 @@ PAGE = """\
 # How long the distances to anchors linger
 
 Written by `python benchmarks/claims/agentdress/damping.py MODEL TRUTH` at commit {commit}, on {machine}, one thread;
-{garment} on {clips}, the mean shape. Eq. 9 and Fig. 3 of the appendix of Wu et al. 2021: distances to anchors follow
+{garment} on {clips}, the mean shape. Eq. 9 and Fig. 3 of the appendix of Wu et al. 2021: joints follow
 the pose with a damping ratio, here a time constant; the ratio beside it is that of 30 frames a second.
 
 ![residual and jerk against the time constant](damping.png)

@@ -31,7 +31,7 @@ class AgentDressConfig:
     floor: float = positive(0.02)
     """Added to squared distances, as a share of their median between anchors."""
     decay_seconds: float = not_negative(0.1)
-    """Time constant with which distances to anchors follow the pose."""
+    """Time constant with which the pose is followed."""
     clearance: float = not_negative(0.0)
     """Where the garment lies closer to the skin than in the anchors, it is moved out to that, at most this far [m]; the
     paper has 0.005. 0: it is not, as the player moves it out of the body in any case, and tears it less."""

@@ -55,14 +55,14 @@ class AnimatorAgentDressLevel(LevelOf):
     def step(self, state: AgentDressState, posed: PosedBody, dt: float) -> tuple[AgentDressState, Vertices]:
         """As of the full animator, for the vertices that are left."""
         moved, vertices = self.part.step(self._seen(state), posed, dt)
-        return replace(state, distances=moved.distances), vertices
+        return replace(state, axes=moved.axes, distances=moved.distances), vertices
 
     def redress(
         self, state: AgentDressState, posed: PosedBody, dt: float, worn: Vertices, nominal: PosedBody
     ) -> tuple[AgentDressState, Vertices]:
         """As of the full animator; `worn` is the full garment."""
         moved, vertices = self.part.redress(self._seen(state), posed, dt, worn[self.kept], nominal)
-        return replace(state, distances=moved.distances), vertices
+        return replace(state, axes=moved.axes, distances=moved.distances), vertices
 
     def settled(self, posed: PosedBody) -> Vertices:
         """As of the full animator, for the vertices that are left."""

@@ -25,23 +25,31 @@ def turned_axes(w, x, y, z, axes_out):
     axes_out[6], axes_out[7], axes_out[8] = 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)
 
 
-@kernel(fastmath={"reassoc", "contract"})
-def pose_distances(known, weights, joints, query, distances_out):
-    # model: known (counting, 9, poses): axes of the joints that count in some region; weights (regions, 3 joints): of
-    #     the axes; joints (counting,): which they are
-    # in: query (joints, 4), wherever its root heads   out: distances_out (regions, poses)
-    # sum over joints and axes of weight times the square of the distance between the axes
-    poses = known.shape[2]
-    squares, here = np.empty((3, poses), np.float32), np.empty(9, np.float32)
-    distances_out[:] = 0
+@kernel
+def pose_axes(joints, query, axes_out):
+    # model: joints (counting,): those that count in some region
+    # in: query (joints, 4), wherever its root heads   out: axes_out (counting, 9)
     for k in range(joints.shape[0]):
         j = joints[k]
         w, x, y, z = query[j, 0], query[j, 1], query[j, 2], query[j, 3]
         if j == 0:
             w, x, y, z = without_heading(w, x, y, z)
-        turned_axes(w, x, y, z, here)
+        turned_axes(w, x, y, z, axes_out[k])
+
+
+@kernel(fastmath={"reassoc", "contract"})
+def axes_distances(known, weights, joints, axes, distances_out):
+    # model: known (counting, 9, poses): axes of the joints that count in some region; weights (regions, 3 joints): of
+    #     the axes; joints (counting,): which they are
+    # in: axes (counting, 9)   out: distances_out (regions, poses)
+    # sum over joints and axes of weight times the square of the distance between the axes
+    poses = known.shape[2]
+    squares = np.empty((3, poses), np.float32)
+    distances_out[:] = 0
+    for k in range(joints.shape[0]):
+        j = joints[k]
         for c in range(3):
-            a, b, d = here[3 * c], here[3 * c + 1], here[3 * c + 2]
+            a, b, d = axes[k, 3 * c], axes[k, 3 * c + 1], axes[k, 3 * c + 2]
             for s in range(poses):
                 e, f, g = known[k, 3 * c, s] - a, known[k, 3 * c + 1, s] - b, known[k, 3 * c + 2, s] - d
                 squares[c, s] = e * e + f * f + g * g

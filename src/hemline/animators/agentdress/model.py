@@ -25,7 +25,7 @@ from .binding import Binding
 from .bounds import DRAPED, FAR, BetaRange, believed, fitted_range, novelty, warn_beyond
 from .config import AgentDressConfig
 from .detail import AnimatorAgentDressLevel
-from .distance_kernels import mix, pose_distances
+from .distance_kernels import axes_distances, mix, pose_axes
 from .distances import anchor_weights
 from .pose_model import kernel
 from .shape_model import shape_features, widened
@@ -135,7 +135,7 @@ class AnimatorAgentDress:
         features = shape_features(widened(shaped.betas[None], len(tables.rest_effects) // 2))[0].astype(np.float32)
         rest = tables.rest + np.einsum("f,fvi->vi", features, tables.rest_effects)
         effects = tables.shapes.effects(shaped.betas)
-        return AgentDressState(rest, shaped.normals[tables.nearest], effects, None)
+        return AgentDressState(rest, shaped.normals[tables.nearest], effects)
 
     def step(self, state: AgentDressState, posed: PosedBody, dt: float) -> tuple[AgentDressState, Vertices]:
         """Advance to a pose.
@@ -148,8 +148,8 @@ class AnimatorAgentDress:
         Returns:
             The State after, and the vertices in the world (verts, 3) [m].
         """
-        distances = self._followed(state, posed.pose, dt)
-        return replace(state, distances=distances), self._worn(state, distances, posed, self._rigged(distances, posed))
+        after = self._followed(state, posed.pose, dt)
+        return after, self._worn(after, posed, self._rigged(after, posed))
 
     def at_detail(self, detail: float) -> "AnimatorAgentDress | AnimatorAgentDressLevel":
         """This animator with a share of its vertices; itself for 1.
@@ -193,17 +193,22 @@ class AnimatorAgentDress:
             )
         if worn.shape != state.rest.shape:
             raise BadInput(f"'{self.garment.name}' has vertices {state.rest.shape}", worn.shape, "give its own mesh")
-        distances, tables = self._followed(state, posed.pose, dt), self.tables
-        offset = self._binding.offsets(nominal.transforms, tables.rest, worn.astype(np.float64)).astype(np.float32)
-        return replace(state, distances=distances), self._worn(state, distances, posed, offset)
+        after = self._followed(state, posed.pose, dt)
+        offset = self._binding.offsets(nominal.transforms, self.tables.rest, worn.astype(np.float64))
+        return after, self._worn(after, posed, offset.astype(np.float32))
 
-    def _followed(self, state: AgentDressState, pose: Pose, dt: float) -> Float[np.ndarray, "regions poses"]:
-        r"""Distances that follow the pose, $\exp(-\Delta t / \tau)$ of what they were (Eq. 9)."""
-        distances = self._distances(lifted_rotations(pose.rotations))
-        if state.distances is not None and self.config.decay_seconds > 0:
+    def _followed(self, state: AgentDressState, pose: Pose, dt: float) -> AgentDressState:
+        r"""The State when time has gone on: axes that follow the pose, $\exp(-\Delta t / \tau)$ of what they were.
+
+        Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations",
+            2021, Eq. 9. Differs: the axes follow, not the distances: means of squared distances to two poses are those
+            of a pose that is far from all between the two, and a regression makes of it what no pose is given.
+        """
+        axes = self._axes(lifted_rotations(pose.rotations))
+        if state.axes is not None and self.config.decay_seconds > 0:
             kept = np.float32(np.exp(-dt / self.config.decay_seconds))
-            distances = kept * state.distances + (1 - kept) * distances
-        return distances
+            axes = kept * state.axes + (1 - kept) * axes
+        return replace(state, axes=axes, distances=self._distances(axes))
 
     def settled(self, posed: PosedBody) -> Vertices:
         """The garment in a pose of the kind that anchors have, arms lifted already, with no past (verts, 3) [m].
@@ -213,8 +218,9 @@ class AnimatorAgentDress:
         Raises:
             BadInput: As `start`.
         """
-        distances = self._distances(posed.pose.rotations)
-        return self._worn(self.start(posed), distances, posed, self._rigged(distances, posed))
+        axes = self._axes(posed.pose.rotations)
+        state = replace(self.start(posed), axes=axes, distances=self._distances(axes))
+        return self._worn(state, posed, self._rigged(state, posed))
 
     def reshaped(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
         """The State on a body of another shape: what a slider asks for, and an agent that joins a crowd.
@@ -226,25 +232,19 @@ class AnimatorAgentDress:
         Raises:
             BadInput: As `start`.
         """
-        return replace(self.start(shaped.posed(shaped.rest_pose)), distances=state.distances)
+        return replace(self.start(shaped.posed(shaped.rest_pose)), axes=state.axes, distances=state.distances)
 
-    def _rigged(self, distances: Float[np.ndarray, "regions poses"], posed: PosedBody) -> Vertices | None:
+    def _rigged(self, state: AgentDressState, posed: PosedBody) -> Vertices | None:
         """What rigged anchors add in a pose [m]; None where the pose model is a kernel, which `_mixed` takes in."""
         tables, rigged = self.tables, self.tables.rigged
         if rigged is None:
             return None
         here = self._mean_body.rest_pose.translation
         transforms = self._mean_body.transforms_of(posed.pose.rotations[None], here[None])[0][0]
-        blend = anchor_weights(distances[:, rigged.poses], **self.config.blending)
+        blend = anchor_weights(state.distances[:, rigged.poses], **self.config.blending)
         return rigged.offset(transforms, blend, tables.regions, self._binding, tables.rest)
 
-    def _worn(
-        self,
-        state: AgentDressState,
-        distances: Float[np.ndarray, "regions poses"],
-        posed: PosedBody,
-        offset: Vertices | None = None,
-    ) -> Vertices:
+    def _worn(self, state: AgentDressState, posed: PosedBody, offset: Vertices | None = None) -> Vertices:
         """The garment in a pose; an offset stands in the place of the pose model [m]."""
         tables, vertices = self.tables, np.empty_like(state.rest)
         wear(
@@ -254,7 +254,7 @@ class AnimatorAgentDress:
             tables.regions,
             self._digits,
             tables.clearances,
-            self._mixed(distances, state.effects, posing=offset is None),
+            self._mixed(state.distances, state.effects, posing=offset is None),
             state.rest,
             tables.offset if offset is None else offset,
             state.normals,
@@ -265,11 +265,17 @@ class AnimatorAgentDress:
         )
         return vertices
 
-    def _distances(self, lifted: Quaternions) -> Float[np.ndarray, "regions poses"]:
-        """Of a pose with arms lifted as in the anchors, heading left out, to all poses of the model."""
+    def _axes(self, lifted: Quaternions) -> Float[np.ndarray, "counting 9"]:
+        """Of the frames of the joints that count, arms lifted as in the anchors, heading left out."""
+        axes = np.empty((len(self._joints), 9), np.float32)
+        pose_axes(self._joints, lifted, axes)
+        return axes
+
+    def _distances(self, axes: Float[np.ndarray, "counting 9"]) -> Float[np.ndarray, "regions poses"]:
+        """To all poses of the model."""
         tables = self.tables
         distances = np.empty((len(tables.axes), len(tables.rotations)), np.float32)
-        pose_distances(self._known, tables.axes, self._joints, lifted, distances)
+        axes_distances(self._known, tables.axes, self._joints, axes, distances)
         return distances
 
     def _mixed(

@@ -17,5 +17,7 @@ class AgentDressState:
     """Of the body under each vertex, in its rest pose."""
     effects: Float[np.ndarray, "shape_regions poses_of_shapes shape_modes"]
     """What the shape adds in each pose in which others than the mean one were settled, by region."""
-    distances: Float[np.ndarray, "regions poses"] | None
-    """To each pose of the model, smoothed over time; None before the first step."""
+    axes: Float[np.ndarray, "counting 9"] | None = None
+    """Of the joints' frames, following the pose; None before the first step."""
+    distances: Float[np.ndarray, "regions poses"] | None = None
+    """From these to each pose of the model."""

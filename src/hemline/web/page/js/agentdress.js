@@ -65,15 +65,15 @@ export class AgentDress {
     return { ...this.start(body), ...state };
   }
 
-  /** The state `dt` later [s]: distances that follow the pose. */
+  /** The state `dt` later [s]: axes that follow the pose. */
   advance(state, body, dt) {
-    const distances = this.#distances(lifted(body.rotations)), { decay_seconds: decay } = this.metadata;
-    if (state.distances && decay > 0) {
+    const axes = this.#axes(lifted(body.rotations)), { decay_seconds: decay } = this.metadata;
+    if (state.axes && decay > 0) {
       const kept = Math.fround(Math.exp(-dt / decay));
-      distances.forEach((value, i) => (distances[i] = kept * state.distances[i] + (1 - kept) * value));
+      axes.forEach((value, i) => (axes[i] = kept * state.axes[i] + (1 - kept) * value));
     }
-    this.distances = distances;
-    return { distances };
+    this.distances = this.#distances(axes);
+    return { axes };
   }
 
   /** The vertices of the last `advance`, into the kernels' memory. */
@@ -136,12 +136,22 @@ export class AgentDress {
     return out;
   }
 
-  /** Squared distances (regions, poses) from a pose to those of the model, its heading left out (Eq. 7). */
-  #distances(rotations) {
+  /** Axes of the counting joints' frames in a pose (counting, 9), its heading left out. */
+  #axes(rotations) {
+    const out = new Float32Array(9 * this.joints.length);
+    this.joints.forEach((joint, k) => {
+      const own = at(rotations, joint);
+      out.set(turnedAxes(joint === 0 ? withoutHeading(own) : own), 9 * k);
+    });
+    return out;
+  }
+
+  /** Squared distances (regions, poses) from axes of frames to those of the model's poses (Eq. 7). */
+  #distances(followed) {
     const { axes } = this.tables, { poseCount, joints, known, regionCount } = this, squares = [0, 0, 0];
     const out = new Float32Array(regionCount * poseCount);
     joints.forEach((joint, k) => {
-      const own = at(rotations, joint), here = turnedAxes(joint === 0 ? withoutHeading(own) : own);
+      const here = followed.subarray(9 * k, 9 * k + 9);
       for (let s = 0; s < poseCount; s++) {
         for (let c = 0, from = 9 * (s * joints.length + k); c < 3; c++, from += 3) {
           const x = known[from] - here[3 * c], y = known[from + 1] - here[3 * c + 1], z = known[from + 2] - here[3 * c + 2];
