@@ -4,6 +4,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from hemline.animators.agentdress.config import AgentDressConfig
+
+DECAY = AgentDressConfig().decay_seconds
 PAGE = """\
 # All claims about AgentDress
 
@@ -110,7 +113,7 @@ def _of_experiments(results: Path) -> list[tuple[Row, str, str, str, str, str]]:
     shape, limits = _last(results, "agentdress_shape_models"), _last(results, "agentdress_limits")
     near = _last(results, "agentdress_separability", start="followed from the anchor")
     sampling, loose = _last(results, "agentdress_sampling"), _last(results, "agentdress_loose_shapes")
-    decay = next(row for row in reversed(_rows(results, "agentdress_damping")) if row["decay_seconds"] == 0.1)
+    decay = next(row for row in reversed(_rows(results, "agentdress_damping")) if row["decay_seconds"] == DECAY)
     beyond, jerks = _last(results, "agentdress_beyond"), [clip["jerk_ratio"] for clip in decay["clips"]]
     explained, by_body = shape["explained_percent"], limits["by_body"]
     left_out = beyond["shape_left_out_mm"]

@@ -30,7 +30,7 @@ class AgentDressConfig:
     """The higher, the more the nearest one counts."""
     floor: float = positive(0.02)
     """Added to squared distances, as a share of their median between anchors."""
-    decay_seconds: float = not_negative(0.1)
+    decay_seconds: float = not_negative(0.05)
     """Time constant with which the pose is followed."""
     clearance: float = not_negative(0.0)
     """Where the garment lies closer to the skin than in the anchors, it is moved out to that, at most this far [m]; the
