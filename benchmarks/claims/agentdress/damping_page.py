@@ -34,7 +34,8 @@ which a few torn triangles decide. Simulated garments, which move, have {simulat
 
 The paper chooses the largest damping ratio that keeps the residual low; it gives neither curve nor value as numbers.
 Low: no more than {low:.0f} % above the least, on the median vertex. That gives {chosen:g} s; the default is {default:g}
-s, which errs least: where a mocap arm twists by 40 degrees a frame, what lags tears the sleeve. Jerk, asked at most {most:g} times the simulation's: {jerk:.2f} with the default (worst clip {worst:.2f}).
+s, which errs least: where a recorded arm twists by 40 degrees a frame, what lags tears the sleeve.
+Jerk, asked at most {most:g} times the simulation's: {jerk:.2f} with the default (worst clip {worst:.2f}).
 
 | clip | simulated residual, weights | residual, weights | jerk / simulated | error, mm | late, ms |
 |---|---|---|---|---|---|
