@@ -8,6 +8,7 @@ import numpy as np
 from hemline.arrays import Bool, Faces, Float, Int, UInt, Vertices
 from hemline.collide.surface.box_kernels import BLOCK, GROUP
 from hemline.collide.surface.worn import WornGarment
+from hemline.meshes import edges
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -58,6 +59,9 @@ class PreparedProjection:
     settings: ProjectionSettings
     measure: bool
     """Whether reports say how many vertices were inside before, and how deep; it changes nothing else."""
+    starts: Int[np.ndarray, " verts+1"]
+    neighbours: Int[np.ndarray, " twice_edges"]
+    """Along edges, of all vertices one after the other, from `starts` on; both in the projector's own order."""
 
     @classmethod
     def prepare(
@@ -76,7 +80,7 @@ class PreparedProjection:
         Args:
             shaped: The body.
             garment_vertices_rest: The garment at rest, in the world of the body's rest pose [m].
-            garment_faces: Its triangles.
+            garment_faces: Its triangles; with none, each vertex is on its own.
             guarantee: `exact` tests every vertex in every frame; `fast` only displaces, and reports inside as unknown.
             settings: Distances and times.
             measure: Report how many vertices were inside before, and how deep: costs a test more of each vertex near.
@@ -86,11 +90,18 @@ class PreparedProjection:
             BadBody: The body's mesh is not closed.
             BadGarment: The garment is empty or not finite.
         """
+        worn = worn or WornGarment.of(shaped, garment_vertices_rest)
+        own = np.empty(len(worn.order), np.int64)
+        own[worn.order] = np.arange(len(own))
+        one, other = own[edges(garment_faces)].T
+        first, second = np.concatenate([one, other]), np.concatenate([other, one])
         return cls(
-            worn=worn or WornGarment.of(shaped, garment_vertices_rest),
+            worn=worn,
             guarantee=guarantee,
             settings=settings or ProjectionSettings(),
             measure=measure,
+            starts=np.concatenate([[0], np.cumsum(np.bincount(first, minlength=len(own)))]),
+            neighbours=second[np.lexsort((second, first))],
         )
 
     def start(self) -> ProjectorState:

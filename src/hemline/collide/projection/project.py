@@ -2,7 +2,7 @@
 
 After it every garment vertex has winding number 0 with respect to this frame's posed body mesh, except *pinched* ones:
 their nearest place on their own limb, moved 2 mm outward, lies inside another part of the body, which cuts through
-itself there. Those are kept outside of their own limb and reported.
+itself there. Those go along with the cloth around them, and are reported.
 """
 
 from dataclasses import dataclass

@@ -11,6 +11,7 @@ from hemline.collide.surface.posed_surface import PosedSurface
 from hemline.collide.surface.surface_kernels import MOST_STEPS
 
 from .displace_kernels import SLOW_STEPS, displace, judge, list_doubtful, write_back
+from .pinch_kernels import carry_along
 from .prepared import PreparedProjection, ProjectorState
 from .ray_kernels import certify, windings
 from .way_out_kernels import deepest, go_out, look_around, take_ways_out
@@ -75,7 +76,7 @@ class ProjectedFrame:
             directions=state.directions.copy(),
             hidden=state.hidden.copy(),
         )
-        self.places = np.full(len(self.points), -1, np.int64)
+        self.held, self.places = places is not None, np.full(len(self.points), -1, np.int64)
         if places is not None:
             corners = posed.shaped.body.faces[places[projector.worn.order], 0]
             held = places[projector.worn.order] >= 0
@@ -86,17 +87,30 @@ class ProjectedFrame:
         exact = self.projector.guarantee == "exact"
         ids = self.uncertified()
         displaced, signed = self.displaced(ids, dt)
-        pinched, anchors = np.empty(0, np.int32), np.empty((0, 3), np.float32)
+        order, pinched, anchors = self.projector.worn.order, np.empty(0, np.int32), np.empty((0, 3), np.float32)
         if exact:
             bad = self.tested(ids, displaced, signed)
             if len(bad):
                 pinched, anchors = self.led_out(ids, bad, displaced, signed)
         offsets, lively = np.empty_like(self.state.offsets), np.empty_like(self.state.lively)
         out = self.vertices.copy()
-        moved = write_back(self.points, ids, displaced, self.to_world, self.projector.worn.order, offsets, lively, out)
+        moved = write_back(self.points, ids, displaced, self.to_world, order, offsets, lively, out)
+        if not self.held:
+            self.carried_along(pinched, offsets, out)
         before, depth = self.measured(ids, signed) if self.projector.measure else (None, float("nan"))
-        report = ProjectionReport(moved, 1000 * depth, pinched, anchors, before, exact)
+        report = ProjectionReport(moved, 1000 * depth, order[pinched], anchors, before, exact)
         return replace(self.state, offsets=offsets, lively=lively), out, report
+
+    def carried_along(self, pinched: Int[np.ndarray, " pinched"], offsets: Points, out: Vertices) -> None:
+        """Let pinched vertices go along with those around them, which are not, as far as cloth links them.
+
+        Led out each by itself, neighbours of two limbs that cut through each other are torn apart. Not done where
+        contact holds vertices off, as in a simulation: it goes on with what pinches them.
+        """
+        starts, turn, origin = self.projector.starts, self.to_world[:, :3], self.to_world[:, 3]
+        linked = pinched[starts[pinched + 1] > starts[pinched]]
+        carry_along(linked, starts, self.projector.neighbours, offsets)
+        out[self.projector.worn.order[linked]] = (self.points[linked] + offsets[linked]) @ turn.T + origin
 
     def uncertified(self) -> Int[np.ndarray, " near"]:
         """Vertices that boxes alone cannot show to be outside, or that were displaced in the last frame."""
@@ -185,7 +199,7 @@ class ProjectedFrame:
         signed: Float[np.ndarray, " near"],
     ) -> tuple[Int[np.ndarray, " pinched"], Float[np.ndarray, "pinched 3"]]:
         """Lead vertices out over the places that they have; the others by the nearest skin, else by that of their own
-        limb. What is left is pinched.
+        limb. What is left is pinched: returned in the projector's order, by their numbers in the garment.
         """
         held = self.places[ids[bad]] >= 0
         kept, free = bad[held], bad[~held]
@@ -201,10 +215,10 @@ class ProjectedFrame:
             around = np.ascontiguousarray(faces[:, int(own_limb)])
             still, where = self.tried(ids, free, displaced, signed, around, MOST_STEPS, own_limb=own_limb)
             free, faces = free[still], faces[still]
-        vertices = self.projector.worn.order[ids[np.concatenate([kept, free])]]
-        rank = np.argsort(vertices)
+        pinched = ids[np.concatenate([kept, free])]
+        rank = np.argsort(self.projector.worn.order[pinched])
         where = np.concatenate([at_kept, where])[rank]
-        return vertices[rank], where @ self.to_world[:, :3].T + self.to_world[:, 3]
+        return pinched[rank], where @ self.to_world[:, :3].T + self.to_world[:, 3]
 
     def tried(
         self,
