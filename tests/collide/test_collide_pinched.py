@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.sparse import coo_array, csr_array, eye_array
-from scipy.sparse.linalg import spsolve
+from scipy.sparse import coo_array, csr_array
 
 import hemline
 from hemline import bodies
@@ -42,7 +41,7 @@ def test_they_go_along_with_those_around_them_and_no_other_moves(pressed):
     mean = csr_array(links.multiply(1 / links.sum(axis=1)[:, None]))[pinched]
     moved = linked.astype(np.float64) - vertices
     moved[pinched] = 0
-    plain = spsolve((eye_array(len(pinched)) - mean[:, pinched]).tocsc(), mean @ moved)
+    plain = np.linalg.solve(np.eye(len(pinched)) - mean[:, pinched].toarray(), mean @ moved)
     np.testing.assert_allclose(linked[pinched] - vertices[pinched], plain, atol=2e-3)
 
 

@@ -20,6 +20,10 @@ class Arguments:
     """A clip, or the name of a shipped excerpt."""
     garment: str | None = None
     """The garment to wear, by name or a file, for a model that was fitted on many."""
+    over: tuple[str, ...] = ()
+    """What is worn over it, from the skin outwards, as for `hemline animate`."""
+    thickness_mm: float = 1.5
+    """How far a garment keeps off the one beneath it, where it must be moved, above 0 and at most 10 [mm]."""
     body: str | None = None
     """Another body of the same topology, or any for a model that takes any; left out: the model's."""
     betas: tuple[float, ...] = ()
@@ -72,7 +76,12 @@ def run(arguments: Arguments) -> int:
     part = cut(motion, arguments.start, arguments.seconds)
     truth = None if arguments.truth is None else datasets.open_dataset(arguments.truth)
     animator, body = open_model(
-        arguments.model, arguments.garment, arguments.body, arguments.betas, clamp=arguments.clamp_betas
+        arguments.model,
+        arguments.garment,
+        arguments.body,
+        arguments.betas,
+        over=arguments.over,
+        clamp=arguments.clamp_betas,
     )
     novelties: list[float | None] = []
     evaluation = evaluate(
@@ -85,12 +94,14 @@ def run(arguments: Arguments) -> int:
         untangle=arguments.untangle,
         whole=arguments.whole,
         detail=arguments.detail,
+        thickness_mm=arguments.thickness_mm,
         start=0.0 if truth is None else arguments.start,
         seconds=None if truth is None else arguments.seconds,
         keep=lambda frame: novelties.append(frame.novelty),
     )
     warn_new_poses(animator, novelties)
-    size = model_mb(model_path(arguments.model))
+    worn = arguments.over if arguments.garment is None else ()  # else garments, which are no models
+    size = sum(model_mb(model_path(name)) for name in (arguments.model, *worn))
     figures: dict[str, Any] = {"model": arguments.model, "model_mb": size} | evaluation.figures
     if arguments.picture is not None:
         draw_worst(arguments.picture, evaluation, evaluation.garment.faces)

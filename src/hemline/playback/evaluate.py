@@ -18,6 +18,7 @@ from hemline.motions.motion import Motion
 
 from .detail import level_of
 from .frame import Frame
+from .layers import THICKNESS_MM
 from .play import play
 from .player import Player
 from .tally import Tally
@@ -74,6 +75,7 @@ def evaluate(
     untangle: bool = False,
     whole: bool = True,
     detail: float = 1.0,
+    thickness_mm: float = THICKNESS_MM,
     keep: Callable[[Frame], None] | None = None,
 ) -> Evaluation:
     """Play a motion and measure.
@@ -94,6 +96,7 @@ def evaluate(
         untangle: As for `play`.
         whole: As for `play`.
         detail: As for `play`; errors are those of the vertices that are left.
+        thickness_mm: As for `Player.prepare` [mm].
         keep: Called with each frame, to record it.
 
     Returns:
@@ -110,7 +113,7 @@ def evaluate(
     takes = None if truth is None else takes_of(truth, motion, body.betas)
     fps = fps if takes is None else takes[0].motion.fps
     level = level_of(animator, detail)
-    options = {"guarantee": guarantee, "whole": whole, "detail": detail}
+    options = {"guarantee": guarantee, "whole": whole, "detail": detail, "thickness_mm": thickness_mm}
     compile_s = Player.prepare(animator, body, **options).warm_up(motion[0])
     tally = Tally(level, keep)
     last = math.inf if seconds is None else start + seconds

@@ -8,7 +8,7 @@ import numpy as np
 from hemline import bodies, metrics
 from hemline.animators.base import Animator
 from hemline.arrays import Vertices
-from hemline.collide import inside
+from hemline.collide import LayersReport, inside
 from hemline.compiled import threads
 from hemline.errors import BadInput
 from hemline.meshes import rest_lengths
@@ -102,6 +102,7 @@ class Tally:
             "memory_mb": metrics.memory_mb(),
             "inside_percent": metrics.inside_figures(values["before"], values["after"], values["pinched"]),
             "behind_nearest_percent": metrics.mean_and_worst(values["behind"]),
+            "caught_percent": metrics.mean_and_worst(values["caught"]) if "caught" in values else None,
             "deepest_mm": {"before": max(values["deepest_before"]), "after": max(values["deepest_after"])},
             "skin_through_percent": metrics.mean_and_worst(values["through"])
             | {"buried": float(np.mean(values["through_buried"]))},
@@ -131,13 +132,15 @@ class Tally:
         self._add("through_buried", metrics.skin_through_percent(*cloth, *skin, ~buried))
 
     def _add_inside(self, frame: Frame) -> None:
-        """Vertices inside before and after the projection, their depth, and the papers' own test."""
+        """Vertices inside before and after, their depth, the papers' own test; vertices behind the cloth beneath."""
         body, faces, pinched = frame.body.vertices, frame.body.faces, frame.report.pinched
         before, after = inside(body, faces, frame.held), inside(body, faces, frame.vertices)
         self._add("before", metrics.inside_percent(before))
         self._add("after", metrics.inside_percent(after, pinched))
         self._add("pinched", metrics.pinched_percent(pinched, len(after)))
         after[pinched] = False
+        if isinstance(frame.report, LayersReport):
+            self._add("caught", metrics.pinched_percent(frame.report.caught, len(after)))
         self._add("deepest_before", metrics.deepest_mm(body, faces, frame.held, before))
         self._add("deepest_after", metrics.deepest_mm(body, faces, frame.vertices, after))
         self._add("behind", metrics.behind_nearest_percent(frame.vertices, body, faces))

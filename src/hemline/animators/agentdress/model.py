@@ -239,13 +239,15 @@ class AnimatorAgentDress:
         tables, rigged = self.tables, self.tables.rigged
         if rigged is None:
             return None
+        assert state.distances is not None
         here = self._mean_body.rest_pose.translation
         transforms = self._mean_body.transforms_of(posed.pose.rotations[None], here[None])[0][0]
         blend = anchor_weights(state.distances[:, rigged.poses], **self.config.blending)
         return rigged.offset(transforms, blend, tables.regions, self._binding, tables.rest)
 
     def _worn(self, state: AgentDressState, posed: PosedBody, offset: Vertices | None = None) -> Vertices:
-        """The garment in a pose; an offset stands in the place of the pose model [m]."""
+        """The garment in a pose that was followed; an offset stands in the place of the pose model [m]."""
+        assert state.distances is not None
         tables, vertices = self.tables, np.empty_like(state.rest)
         wear(
             tables.indices,
