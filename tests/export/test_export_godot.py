@@ -1,4 +1,4 @@
-"""What we export, imported and played by Godot 3 without a screen, compared vertex by vertex (Debian: `godot3-server`)."""
+"""What we export, imported and played by Godot 3 without a screen (Debian: `godot3-server`), vertex by vertex."""
 
 import json
 import shutil
