@@ -73,22 +73,22 @@ def made_by(workers: int, folder: Path, garment: garments.Garment) -> float:
     clips = [Clip(motions.load(name), motions.subject_of(name)) for name in CLIPS]
     clips = [Clip(each.motion[: round(SECONDS * each.motion.fps) + 1], each.subject) for each in clips]
     with (
-        LocalCluster(workers, threads_per_worker=1, dashboard_address=":0", scheduler_port=0) as cluster,
+        LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=":0", scheduler_port=0) as cluster,
         Client(cluster, set_as_default=False) as client,
     ):
         client.wait_for_workers(workers)
-        # they have read the code, and compiled it on a fresh machine
-        client.run(warm)
+        client.run(warm, folder)
         began = time.perf_counter()
         produce(folder, garment, clips, settings=SETTINGS, scheduler=cluster.scheduler_address)
         return time.perf_counter() - began
 
 
-def warm() -> None:
-    """Load what a take needs."""
-    from hemline.sim.takes import cluster
-
-    cluster.code()
+def warm(folder: Path) -> None:
+    """Make a take of two frames, so that code and kernels are loaded."""
+    walk = Clip(motions.load("walk")[:2], motions.subject_of("walk"))
+    with tempfile.TemporaryDirectory() as scratch:
+        shutil.copytree(folder, Path(scratch) / "warm")
+        produce(Path(scratch) / "warm", open_dataset(folder).garment, [walk], settings=SETTINGS)
 
 
 def written(dataset: Dataset) -> tuple[int, float]:

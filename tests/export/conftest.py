@@ -1,5 +1,7 @@
 """Clips to export: a sheet that sways, over a body that bends."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -71,6 +73,13 @@ def chained(joints, parents):
 def cloth_clip():
     vertices, faces = swaying()
     return Clip(vertices, faces, FPS, name="cape")
+
+
+@pytest.fixture
+def far_clip(cloth_clip):
+    """A clip that runs 40 m, over which 16 bits have steps of 0.6 mm."""
+    path = np.linspace([0, 0, 0], [3, 1, 40], cloth_clip.frame_count).astype(np.float32)
+    return replace(cloth_clip, vertices=cloth_clip.vertices + path[:, None])
 
 
 @pytest.fixture

@@ -14,13 +14,6 @@ from hemline.meshes import vertex_normals
 from web import three, validated
 
 
-@pytest.fixture
-def far_clip(cloth_clip):
-    """A clip that runs 40 m, over which 16 bits have steps of 0.6 mm."""
-    path = np.linspace([0, 0, 0], [3, 1, 40], cloth_clip.frame_count).astype(np.float32)
-    return replace(cloth_clip, vertices=cloth_clip.vertices + path[:, None])
-
-
 def decoded(folder, name):
     """Positions and normals by the words of `write_textures`."""
     told = json.loads((folder / f"{name}.json").read_text())

@@ -92,6 +92,17 @@ def test_play_moves_the_garment_pause_stops_it_and_a_browser_may_come_back(seen)
         assert page.stage.index == index and page.stage.frame is frame, "pausing keeps the frame"
 
 
+def test_a_browser_that_leaves_while_it_plays_stops_nothing(seen, capfd):
+    with serving(Page(shelf())) as page:
+        seen.driver.get(page.url)
+        seen.shirt()
+        seen.driver.get("about:blank")
+        until(lambda: page.pace.clear, "a browser that left is not waited for")
+        index = page.stage.index
+        until(lambda: page.stage.index != index, "it plays on")
+    assert "Traceback" not in capfd.readouterr().err
+
+
 def test_what_hands_ask_for_is_seen(seen):
     """Controls are moved on the server's side of a browser's messages; what they change is looked at in the browser."""
     with serving(Page(shelf(), playing=False)) as page:
@@ -149,6 +160,17 @@ def test_a_port_that_cannot_be_had_is_refused(port, said):
         other.listen()
         with pytest.raises(BadInput, match=said):
             Page(shelf(), port=other.getsockname()[1] if port is None else port)
+
+
+def test_a_taken_port_is_one_line_and_status_two(capsys):
+    with socket.socket() as other:
+        other.bind((page_module.HOST, 0))
+        other.listen()
+        port = str(other.getsockname()[1])
+        assert main(["view", "tshirt-light", "-m", "walk", "--port", port, "--no-browser"]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.startswith("hemline: ") and err.count("\n") == 1
+    assert port in err and "in use" in err
 
 
 def test_without_viser_the_cure_is_said(monkeypatch):
