@@ -170,6 +170,7 @@ def test_rollouts_teach_more_than_the_line_that_they_begin_as(data, network):
 
 def test_a_killed_training_goes_on_to_the_same_end(tmp_path):
     data = sequences_of(range(6, 10))
+
     def killed(done, at):
         if done == at:
             raise KeyboardInterrupt
