@@ -1,5 +1,6 @@
 """Datasets of small garments that sway by a formula: each vertex trails where skinning puts it, the more the lower."""
 
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -22,8 +23,8 @@ def small(name: str) -> Garment:
     return coarser_garment(garments.load(name), SMALL[name])[0]
 
 
-def swaying(folder: Path, name: str) -> Dataset:
-    """Takes of a garment in four clips, each of another subject, on the mean body."""
+def swaying(folder: Path, name: str, clips: Sequence[str] = CLIPS) -> Dataset:
+    """Takes of a garment in clips, each of another subject, on the mean body."""
     body = bodies.load("anny24").shaped()
     garment = small(name)
     dataset = create(folder, garment)
@@ -32,7 +33,7 @@ def swaying(folder: Path, name: str) -> Dataset:
     )
     proxy = ProxyOnBody.of(garment, garment.vertices, body)
     dataset.add(_take("rest", garment.vertices[None], still, body, garment, "", ""))
-    for clip in CLIPS:
+    for clip in clips:
         motion = body.placed(motions.load(clip))[30 : 30 + FRAMES]
         trail, vertices = Trail.start(proxy, body.posed(motion[0])), []
         depth = np.clip(1.4 - garment.vertices[:, 1:2], 0, 1)
