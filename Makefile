@@ -42,8 +42,10 @@ demo: $(VENV)/.base
 demo-from-nothing: $(VENV)/.learn
 	$(BIN)/hemline demo --from-nothing --out out/demo-from-nothing
 
-# one process a core, a file of tests to each at a time: what a file makes for all its tests is made once
+# one process a core, a file of tests to each at a time: what a file makes for all its tests is made once; kernels are
+# compiled before, lest each process compiles them all
 test: $(VENV)/.dev
+	$(BIN)/hemline warmup --jobs 2
 	$(BIN)/python -m pytest -m "not slow" --numprocesses auto --maxprocesses 8 --dist loadfile
 
 test-all: $(VENV)/.dev

@@ -1,11 +1,13 @@
 """Run each stage once on what ships, so that numba compiles and caches it."""
 
 import tempfile
+import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
 from hemline import animators, bodies, export, garments, motions, sim
+from hemline.animators import Animator
 from hemline.collide.winding.numbers import inside
 
 from .play import play
@@ -46,4 +48,39 @@ def _simulation() -> None:
     sim.simulate(garment, body, motion, sim.SimSettings(), start=rest)
 
 
-STAGES: dict[str, Callable[[], None]] = {"playback": _playback, "pictures": _pictures, "simulation": _simulation}
+def _close_fitting() -> None:
+    _warm(animators.load("tshirt-light"))
+
+
+def _any_garment() -> None:
+    body = bodies.load("anny24").shaped()
+    for name in ("swingar", "live"):
+        model = animators.load(name)
+        assert isinstance(model, animators.Wearable)
+        _warm(model.worn_by(garments.load("tshirt-light"), body))
+
+
+def _warm(animator: Animator | animators.Wearable) -> None:
+    assert isinstance(animator, Animator)
+    Player.prepare(animator, bodies.load("anny24").shaped()).warm_up(motions.load("run")[0])
+
+
+STAGES: dict[str, Callable[[], None]] = {
+    "simulation": _simulation,
+    "playback": _playback,
+    "pictures": _pictures,
+    "close-fitting": _close_fitting,
+    "any garment": _any_garment,
+}
+"""The longest first, so that processes that share them out end together."""
+
+
+def run_stage(name: str) -> float:
+    """Run a stage; how long it took [s].
+
+    Args:
+        name: One of `STAGES`.
+    """
+    began = time.perf_counter()
+    STAGES[name]()
+    return time.perf_counter() - began

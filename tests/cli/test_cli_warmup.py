@@ -1,0 +1,33 @@
+"""`hemline warmup`: what it compiles is not compiled again."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from hemline.cli.main import main
+from hemline.playback.warmup import STAGES
+
+PLAY = """
+import hemline
+for name in ("cape", "tshirt-light"):
+    body = hemline.bodies.load("anny24").shaped()
+    list(hemline.play(hemline.load(name), body, hemline.motions.load("run")[:3]))
+"""
+
+
+def test_no_process_is_refused(capsys):
+    assert main(["warmup", "--jobs", "0"]) == 2
+    assert "--jobs must be at least 1; got 0" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_what_two_processes_compiled_is_there_for_a_third(tmp_path):
+    environment = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-m", "hemline", "warmup", "--jobs", "2"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert all(name in done.stderr for name in STAGES) and done.stdout.strip() == str(tmp_path)
+    compiled = set(tmp_path.rglob("*.nbc"))
+    subprocess.run([sys.executable, "-c", PLAY], env=environment, check=True)
+    assert compiled and set(tmp_path.rglob("*.nbc")) == compiled
