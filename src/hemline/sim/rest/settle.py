@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hemline.arrays import Vertices
 from hemline.datasets.take import Take
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Pose
 from hemline.sim.settings import SimSettings
 
+from .apart import MOST_THROUGH, moved_apart, share_through
 from .rest import Rest
 from .settling import Method, Settling
 
@@ -121,7 +123,8 @@ def _settled(
     refuse: bool = True,
 ) -> Rest:
     """Settled from where it lies once it is dressed on this shape; where that fails, from its own shape, and it follows
-    the change of the body: where thighs or arms press together, dressing pushes cloth through itself.
+    the change of the body: where thighs or arms press together, dressing pushes cloth through itself. Garments worn
+    together that start through each other are moved apart first (`apart`).
 
     Raises:
         SimulationFailed: Both failed; the message is that of the first.
@@ -129,6 +132,12 @@ def _settled(
     settling = partial(Settling, garment, shaped, pose, settings, start, tolerance)
     # with a start nothing is laid anew
     laid = garment if start is not None else garment.dressed(shaped)
+    if start is None and settings.self_contact and share_through(laid) > MOST_THROUGH:
+
+        def alone(piece: Garment) -> Vertices:
+            return _settled(piece, shaped, shaped.rest_pose, settings, None, TAKE_START, refuse=False).positions
+
+        return settling(moved_apart(laid, shaped, alone)).run(method, refuse=refuse)
     try:
         return settling(laid).run(method, refuse=refuse)
     except SimulationFailed as failure:
