@@ -110,7 +110,7 @@ class SimulatedProxy:
     def __init__(self, garment: Garment, shaped: ShapedBody, settings: SimSettings, rest: Positions | None = None):
         self.garment, self.shaped, self.settings = garment, shaped, settings
         self.rest = (
-            rest_state(garment, shaped, SimSettings(self_contact=settings.self_contact)).positions
+            rest_state(garment, shaped, SimSettings(self_contact=settings.self_contact), apart=True).positions
             if rest is None
             else rest
         )

@@ -206,7 +206,7 @@ def settled(coarse: Garment, shaped: ShapedBody) -> Float[np.ndarray, "coarse 3"
     from hemline.sim.rest.settle import rest_state
     from hemline.sim.settings import SimSettings
 
-    return rest_state(coarse, shaped, SimSettings()).positions
+    return rest_state(coarse, shaped, SimSettings(), apart=True).positions
 
 
 def _held(vertices: Float[np.ndarray, "verts 3"], garment: Garment, posed: PosedBody) -> Float[np.ndarray, "verts 3"]:

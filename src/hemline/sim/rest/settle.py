@@ -13,7 +13,7 @@ from hemline.garments.garment import Garment
 from hemline.motions.motion import Pose
 from hemline.sim.settings import SimSettings
 
-from .apart import MOST_THROUGH, moved_apart, share_through
+from .apart import moved_apart
 from .rest import Rest
 from .settling import Method, Settling
 
@@ -105,10 +105,20 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
     return rest_state(garment, shaped, settings).take()
 
 
-def rest_state(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Rest:
-    """As `rest_drape`, with all that is known about it."""
+def rest_state(
+    garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None, *, apart: bool = False
+) -> Rest:
+    """As `rest_drape`, with all that is known about it.
+
+    Args:
+        garment: The garment.
+        shaped: The body.
+        settings: Settings; the wind is ignored.
+        apart: Whether garments worn together that start through each other are moved apart, where they are refused
+            else: good to play from, as long as something keeps them apart.
+    """
     quiet = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
-    return _settled(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START, refuse=False)
+    return _settled(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START, refuse=False, apart=apart)
 
 
 def _settled(
@@ -121,10 +131,11 @@ def _settled(
     method: Method = "newton",
     *,
     refuse: bool = True,
+    apart: bool = False,
 ) -> Rest:
     """Settled from where it lies once it is dressed on this shape; where that fails, from its own shape, and it follows
-    the change of the body: where thighs or arms press together, dressing pushes cloth through itself. Garments worn
-    together that start through each other are moved apart first (`apart`).
+    the change of the body: where thighs or arms press together, dressing pushes cloth through itself. Last, if
+    `apart`, garments worn together that start through each other are kept out of each other while they settle.
 
     Raises:
         SimulationFailed: Both failed; the message is that of the first.
@@ -132,21 +143,23 @@ def _settled(
     settling = partial(Settling, garment, shaped, pose, settings, start, tolerance)
     # with a start nothing is laid anew
     laid = garment if start is not None else garment.dressed(shaped)
-    if start is None and settings.self_contact and share_through(laid) > MOST_THROUGH:
-
-        def alone(piece: Garment) -> Vertices:
-            return _settled(piece, shaped, shaped.rest_pose, settings, None, TAKE_START, refuse=False).positions
-
-        return settling(moved_apart(laid, shaped, alone)).run(method, refuse=refuse)
-    try:
-        return settling(laid).run(method, refuse=refuse)
-    except SimulationFailed as failure:
-        if laid is garment:
-            raise
+    ways = [laid] if laid is garment else [laid, garment]
+    failures = list[SimulationFailed]()
+    for way in ways:
         try:
-            return settling(garment).run(method, refuse=refuse)
-        except SimulationFailed:
-            raise failure from None
+            return settling(way).run(method, refuse=refuse)
+        except SimulationFailed as failure:
+            failures.append(failure)
+    if not apart or len(garment.worn) < 2:
+        raise failures[0]
+
+    def alone(piece: Garment) -> Vertices:
+        return _settled(piece, shaped, pose, settings, None, tolerance, refuse=refuse).positions
+
+    try:
+        return settling(moved_apart(laid, shaped, alone), apart=True).run(method, refuse=refuse)
+    except SimulationFailed:
+        raise failures[0] from None
 
 
 def _check_start(start: Rest, garment: Garment, shaped: "ShapedBody") -> None:
