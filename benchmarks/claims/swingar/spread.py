@@ -66,9 +66,11 @@ def main() -> None:
     parser.add_argument("takes", nargs="+", type=Path)
     parser.add_argument("-o", "--output", type=Path, required=True)
     given = parser.parse_args()
-    rows = [spread(open_dataset(folder), SimSettings()) for folder in given.takes]
-    made = {"machine": machine(), "commit": commit(), "rows": rows}
-    given.output.write_text(json.dumps(made, indent=1, default=float) + "\n")
+    rows = []
+    for folder in given.takes:
+        rows.append(spread(open_dataset(folder), SimSettings()))
+        made = {"machine": machine(), "commit": commit(), "rows": rows}
+        given.output.write_text(json.dumps(made, indent=1, default=float) + "\n")
 
 
 if __name__ == "__main__":

@@ -6,14 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.arrays import Vertices
 from hemline.datasets.take import Take
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Pose
 from hemline.sim.settings import SimSettings
 
-from .apart import moved_apart
 from .rest import Rest
 from .settling import Method, Settling
 
@@ -105,20 +103,10 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
     return rest_state(garment, shaped, settings).take()
 
 
-def rest_state(
-    garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None, *, apart: bool = False
-) -> Rest:
-    """As `rest_drape`, with all that is known about it.
-
-    Args:
-        garment: The garment.
-        shaped: The body.
-        settings: Settings; the wind is ignored.
-        apart: Whether garments worn together that start through each other are moved apart, where they are refused
-            else: good to play from, as long as something keeps them apart.
-    """
+def rest_state(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Rest:
+    """As `rest_drape`, with all that is known about it."""
     quiet = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
-    return _settled(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START, refuse=False, apart=apart)
+    return _settled(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START, refuse=False)
 
 
 def _settled(
@@ -131,11 +119,9 @@ def _settled(
     method: Method = "newton",
     *,
     refuse: bool = True,
-    apart: bool = False,
 ) -> Rest:
     """Settled from where it lies once it is dressed on this shape; where that fails, from its own shape, and it follows
-    the change of the body: where thighs or arms press together, dressing pushes cloth through itself. Last, if
-    `apart`, garments worn together that start through each other are kept out of each other while they settle.
+    the change of the body: where thighs or arms press together, dressing pushes cloth through itself.
 
     Raises:
         SimulationFailed: Both failed; the message is that of the first.
@@ -143,23 +129,15 @@ def _settled(
     settling = partial(Settling, garment, shaped, pose, settings, start, tolerance)
     # with a start nothing is laid anew
     laid = garment if start is not None else garment.dressed(shaped)
-    ways = [laid] if laid is garment else [laid, garment]
-    failures = list[SimulationFailed]()
-    for way in ways:
-        try:
-            return settling(way).run(method, refuse=refuse)
-        except SimulationFailed as failure:
-            failures.append(failure)
-    if not apart or len(garment.worn) < 2:
-        raise failures[0]
-
-    def alone(piece: Garment) -> Vertices:
-        return _settled(piece, shaped, pose, settings, None, tolerance, refuse=refuse).positions
-
     try:
-        return settling(moved_apart(laid, shaped, alone), apart=True).run(method, refuse=refuse)
-    except SimulationFailed:
-        raise failures[0] from None
+        return settling(laid).run(method, refuse=refuse)
+    except SimulationFailed as failure:
+        if laid is garment:
+            raise
+        try:
+            return settling(garment).run(method, refuse=refuse)
+        except SimulationFailed:
+            raise failure from None
 
 
 def _check_start(start: Rest, garment: Garment, shaped: "ShapedBody") -> None:

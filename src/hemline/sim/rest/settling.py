@@ -18,7 +18,6 @@ from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState, Scene
 
-from .apart import ApartEnd
 from .carry import carried, farthest_way
 from .damped import STILL, free_crossings, swung
 from .rest import Rest
@@ -63,7 +62,7 @@ Method = Literal["newton", "draping", "walked"]
 
 
 class Settling:
-    """One call of `settle`; `apart`: pieces that lie apart stay so."""
+    """One call of `settle`."""
 
     def __init__(
         self,
@@ -74,13 +73,10 @@ class Settling:
         start: Rest | None,
         tolerance: float,
         laid: Garment,
-        *,
-        apart: bool = False,
     ):
         self.garment, self.shaped, self.pose, self.settings = garment, shaped, pose, settings
         self.start, self.tolerance, self.laid = start, tolerance, laid
         self.dressed = DressedBody(garment, shaped, settings)
-        self.apart = ApartEnd(laid, shaped) if apart else None
         self.newton_steps = self.solver_steps = 0
         self.method = "newton"
 
@@ -211,13 +207,13 @@ class Settling:
 
     def _cleaned(self, posed: "PosedBody", positions: Positions) -> tuple[Positions, Mask]:
         """Positions moved out of the body, and the vertices for which there is no place."""
-        if not (self.apart or inside(posed.vertices, posed.faces, positions.astype(np.float32)).any()):
+        if not inside(posed.vertices, posed.faces, positions.astype(np.float32)).any():
             return positions, np.zeros(len(positions), bool)
         cleaned = self._end(posed).clean(posed, positions, 1.0)
         return cleaned.positions, np.isin(np.arange(len(positions)), cleaned.pinched)
 
     def _end(self, posed: "PosedBody") -> FrameEnd:
-        return self.apart or FrameEnd(self.laid, posed.shaped)
+        return FrameEnd(self.laid, posed.shaped)
 
     def _swung(
         self, posed: "PosedBody", positions: Positions, seconds: float, kept: float, still: float = STILL
