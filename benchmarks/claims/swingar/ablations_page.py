@@ -30,38 +30,56 @@ GROUP = 100 * FRAMES
 
 
 def page(rows: list[dict[str, Any]]) -> str:
-    """All of it."""
-    budget, machine = rows[-1]["budget"], rows[-1]["machine"]
-    commits = ", ".join(dict.fromkeys(row["commit"] for row in rows))
-    lag, graph = ({row["variant"]: row for row in rows if row["network"] == name} for name in ("lag", "graph"))
+    """All of it: of each network the rows of the set that was measured last."""
+    lag, graph = (_newest(rows, network) for network in ("lag", "graph"))
+    same = lag and graph and lag[0]["mark"] == graph[0]["mark"]
+    sets = "Both networks were given one set of takes." if same else "Each network was given a set of its own."
     return f"""# What each part of swingar is worth
 
-Written by `python benchmarks/claims/swingar/ablations_page.py`, from what `ablations.py` measured on {machine}, commit
-{commits}; the paper is Li et al., "SwinGar", 2023. All rows, of both networks, are of one set of takes: each variant
-is trained alike, from nothing, with one seed, on {budget["takes"]} takes of {budget["garments"]} garments, and judged
-on {budget["held_out"]} takes of {budget["new"]} other garments, on other random bodies and the mean one, in clips of
-other subjects: distance of the proxy's vertices. The budget is small: these are not the errors of what ships, and
+Written by `python benchmarks/claims/swingar/ablations_page.py`, from what `ablations.py` measured; the paper is Li et
+al., "SwinGar", 2023. Each variant is trained alike, from nothing, with one seed, and judged on takes that it has not
+seen: distance of the proxy's vertices. {sets} Budgets are small: these are not the errors of what ships, and
 differences below a millimetre say nothing. [The takes](../../src/hemline/models/README.md#swingar).
-{_lag(lag, budget["lag"]) if lag else ""}{_graph(graph, budget["graph"]) if graph else ""}
+{_lag(lag) if lag else ""}{_graph(graph) if graph else ""}
 Tables II and III of the paper as a whole, with the projection: [collisions](collisions.md). Table V, frames a second:
 [figures of the network](../../src/hemline/animators/swingar/README.md#figures), `throughput.py`; the paper's frame
 takes 26 ms on a GPU (38.1 a second, 307.8 in batches), of 10,000 vertices.
 """
 
 
-def _lag(rows: dict[str, dict[str, Any]], epochs: int) -> str:
-    shown = [rows[name] for name in (*HIDDEN, *LEARNED) if name in rows]
+def _newest(rows: list[dict[str, Any]], network: str) -> list[dict[str, Any]]:
+    own = [row for row in rows if row["network"] == network]
+    return [row for row in own if row["mark"] == own[-1]["mark"]]
+
+
+def _made(rows: list[dict[str, Any]]) -> str:
+    """What they are of."""
+    budget, commits = rows[0]["budget"], ", ".join(dict.fromkeys(row["commit"] for row in rows))
+    new = f" of {budget['new']} other garments" if "new" in budget else " of other subjects, or other garments"
+    of = f" of {budget['garments']} garments" if "garments" in budget else ""
+    return (
+        f"Learned: {budget['takes']} takes{of}; held out: {budget['held_out']} takes{new}. "
+        f"{rows[0]['machine']}, commit {commits}."
+    )
+
+
+def _lag(rows: list[dict[str, Any]]) -> str:
+    by_name, epochs = {row["variant"]: row for row in rows}, rows[0]["budget"]["lag"]
+    shown = [by_name[name] for name in (*HIDDEN, *LEARNED) if name in by_name]
     lines = "".join(f"| {row['variant']} | {row['error_mm']:.1f} | {row['trained_mm']:.1f} |\n" for row in shown)
     return f"""
 ## The lag network, {epochs} epochs of {shown[0]["frames"]:,} frames
-Skinning softly: {shown[0]["skinned_mm"]:.1f} mm; mean over frames. What the paper has no counterpart for.
+{_made(rows)} Skinning softly: {shown[0]["skinned_mm"]:.1f} mm, mean over frames. The paper has no counterpart.
 
 | what it is told, and how it learns | held out, mm | learned, mm |
 |---|---|---|
 {lines}"""
 
 
-def _graph(rows: dict[str, dict[str, Any]], epochs: int) -> str:
+def _graph(found: list[dict[str, Any]]) -> str:
+    rows, epochs = {row["variant"]: row for row in found}, found[0]["budget"]["graph"]
+    missing = [name for name in (*GRAPH, *TERMS) if name not in rows]
+    left = f"Not measured yet: {', '.join(missing)}." if missing else ""
     head = "| variant | mean, mm | normals, degrees | paper, cm | paper, degrees |\n|---|---|---|---|---|\n"
     first = "".join(
         f"| {_name(name)} | {rows[name]['error_mm']:.1f} | {rows[name]['normals_deg']:.1f} | {cm:.2f} | {deg:.2f} |\n"
@@ -70,8 +88,8 @@ def _graph(rows: dict[str, dict[str, Any]], epochs: int) -> str:
     )
     return f"""
 ## The graph network, {epochs} epochs of {GROUP} frames
-Its coarse predictor with lean sizes, which begins as skinning: {next(iter(rows.values()))["skinned_mm"]:.1f} mm, mean
-over garments and bodies. The paper trains for five days on two GPUs, on a set of its own.
+{_made(found)} Its coarse predictor with lean sizes, which begins as skinning: {found[0]["skinned_mm"]:.1f} mm, mean
+over garments and bodies. The paper trains for five days on two GPUs, on a set of its own. {left}
 
 ### Table I: the descriptor
 {head}{first}
@@ -126,9 +144,7 @@ def _curve(row: dict[str, Any]) -> str:
 
 def main() -> None:
     """Read, write."""
-    rows = [json.loads(line) for line in ROWS.read_text().splitlines()]
-    newest = [row for row in rows if row["mark"] == rows[-1]["mark"]]
-    PAGE.write_text(page(newest))
+    PAGE.write_text(page([json.loads(line) for line in ROWS.read_text().splitlines()]))
 
 
 if __name__ == "__main__":

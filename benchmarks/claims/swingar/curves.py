@@ -36,7 +36,7 @@ def draw(curves: dict[str, dict[str, list[float]]], path: Path) -> None:
         kinds = {"held out": list(enumerate(each["losses"])), "batches": list(enumerate(each.get("trained", []), 1))}
         for axis, (name, points) in zip(column, kinds.items(), strict=True):
             axis.plot(*zip(*points, strict=True) if points else ([], []), marker=".")
-            axis.set(ylabel=f"loss, {name}", ylim=(0, None))
+            axis.set(ylabel=f"loss, {name}", ylim=(0, 1.1 * max([loss for _, loss in points], default=1.0)))
             axis.xaxis.set_major_locator(MaxNLocator(integer=True))
         column[0].set(title=stage)
         column[1].set(xlabel="epoch")
