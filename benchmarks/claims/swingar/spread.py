@@ -4,7 +4,8 @@
 
 TAKES are datasets that `python -m hemline.models.make.swingar_takes` made; the first take of each is simulated again:
 from another start (a lead-in of another length), in one substep more, and as another mesh of the same garment with
-fewer vertices, which is compared where both have a vertex. No error against such a truth can be told from these.
+fewer vertices, which is compared where both have a vertex. No error against such a truth can be told from these. Rows
+that are there are not made again.
 """
 
 import argparse
@@ -66,9 +67,12 @@ def main() -> None:
     parser.add_argument("takes", nargs="+", type=Path)
     parser.add_argument("-o", "--output", type=Path, required=True)
     given = parser.parse_args()
-    rows = []
-    for folder in given.takes:
-        rows.append(spread(open_dataset(folder), SimSettings()))
+    made = json.loads(given.output.read_text()) if given.output.exists() else {"rows": []}
+    known = {row["garment"] for row in made["rows"]}
+    for data in map(open_dataset, given.takes):
+        if data.garment.name in known:
+            continue
+        rows = [*made["rows"], spread(data, SimSettings())]
         made = {"machine": machine(), "commit": commit(), "rows": rows}
         given.output.write_text(json.dumps(made, indent=1, default=float) + "\n")
 
