@@ -48,8 +48,9 @@ the worst frame. An error as large as this says nothing against a model.
 BODIES = """
 ## Bodies beyond the training
 
-The weights that ship, on bodies whose first two betas are {betas}, the others 0; those of the training are drawn with a
-standard deviation of 1. Takes: `swingar_takes ... --betas=3,3 --betas=-3,-3`. What the paper does not show.
+The weights that ship, on bodies whose first two betas are {betas}, the others 0; those of the training
+are drawn with a standard deviation of 1. Takes: `swingar_takes ... --betas=3,3 --betas=-3,-3`, the first of each
+garment on the first body: {takes}. The paper shows no such bodies.
 
 """
 
@@ -61,10 +62,15 @@ def main() -> None:
     lines = [*_table(rows), *_classes(rows), *_spread_rows(twice["rows"], len(rows[0]["models"]))]
     page = HEAD + "\n".join([*lines, "", "## What is seen", "", *_seen(rows)]) + "\n"
     page += _foot(made, f"{made['threads']} threads, ") + SPREAD + "\n".join(_spread(twice["rows"])) + "\n"
-    page += _foot(twice, "1 thread, ") + BODIES.format(betas="3, 3 and -3, -3")
+    page += _foot(twice, "1 thread, ") + _beyond(bodies)
     page += "\n".join([*_table(bodies), "", *_seen(bodies)]) + "\n" + _foot(beyond, f"{beyond['threads']} threads, ")
     PAGE.parent.mkdir(exist_ok=True)
     PAGE.write_text(page)
+
+
+def _beyond(rows: list[dict]) -> str:
+    takes = ", ".join(f"{row['garment']} {row['takes']}" for row in rows)
+    return BODIES.format(betas="3, 3 and -3, -3", takes=takes)
 
 
 def _read(name: str) -> dict:
