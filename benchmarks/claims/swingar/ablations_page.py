@@ -40,7 +40,8 @@ def page(rows: list[dict[str, Any]]) -> str:
 Written by `python benchmarks/claims/swingar/ablations_page.py`, from what `ablations.py` measured; the paper is Li et
 al., "SwinGar", 2023. Each variant is trained alike, from nothing, with one seed, and judged on takes that it has not
 seen: distance of the proxy's vertices. {sets} Budgets are small: these are
-not the errors of what ships, and differences below a millimetre say nothing. [The takes](../../src/hemline/models/README.md#swingar).
+not the errors of what ships, and differences below a millimetre say nothing.
+[The takes](../../src/hemline/models/README.md#swingar).
 {_lag(lag) if lag else ""}{_graph(graph, "" if same else _beside(rows, graph[0]["mark"])) if graph else ""}
 Tables II and III of the paper as a whole, with the projection: [collisions](collisions.md). Table V, frames a second:
 [figures of the network](../../src/hemline/animators/swingar/README.md#figures), `throughput.py`; the paper's frame
@@ -112,7 +113,8 @@ over garments and bodies. The paper trains for five days on two GPUs, on a set o
 ### Lag features, which the paper does not have
 {_errors(rows, {PLAIN: "", "no lag features": ""})}{_terms(rows, epochs)}
 One seed: a variant gets worse by up to {_rise(found):.1f} mm from one epoch to the next, so that differences
-smaller than that say little. After each epoch, held out, mm: {"; ".join(_curve(rows[name]) for name in GRAPH if name in rows)}.
+smaller than that say little. After each epoch, held out, mm:
+{"; ".join(_curve(rows[name]) for name in GRAPH if name in rows)}.
 """
 
 
