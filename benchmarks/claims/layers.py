@@ -44,6 +44,11 @@ class Case:
     model: str | None = None
     """A model that takes any garment; None: the models of these names."""
 
+    @property
+    def title(self) -> str:
+        """What the page calls it."""
+        return f"{self.outer} over {self.inner}, {self.clip}"
+
     def animator(self, body: bodies.ShapedBody) -> Animator:
         """Of both together."""
         if self.model is None:
@@ -59,6 +64,8 @@ CASES = (
     Case("tshirt-light", "cape", "dance"),
     Case("trousers-light", "dress-light", "walk", "swingar"),
     Case("trousers-light", "skirt-light", "walk", "live"),
+    Case("tshirt-light", "dress-light", "walk", "swingar"),
+    Case("tshirt-light", "cape-light", "dance", "swingar"),
 )
 
 
@@ -101,9 +108,8 @@ def measured(case: Case, frames: int) -> tuple[dict[str, Any], np.ndarray]:
     counts, stretch = np.array(rows), np.array(strains)
     assert worst[1] is not None
     made = [_picture(posed, vertices, inner.faces, outer.faces, start) for posed, vertices in worst[1]]
-    title = f"{case.outer} over {case.inner}, {case.clip}"
     row = {
-        "case": title,
+        "case": case.title,
         "by": case.model or " + ".join(part.name for part in (own(case.inner), own(case.outer))),
         "vertices": len(outer.vertices),
         "frames": len(rows),
@@ -116,7 +122,7 @@ def measured(case: Case, frames: int) -> tuple[dict[str, Any], np.ndarray]:
         "frame_ms": float(np.median([one for one, _ in times])),
         "layers_ms": float(np.median([added for _, added in times])),
     }
-    return row, pictures.side_by_side(made, [f"{title}: out of the body", "and out of the garment beneath"])
+    return row, pictures.side_by_side(made, [f"{case.title}: out of the body", "and out of the garment beneath"])
 
 
 def _picture(posed: bodies.PosedBody, vertices: np.ndarray, inner: np.ndarray, outer: np.ndarray, start: int):
@@ -135,10 +141,12 @@ def page(rows: list[dict[str, Any]]) -> str:
         "`hemline animate trousers-light --over skirt -m dance` wears two models together, `hemline animate swingar "
         "--garment trousers-light --over dress-light -m walk`\ntwo garments of one model. Each is kept out of those "
         "beneath it, in the order of `--over`, and out of the body: [how](../src/hemline/collide/layers/README.md).\n"
-        "`swingar` and `live` settle them together first, and refuse garments that go through each other where they "
-        "were\nmade, such as a dress with sleeves over a shirt.\n\n"
+        "`swingar` and `live` settle them together first. Where that fails, as garments go through each other where "
+        "they were\nmade, such as a dress with sleeves over a shirt, they settle one by one, and are moved apart "
+        "before they are played.\n\n"
         "![Before and after](layers.webp)\n\n"
-        f"Measured on {machine()}, one thread, commit {commit()}, by `python benchmarks/claims/layers.py`. "
+        f"Measured on {rows[-1]['machine']}, one thread, commit "
+        f"{', '.join(dict.fromkeys(row['commit'] for row in rows))}, by `python benchmarks/claims/layers.py`. "
         "Behind: share of the outer garment's vertices\ninside of the inner one, closed at its rims; those that are "
         "left are named by each frame's report (`caught`).\n"
         "Out of the body alone (before), and out of the inner garment, too (after).\n\n"
@@ -165,16 +173,24 @@ def main() -> None:
     """Measure, print, write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=150, help="of each clip, at 30 a second")
-    frames, rows, shown = parser.parse_args().frames, [], []
-    RESULTS.unlink(missing_ok=True)
+    parser.add_argument("--only", nargs="*", metavar="CASE", help="as the page calls them; other rows stay as they are")
+    parser.add_argument("--pictures", type=Path, help="a folder for a picture of each case")
+    given, rows, shown = parser.parse_args(), [], []
+    known = {row["case"]: row for row in map(json.loads, RESULTS.read_text().splitlines())} if given.only else {}
     for case in CASES:
-        row, picture = measured(case, frames)
-        rows.append(row)
+        if given.only and case.title not in given.only:
+            rows += [known[case.title]] if case.title in known else []
+            continue
+        row, picture = measured(case, given.frames)
+        rows.append(row | {"machine": machine(), "commit": commit()})
         shown.append(picture)
+        if given.pictures:
+            given.pictures.mkdir(parents=True, exist_ok=True)
+            pictures.write_png(given.pictures / f"{case.inner}_{case.outer}_{case.clip}.png", picture)
         print(_line(row), end="", flush=True)
-        with RESULTS.open("a") as file:
-            file.write(json.dumps(row | {"machine": machine(), "commit": commit()}) + "\n")
-        PAGE.write_text(page(rows))
+    RESULTS.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    PAGE.write_text(page(rows))
+    if not given.only:
         pictures.write_webp(PICTURE, shown, fps=0.5)
 
 

@@ -8,7 +8,7 @@ from swingar_samples import graph_of, sheet
 
 from hemline.animators.swingar.graph.curve_kernels import fill_exponentials, fill_tangents
 from hemline.animators.swingar.graph.graph import Graph
-from hemline.errors import BadMesh
+from hemline.errors import BadInput, BadMesh
 from hemline.learning.product_kernels import product
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
@@ -104,6 +104,12 @@ def test_values_and_gradients_are_those_of_dense_matrices(case):
     ours, theirs = (torch.autograd.grad((out * back).sum(), given) for out in (found, plain))
     for one, other in zip(ours, theirs, strict=True):
         assert (one - other).abs().max() <= 1e-5 * max(1.0, float(other.abs().max()))
+
+
+def test_further_features_that_a_layer_has_no_weights_for_are_refused():
+    layer = GatLn(5, 4, 2, alpha=2.0)
+    with pytest.raises(BadInput, match="a layer made for 0 further features; got 3 of a vertex; give as many, or none"):
+        layer(GRAPH, torch.randn(1, 1, VERTS, 5), extra=torch.randn(1, VERTS, 3))
 
 
 def test_gradients_are_those_of_small_differences():

@@ -97,6 +97,20 @@ def test_all_terms_are_used_where_the_body_is_known():
     assert found[1] > found[0]
 
 
+def test_lag_features_are_not_looked_at_by_an_estimator_that_has_none():
+    estimator, samples = Estimator(CONFIG), Swaying.made()
+    groups = Groups(4, 2, 6)
+    plain = CoarseObjective(estimator, samples, groups, losses.LossWeights()).errors()
+
+    class Trailing(Swaying):
+        def frames(self, chosen):
+            batch = super().frames(chosen)
+            return replace(batch, lag=np.full((*batch.truth.shape[:2], 12), 1e6, np.float32))
+
+    trailing = Trailing(samples.garments, samples.way, samples.sway)
+    assert CoarseObjective(estimator, trailing, groups, losses.LossWeights()).errors() == plain
+
+
 def test_the_present_mesh_of_the_corrective_predictor_is_the_coarse_one():
     torch.manual_seed(0)
     estimator, samples = Estimator(CONFIG), Swaying.made()

@@ -30,6 +30,19 @@ def test_clips_come_equally_often_and_each_garment_on_two_bodies():
     assert dealt == parts(clips, garments=10, takes=4, seed=3) != parts(clips, garments=10, takes=4, seed=4)
 
 
+def test_bodies_can_be_given():
+    dealt = parts([Path("a")], garments=3, takes=2, seed=0, betas=[(3.0, -3.0), (-3.0,)])
+    assert all([part.betas[:3] for part in each] == [(3.0, -3.0, 0.0), (-3.0, 0.0, 0.0)] for each in dealt)
+
+
+def test_a_body_that_is_no_numbers_is_refused(folder, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", command(folder, "out", "--betas=tall")[2:])
+    with pytest.raises(SystemExit):
+        main()
+    assert "--betas: must be numbers; got 'tall'; write a body as 3,-3" in capsys.readouterr().err
+    assert not (folder / "out").exists()
+
+
 def test_a_folder_is_named_after_the_garment_or_its_file():
     assert folder_of("dress:7@35") == "dress-7@35"
     assert folder_of("some/where/my dress.obj") == "my_dress"

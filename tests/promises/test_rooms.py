@@ -39,7 +39,7 @@ INNER = {
 ARRAYS_ONLY = {"metrics", "pictures", "export"}
 CLIPS_ONLY = {"study"}
 """Rooms that see files of clips only."""
-FROM_SIM = {"animators/live", "animators/swingar", "animators/simulated_proxy"}
+FROM_SIM = {"animators/live", "animators/swingar", "animators/simulated_proxy", "animators/settled_proxy"}
 """Animators whose garments settle, or move, by the simulator while they are prepared or shown, and what they share."""
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
 FILES = files()

@@ -1,27 +1,30 @@
 """What each part of swingar's two networks is worth, on one small equal budget: the paper's Tables I, Figs. 9 and 12.
 
-    python benchmarks/claims/swingar/ablations.py TAKES... -o benchmarks/results/swingar_ablations.jsonl
+    python benchmarks/claims/swingar/ablations.py TAKES... --judged TAKES... --checkpoints FOLDER \\
+        -o benchmarks/results/swingar_ablations.jsonl
 
-TAKES are datasets that `python -m hemline.models.make.swingar_takes` made. Every second take is used. Each variant is
-trained alike, from nothing, with one seed, and judged on takes of subjects and garments that are held out. A row is
-written after each; rows that are there are not made again. `ablations_page.py` makes a page of them.
+TAKES are datasets that `python -m hemline.models.make.swingar_takes` made. Each variant is trained alike, from nothing,
+with one seed, and judged on the datasets of `--judged`; without these, every second take is used, and subjects and
+garments are held out by the split. A row is written after each; rows that are there are not made again, and a killed
+graph network goes on from its checkpoint. Variants of the graph network are those of `ablations_graph.py`: after them
+the plain one goes on for a third of the epochs with the collision loss, with all terms, and with neither.
+`ablations_page.py` makes a page of them.
 """
 
 import argparse
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from ablations_graph import Budget, names, rows_of_graph
 
 from hemline.animators.swingar import SwingarConfig
 from hemline.animators.swingar.features.proxy_on_body import BEGUN, DESCRIBED, PARTS, TRAILS
 from hemline.animators.swingar.fit import divided
-from hemline.animators.swingar.graph.descriptor import Descriptor
-from hemline.animators.swingar.graph.fit_graph import estimator_of
-from hemline.animators.swingar.graph.graph_samples import TakeSamples, take_samples
+from hemline.animators.swingar.graph.graph_samples import take_samples
 from hemline.animators.swingar.lag.lag_samples import GarmentSamples, gather
 from hemline.bench.machine import commit, machine
 from hemline.datasets import open_collection
@@ -47,30 +50,17 @@ LEARNED: dict[str, dict[str, Any]] = {
     "no error of edges": {"edge_weight": 0.0},
 }
 """Variants of its fit."""
-GRAPH: dict[str, dict[str, Any]] = {
-    "as the paper, with lag features": {},
-    "no lag features": {"lag": 0},
-    "no descriptor": {"global_shape": "none"},
-    "graph pooling": {"global_shape": "pooled"},
-    "Euclidean affinity": {"distance": "euclidean"},
-    "z = 128": {"descriptor": 128},
-    "z = 512": {"descriptor": 512},
-    "alpha = 1": {"alpha": 1.0},
-    "alpha = 3": {"alpha": 3.0},
-    "no Lipschitz normalisation": {"lipschitz": False},
-}
-"""Variants of the graph network: options of its sizes, and `distance`, that of the descriptor."""
 
 
-def rows_of_lag(train: list[GarmentSamples], valid: list[GarmentSamples], epochs: int, known: set) -> Iterator[dict]:
+def rows_of_lag(train: list[GarmentSamples], valid: list[GarmentSamples], epochs: int, wanted: set) -> Iterator[dict]:
     """Rows of the lag network."""
     config = SwingarConfig(epochs=epochs)
     for name, columns in HIDDEN.items():
-        if ("lag", name) not in known:
+        if name in wanted:
             shown = [[hidden(each, columns) for each in side] for side in (train, valid)]
             yield {"network": "lag", "variant": name} | lag_trained(*shown, config)
     for name, options in LEARNED.items():
-        if ("lag", name) not in known:
+        if name in wanted:
             yield {"network": "lag", "variant": name} | lag_trained(train, valid, replace(config, **options))
 
 
@@ -110,41 +100,13 @@ def weighted(errors: Sequence[float], samples: Sequence[GarmentSamples]) -> floa
     return 1e3 * float(np.average(errors, weights=[len(each.told) for each in samples]))
 
 
-def rows_of_graph(samples: TakeSamples, betas: int, epochs: int, known: set) -> Iterator[dict]:
-    """Rows of the graph network."""
-    from hemline.animators.swingar.graph.train_estimator import TrainingPlan, train_estimator
-
-    plan = TrainingPlan(coarse_epochs=epochs, term_epochs=0, corrective_epochs=0, patience=0)
-    for name, options in GRAPH.items():
-        if ("graph", name) in known:
-            continue
-        sizes = {key: value for key, value in options.items() if key != "distance"}
-        config = replace(estimator_of(SwingarConfig(), betas), **sizes)
-        shown = described(samples, config.descriptor, options.get("distance", "geodesic"))
-        trained = train_estimator(shown, config, plan, seed=0, mark="", folder=None, progress=lambda *_: None)
-        curve = [1e3 * each for each in trained.curves["coarse"]]
-        yield {
-            "network": "graph",
-            "variant": name,
-            "error_mm": 1e3 * trained.coarse_error,
-            "skinned_mm": curve[0],
-            "curve_mm": curve,
-            "frames": plan.frames * plan.epoch * epochs,
-        }
-
-
-def described(samples: TakeSamples, size: int, distance: Any) -> TakeSamples:
-    """Samples with another descriptor."""
-    found = []
-    for each in samples.garments:
-        points = each.features[:, 3:6]
-        own = Descriptor.of(points, each.faces, size=min(size, len(points)), distance=distance)
-        found.append(replace(each, descriptor=own.padded_to(size)))
-    return replace(samples, garments=found)
-
-
-def sides_of(data: Collection) -> tuple[list[Entry], list[Entry]]:
-    """Every second take to learn from, and every second one that is held out."""
+def sides_of(data: Collection, judged: int) -> tuple[list[Entry], list[Entry]]:
+    """Takes to learn from, and takes to judge by: those of the last datasets, or every second one, by the split."""
+    if judged:
+        known = len(data.datasets) - judged
+        return [each for each in data.clips() if each.dataset < known], [
+            each for each in data.clips() if each.dataset >= known
+        ]
     sides = divided(data, SwingarConfig().held_out)
     held_out = [entry for name, entries in sides.items() if name != "train" for entry in entries]
     return sides["train"][::2], held_out[::2]
@@ -154,20 +116,27 @@ def main() -> None:
     """Make the rows that are missing."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("takes", nargs="+", type=Path)
+    parser.add_argument("--judged", nargs="*", type=Path, default=[], help="takes to judge by; all others are learned")
     parser.add_argument("-o", "--out", type=Path, required=True)
+    parser.add_argument("--checkpoints", type=Path, required=True, help="a folder for those of the graph network")
+    parser.add_argument("--variants", nargs="*", help="only these; all by default")
     parser.add_argument("--lag-epochs", type=int, default=10)
     parser.add_argument("--graph-epochs", type=int, default=5)
     args = parser.parse_args()
-    data, size = open_collection(args.takes), SwingarConfig().size
-    train, valid = sides_of(data)
+    data, size = open_collection([*args.takes, *args.judged]), SwingarConfig().size
+    train, valid = sides_of(data, len(args.judged))
     budget = {"takes": len(train), "held_out": len(valid), "lag": args.lag_epochs, "graph": args.graph_epochs}
+    budget |= {"garments": len({each.dataset for each in train}), "new": len({each.dataset for each in valid})}
     mark = content_hash(budget | {"names": [entry.row.name for entry in (*train, *valid)]})
     lines = args.out.read_text().splitlines() if args.out.exists() else []
     known = {(row["network"], row["variant"]) for row in map(json.loads, lines) if row["mark"] == mark}
     told = {"mark": mark, "budget": budget, "machine": machine(), "commit": commit()}
 
-    def keep(rows: Callable[[], Iterator[dict]]) -> None:
-        for row in rows():
+    def missing(network: str, names: list[str]) -> set[str]:
+        return {each for each in args.variants or names if each in names and (network, each) not in known}
+
+    def keep(rows: Iterator[dict]) -> None:
+        for row in rows:
             print(
                 f"{row['network']:6s} {row['variant']:40s} {row['error_mm']:6.1f} of {row['skinned_mm']:.1f}",
                 flush=True,
@@ -175,13 +144,14 @@ def main() -> None:
             with args.out.open("a") as file:
                 file.write(json.dumps(row | told) + "\n")
 
-    if any(("lag", name) not in known for name in (*HIDDEN, *LEARNED)):
+    if wanted := missing("lag", [*HIDDEN, *LEARNED]):
         samples = [gather(data, side, STRIDE, size) for side in (train, valid)]
-        keep(lambda: rows_of_lag(*samples, args.lag_epochs, known))
+        keep(rows_of_lag(*samples, args.lag_epochs, wanted))
         del samples
-    if any(("graph", name) not in known for name in GRAPH):
+    if wanted := missing("graph", names()):
         taken = take_samples(data, train, valid, STRIDE, 256, size)
-        keep(lambda: rows_of_graph(taken, len(train[0].row.betas), args.graph_epochs, known))
+        more = Budget(args.graph_epochs, max(1, args.graph_epochs // 3), mark, args.checkpoints)
+        keep(rows_of_graph(taken, len(train[0].row.betas), more, wanted))
 
 
 if __name__ == "__main__":

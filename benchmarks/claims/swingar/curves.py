@@ -5,9 +5,10 @@ CHECKPOINTS is the folder that `hemline fit` keeps beside its model: a file for 
 
 import argparse
 import json
+import sys
 from pathlib import Path
 
-from hemline.errors import BadInput, BadModel
+from hemline.errors import BadInput, BadModel, HemlineError
 from hemline.files import read_tensors
 
 
@@ -23,19 +24,22 @@ def curves_of(folder: Path) -> dict[str, dict[str, list[float]]]:
 
 
 def draw(curves: dict[str, dict[str, list[float]]], path: Path) -> None:
-    """A plot of each stage."""
+    """Two plots of each stage: the validation loss, and that of the batches, which are not of one unit."""
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import MaxNLocator
 
-    figure, axes = plt.subplots(1, len(curves), figsize=(5 * len(curves), 3.2), squeeze=False)
-    for axis, (stage, each) in zip(axes[0], curves.items(), strict=True):
-        axis.plot(each["losses"], label="held out")
-        if each.get("trained"):
-            axis.plot(range(1, len(each["trained"]) + 1), each["trained"], label="trained")
-        axis.set(title=stage, xlabel="epoch", ylabel="loss", yscale="log")
-        axis.legend()
+    figure, axes = plt.subplots(2, len(curves), figsize=(5 * len(curves), 5), squeeze=False, sharex="col")
+    for column, (stage, each) in zip(axes.T, curves.items(), strict=True):
+        kinds = {"held out": list(enumerate(each["losses"])), "batches": list(enumerate(each.get("trained", []), 1))}
+        for axis, (name, points) in zip(column, kinds.items(), strict=True):
+            axis.plot(*zip(*points, strict=True) if points else ([], []), marker=".")
+            axis.set(ylabel=f"loss, {name}", ylim=(0, 1.1 * max([loss for _, loss in points], default=1.0)))
+            axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+        column[0].set(title=stage)
+        column[1].set(xlabel="epoch")
     figure.tight_layout()
     figure.savefig(path, dpi=100)
 
@@ -46,7 +50,10 @@ def main() -> None:
     parser.add_argument("checkpoints", type=Path)
     parser.add_argument("-o", "--out", type=Path, required=True, help="without an ending: .json and .png are written")
     args = parser.parse_args()
-    curves = curves_of(args.checkpoints)
+    try:
+        curves = curves_of(args.checkpoints)
+    except HemlineError as error:
+        sys.exit(f"curves: {error}")
     draw(curves, args.out.with_suffix(".png"))
     args.out.with_suffix(".json").write_text(json.dumps(curves, indent=1) + "\n")
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hemline.animators.leaps import Rigid, leaps
+from hemline.animators.settled_proxy import settled
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.bodies.lead_in import Stance, between
 from hemline.collide import ProjectorState
@@ -18,7 +19,6 @@ from hemline.motions.motion import Pose
 from hemline.motions.quaternions import to_matrix
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.cloth.wind import wind_of
-from hemline.sim.rest.settle import rest_state
 from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
@@ -109,11 +109,7 @@ class SimulatedProxy:
 
     def __init__(self, garment: Garment, shaped: ShapedBody, settings: SimSettings, rest: Positions | None = None):
         self.garment, self.shaped, self.settings = garment, shaped, settings
-        self.rest = (
-            rest_state(garment, shaped, SimSettings(self_contact=settings.self_contact)).positions
-            if rest is None
-            else rest
-        )
+        self.rest = settled(garment, shaped, self_contact=settings.self_contact) if rest is None else rest
         self._key = JOINT_NAMES.index(garment.key_joint)
         blows = any(settings.wind) or settings.gusts > 0
         self._wind, self._home = wind_of(settings), Rigid(np.eye(3), np.zeros(3))

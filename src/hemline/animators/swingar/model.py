@@ -12,6 +12,7 @@ import numpy as np
 from hemline.animators.leaps import Rigid, leaps
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
+from hemline.animators.settled_proxy import settled
 from hemline.animators.simulated_proxy import SimulatedProxy
 from hemline.animators.swingar.features.beginning import beginner
 from hemline.animators.swingar.features.proxy_on_body import ProxyOnBody
@@ -199,14 +200,6 @@ class AnimatorSwingar:
             count = len(proxy_of(garment, weights.config.size)[1])
         rest = array_of(arrays, "rest", "float32", (count, 3))
         return cls(garment, rest, entry(body, "name", str), entry(body, "hash", str), weights)
-
-
-def settled(coarse: Garment, shaped: ShapedBody) -> Float[np.ndarray, "coarse 3"]:
-    """The coarse garment at rest on a body in its rest pose [m]; raises SimulationFailed."""
-    from hemline.sim.rest.settle import rest_state
-    from hemline.sim.settings import SimSettings
-
-    return rest_state(coarse, shaped, SimSettings()).positions
 
 
 def _held(vertices: Float[np.ndarray, "verts 3"], garment: Garment, posed: PosedBody) -> Float[np.ndarray, "verts 3"]:

@@ -4,7 +4,8 @@ CLIPS is the folder of `fit.clips`. Each garment is simulated as its proxy, in s
 stretches, speeds and bodies are dealt out by a seed so that all clips come equally often. Each garment gets a dataset
 of its own; what is there is kept, so a killed run goes on. With `--scheduler` the workers of a dask cluster do it; a
 mesh is then tried on in this process. A garment is a name or a file; a mesh that does not sit on
-the body is tried on. With `--only CLIP...`, `--edge` and `--most`, it makes the takes that a model is judged by, too.
+the body is tried on. With `--only CLIP...`, `--betas`, `--edge` and `--most`, it makes the takes that a model is
+judged by, too.
 """
 
 import argparse
@@ -76,13 +77,14 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=4.0)
     parser.add_argument("--edge", type=float, default=ProxySize().edge, help="length of the proxy's edges [m]")
     parser.add_argument("--most", type=int, default=ProxySize().most, help="vertices of a proxy at most")
+    parser.add_argument("--betas", action="append", type=_betas, help="a body, as 3,-3; in the place of random ones")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--scheduler", help="address of a dask scheduler, whose workers simulate instead")
     given = parser.parse_args()
     names = given.only or FIT_CLIPS.read_text().split()
     size = ProxySize(edge=given.edge, most=given.most, fewest=min(given.most, ProxySize().fewest))
-    dealt = parts([given.clips / name for name in names], len(given.garments), given.takes, given.seed)
+    dealt = parts([given.clips / name for name in names], len(given.garments), given.takes, given.seed, given.betas)
     recipes = [
         Recipe(name, given.output / folder_of(name), size, given.seconds, each)
         for name, each in zip(given.garments, dealt, strict=True)
@@ -100,13 +102,26 @@ def main() -> None:
     _say(f"{time.monotonic() - began:.0f} s")
 
 
+def _betas(word: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(each) for each in word.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be numbers; got '{word}'; write a body as 3,-3") from None
+
+
 def folder_of(garment: str) -> str:
     """A folder's name for a garment: its own, or that of its file."""
     stem = Path(garment).stem if "/" in garment else garment
     return stem.replace(":", "-").replace(" ", "_")
 
 
-def parts(clips: Sequence[Path], garments: int, takes: int, seed: int) -> list[tuple[Part, ...]]:
+def parts(
+    clips: Sequence[Path],
+    garments: int,
+    takes: int,
+    seed: int,
+    betas: Sequence[tuple[float, ...]] | None = None,
+) -> list[tuple[Part, ...]]:
     """What each garment is simulated in.
 
     Args:
@@ -114,10 +129,13 @@ def parts(clips: Sequence[Path], garments: int, takes: int, seed: int) -> list[t
         garments: Number of garments.
         takes: Takes of each.
         seed: Another one deals otherwise.
+        betas: Shapes of bodies; None: the mean one and random ones.
     """
     random = np.random.default_rng(seed)
     body = bodies.load(BODY)
-    shapes = [tuple(0.0 for _ in range(len(body.shapedirs))), *random_shapes(body, BODIES - 1, seed)]
+    zeros = tuple(0.0 for _ in range(len(body.shapedirs)))
+    given = betas and [(*each, *zeros[len(each) :]) for each in betas]
+    shapes = given or [zeros, *random_shapes(body, BODIES - 1, seed)]
     rounds = -(-garments * takes // len(clips))
     order = np.concatenate([random.permutation(len(clips)) for _ in range(rounds)])
     firsts, dealt = random.random(len(order)), []

@@ -106,13 +106,14 @@ class Estimator(nn.Module):
         Args:
             garment: The garment.
             motion: The last poses (frames, poses, 75), see `POSE_WIDTH`.
-            lag: Lag features (frames, verts, lag); None where the estimator has none.
+            lag: Lag features (frames, verts, lag); not looked at where the estimator has none.
             transforms: Skinning transforms of the joints (frames, joints, 3, 4).
 
         Returns:
             Vertices (frames, verts, 3) [m], dynamic weights (frames, verts, joints), blend shape at rest
             (frames, verts, 3) [m].
         """
+        lag = lag if self.config.lag else None
         moved = self.motion(motion)[1][0][0]
         state = self.state(garment.graph, garment.features, scale=moved, extra=lag)
         mean, scores = condensed(state, self.weight.weight[0])

@@ -7,9 +7,11 @@ import numpy as np
 
 from hemline.animators.swingar.features.dataset_proxy import worn_in
 from hemline.animators.swingar.features.trail import Trail
-from hemline.arrays import Float, Int
+from hemline.arrays import Float, Int, Vertices
+from hemline.bodies import PosedBody
 from hemline.datasets.collection import Collection, Entry
 from hemline.garments.proxy import ProxySize
+from hemline.learning.collision import clearance
 
 from .graph_inputs import body_inputs, garment_inputs, lag_inputs
 from .history import Seen, Times
@@ -38,6 +40,8 @@ class TakeSamples:
             np.stack([row.heading for row in rows]),
             np.stack([row.truth for row in rows]),
             np.stack([row.lag for row in rows]).astype(np.float32),
+            np.stack([row.normals for row in rows]).astype(np.float32),
+            np.stack([row.heights for row in rows]).astype(np.float32),
         )
 
 
@@ -50,6 +54,8 @@ class _Row:
     heading: Float[np.ndarray, "3 3"]
     truth: Float[np.ndarray, "verts 3"]
     lag: Float[np.ndarray, "verts lag"]
+    normals: Float[np.ndarray, "verts 3"]
+    heights: Float[np.ndarray, " verts"]
 
 
 def take_samples(
@@ -105,6 +111,8 @@ def take_samples(
             if frame in wanted:
                 sides[trains].append(own[frame])
             garment_of.append(garment)
+            truth = take.vertices[frame][worn.kept]
+            normals, heights = _clearance(truth, posed, seen, known=frame in wanted)
             found._rows.append(
                 _Row(
                     times.window(),
@@ -112,8 +120,10 @@ def take_samples(
                     seen.into(posed.joints),
                     body_inputs(proxy.shaped, posed, seen),
                     seen.turn.astype(np.float32),
-                    seen.into(take.vertices[frame][worn.kept]),
+                    seen.into(truth),
                     lag_inputs(trail.told(proxy, posed)).astype(np.float16),
+                    normals,
+                    heights,
                 )
             )
             before.append(tuple(own.get(max(frame - back, 0), own[frame]) for back in (1, 2)))  # type: ignore[arg-type]
@@ -121,3 +131,11 @@ def take_samples(
     found.garment_of, found.before = np.array(garment_of), np.array(before)
     found.training, found.validation = np.array(sides[True]), np.array(sides[False])
     return found
+
+
+def _clearance(truth: Vertices, posed: PosedBody, seen: Seen, *, known: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Half-spaces of a frame as the network sees it, float16; without terms where the frame is not trained on."""
+    if not known:
+        return np.zeros(truth.shape, np.float16), np.full(len(truth), np.inf, np.float16)
+    normals, heights = clearance(truth, posed.vertices, posed.normals)
+    return (normals @ seen.turn).astype(np.float16), heights.astype(np.float16)

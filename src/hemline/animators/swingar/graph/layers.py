@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from hemline.compiled import threads
+from hemline.errors import BadInput
 
 from .graph import Graph
 from .layer_kernels import SLOPE, TINY, attend, attend_back, condense, condense_back
@@ -156,7 +157,14 @@ class GatLn(nn.Module):
 
         Returns:
             Features (frames, groups, verts, outputs), each between -1 and 1.
+
+        Raises:
+            BadInput: Further features are not as many as the layer has weights for.
         """
+        wanted = self.extra_weights.shape[1]
+        if extra is not None and extra.shape[-1] != wanted:
+            got = f"{extra.shape[-1]} of a vertex"
+            raise BadInput(f"a layer made for {wanted} further features", got, "give as many, or none")
         if x.device.type != "cpu":
             return gathered_attention(self, graph, x, scale, extra)
         scale = x.new_zeros((0, 0)) if scale is None else scale
