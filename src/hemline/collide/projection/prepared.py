@@ -59,8 +59,8 @@ class PreparedProjection:
     settings: ProjectionSettings
     measure: bool
     """Whether reports say how many vertices were inside before, and how deep; it changes nothing else."""
-    starts: Int[np.ndarray, " verts+1"]
-    neighbours: Int[np.ndarray, " twice_edges"]
+    starts: Int[np.ndarray, " starts"]
+    neighbours: Int[np.ndarray, " neighbours"]
     """Along edges, of all vertices one after the other, from `starts` on; both in the projector's own order."""
 
     @classmethod
