@@ -13,7 +13,7 @@ class Arguments:
     """Compile all kernels now."""
 
     jobs: int = 1
-    """Processes that share the stages out: with two, a fresh machine is ready in two thirds of the time."""
+    """Processes that share the stages out."""
 
 
 def run(arguments: Arguments) -> int:
