@@ -3,7 +3,7 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -11,6 +11,10 @@ from hemline.errors import BadInput
 
 from .garment import open_garment
 from .progress import bars, stages
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+    from hemline.garments import Garment
 
 
 @dataclass(frozen=True)
@@ -22,6 +26,8 @@ class Arguments:
     dress:7, top:1@35 ...), or a file."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The dataset, a folder; made when missing, continued when there."""
+    material: str | None = None
+    """Of another material than its own: cotton, silk, denim, wool, jersey, paper."""
     tryon: bool = True
     """Try a mesh on first that does not sit on the body; otherwise it is taken as it lies, or refused."""
     spread: int = 0
@@ -34,6 +40,9 @@ class Arguments:
     """Settle it in so many poses, too, on the bodies of --spread 4: what 'fit --animator agentdress' learns from."""
     poses: int = 0
     """Besides the anchors, so many poses on the mean body alone: cheap, and they make the pose model better."""
+    poses_of: Path | None = None
+    """Settle it in --poses of that dataset's poses on the mean body, with --material: 'fit' learns from both what the
+    material does."""
     derivatives: bool = False
     """At each anchor, derivatives by every joint, too: what sensitivity-optimised rigging learns from."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
@@ -56,8 +65,8 @@ def run(arguments: Arguments) -> int:
     body = bodies.load(arguments.body)
     if bool(arguments.anchors) != bool(arguments.motion):
         raise BadInput("--anchors and --motion belong together", "one of them", "give both, or neither")
-    if arguments.poses and not arguments.anchors:
-        raise BadInput("--poses stand beside --anchors", "no --anchors", "give both")
+    if arguments.poses and not arguments.anchors and arguments.poses_of is None:
+        raise BadInput("--poses stand beside --anchors, or are those of --poses-of", "neither", "give one of the two")
     if arguments.derivatives and not arguments.anchors:
         raise BadInput("--derivatives are those at the anchors", "no --anchors", "give both")
     if arguments.jobs < 1:
@@ -67,10 +76,12 @@ def run(arguments: Arguments) -> int:
             raise BadInput(f"--{name} must not be negative", getattr(arguments, name), "give 0 or more")
     if arguments.spread > len(body.shapedirs):
         raise BadInput(f"--spread: {body.name} has {len(body.shapedirs)} betas", arguments.spread, "give fewer")
+    if arguments.poses_of is not None:
+        return _in_poses_of(arguments, arguments.poses_of)
     if arguments.anchors:
         return _anchors(arguments)
     shapes = [*spread_shapes(arguments.spread), *random_shapes(body, arguments.random, arguments.seed)]
-    garment = open_garment(arguments.garment, body.shaped(), arguments.output, tryon=arguments.tryon)
+    garment = _garment(arguments, body.shaped())
     with bars() as display:
         task = display.add_task(garment.name, total=len(shapes))
         found = produce_rests(
@@ -97,6 +108,47 @@ def run(arguments: Arguments) -> int:
     return 1 if any(row["reason"] for row in rows) else 0
 
 
+def _garment(arguments: Arguments, shaped: "ShapedBody") -> "Garment":
+    """The garment, of the material that is asked for."""
+    from hemline.garments import Material
+
+    material = None if arguments.material is None else Material.of(arguments.material)
+    garment = open_garment(arguments.garment, shaped, arguments.output, tryon=arguments.tryon)
+    return garment if material is None else garment.in_material(material)
+
+
+def _in_poses_of(arguments: Arguments, folder: Path) -> int:
+    """The garment of a dataset in its poses, of another material; status 1 when it came to rest in fewer than asked."""
+    from hemline import bodies
+    from hemline.datasets import open_dataset
+    from hemline.sim import produce_in_poses_of
+
+    for name in ("spread", "random", "anchors", "derivatives"):
+        if getattr(arguments, name):
+            raise BadInput("--poses-of settles on the mean body alone, in --poses poses", f"--{name}", "leave it out")
+    other = open_dataset(folder)
+    garment = _garment(arguments, bodies.load(arguments.body).shaped())
+    with bars() as display:
+        task = display.add_task(f"{garment.name}, {garment.material.name}", total=arguments.poses)
+        made = produce_in_poses_of(
+            arguments.output,
+            garment,
+            other,
+            arguments.poses,
+            seed=arguments.seed,
+            jobs=arguments.jobs,
+            scheduler=arguments.scheduler,
+            report=lambda number, done, total: display.advance(task),
+        )
+    settled = sum(each is not None for each in made)
+    if arguments.json:
+        rows = [{"pose": number, "takes": list(each.names) if each else []} for number, each in enumerate(made)]
+        print(json.dumps(rows))
+    else:
+        print(f"{settled} of {len(made)} poses, {garment.material.name}")
+    return 1 if settled < len(made) else 0
+
+
 def _anchors(arguments: Arguments) -> int:
     """Anchors; status 1 when there is a cluster of poses in none of which the garment came to rest."""
     from hemline import bodies, motions
@@ -108,7 +160,7 @@ def _anchors(arguments: Arguments) -> int:
         first, last = motions.longest_clean(motion)
         clips.append(motion[first:last])
     shaped = bodies.load(arguments.body).shaped()
-    garment = open_garment(arguments.garment, shaped, arguments.output, tryon=arguments.tryon)
+    garment = _garment(arguments, shaped)
     with stages() as progress:
         made = make_database(
             arguments.output,

@@ -97,6 +97,17 @@ class Garment:
         """Area density of each face [kg/m^2]."""
         return np.array([piece.material.density for piece in self.worn])[self.face_pieces]
 
+    def in_material(self, material: Material) -> "Garment":
+        """The same garment, made of another material.
+
+        Raises:
+            BadGarment: It has several pieces, each with a material of its own.
+        """
+        if self.pieces:
+            names = ", ".join(piece.name for piece in self.pieces)
+            raise BadGarment(f"'{self.name}' has pieces of different cloth", names, "change the material of each piece")
+        return replace(self, material=material)
+
     @cached_property
     def hash(self) -> str:
         """Short hash of the content; name and notes do not count."""

@@ -27,6 +27,7 @@ from .takes.produce import produce as produce
 from .takes.rest_states import produce_rests as produce_rests
 from .takes.rest_states import random_shapes as random_shapes
 from .takes.rest_states import spread_shapes as spread_shapes
+from .takes.same_poses import produce_in_poses_of as produce_in_poses_of
 from .takes.simulate import simulate as simulate
 
 __all__ = [
@@ -50,6 +51,7 @@ __all__ = [
     "make_sheet",
     "produce",
     "produce_anchors",
+    "produce_in_poses_of",
     "produce_posed",
     "produce_rests",
     "random_shapes",

@@ -1,0 +1,74 @@
+"""The garment of a dataset settled again in some of its poses, of another material: what the material does to it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hemline.datasets import Dataset
+from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
+from hemline.datasets.take import Take
+from hemline.errors import BadInput
+from hemline.garments.garment import Garment
+from hemline.motions.motion import Pose
+from hemline.motions.pose_clusters import cluster_poses
+from hemline.sim.settings import SimSettings
+
+from .anchors import STAND_INS, Posed, produce_posed
+from .jobs import Report
+
+
+def produce_in_poses_of(
+    folder: str | Path,
+    garment: Garment,
+    other: Dataset,
+    count: int,
+    *,
+    seed: int = 0,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    settings: SimSettings | None = None,
+    report: Report | None = None,
+) -> list[Posed | None]:
+    """Settle a garment in poses in which another dataset has it on the mean shape, into a dataset of its own.
+
+    The poses are those in the middle of as many clusters; what is there already is kept.
+
+    Args:
+        folder: The dataset; made when missing.
+        garment: The garment: that of the other dataset, but for its material.
+        other: What `make_database` made.
+        count: Poses.
+        seed: Another number begins the clustering elsewhere.
+        jobs: Processes. What is made does not depend on it.
+        scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
+        settings: Settings of the simulator.
+        report: As for `produce_posed`.
+
+    Returns:
+        What became of each pose; None where the garment came to rest in no pose of its cluster.
+
+    Raises:
+        BadInput: Another garment, or fewer poses than asked for.
+        BadDataset: The other dataset has no T-pose with derivatives, or the folder holds another garment's takes.
+        BadOutput: It cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
+    """
+    if garment.in_material(other.garment.material).hash != other.garment.hash:
+        got = f"'{garment.name}' and '{other.garment.name}' of {other.folder}"
+        raise BadInput("the poses of a dataset are for its own garment, of any material", got, "name that garment")
+    takes = [other.take(row) for row in other.anchors()]
+    weights = joint_weights(mean_sensitivity(takes))
+    poses = on_the_mean_shape(takes)
+    if not 1 <= count <= len(poses):
+        cure = "give --poses as many, or fewer"
+        raise BadInput(f"{other.folder} has {len(poses)} poses on the mean shape", count, cure)
+    clusters = cluster_poses(np.array([pose.rotations for pose in poses], np.float64), weights, count, seed=seed)
+    candidates = [[poses[index] for index in members[:STAND_INS]] for members in clusters.members]
+    return produce_posed(folder, garment, candidates, settings=settings, jobs=jobs, scheduler=scheduler, report=report)
+
+
+def on_the_mean_shape(takes: Sequence[Take]) -> list[Pose]:
+    """The poses of settled takes on the mean shape, those with derivatives left out, each once, in their order."""
+    plain = [take for take in takes if not take.derivatives and not np.any(take.betas)]
+    return list({take.motion[0].hash: take.motion[0] for take in plain}.values())
