@@ -99,6 +99,52 @@ def test_the_command_continues_what_is_there_and_a_fit_plays_it(made, few_shapes
     assert told["inside_percent"]["after"] == 0 and told["stretch_percent"]["p99_mean"] < 60
 
 
+@pytest.mark.slow
+def test_another_material_in_the_same_poses_is_fitted_beside_and_worn(made, tmp_path, capsys, monkeypatch):
+    folder, found, _ = made
+    monkeypatch.chdir(tmp_path)
+    shirt().save("shirt.safetensors")
+    asked = ["drape", "shirt.safetensors", "--material", "denim", "--poses-of", str(folder), "--poses", "3"]
+    assert main([*asked, "-o", "denim", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert len(rows) == 3 and all(len(row["takes"]) == 1 for row in rows)
+    dataset = open_dataset("denim")
+    assert dataset.garment.material.name == "denim"
+    known = {each.pose.hash for each in (*found.anchors, *found.beside)}
+    assert {dataset.take(row).motion[0].hash for row in dataset.anchors()} <= known
+    before = sorted(path.stat().st_mtime_ns for path in (tmp_path / "denim" / "takes").iterdir())
+    assert main([*asked, "-o", "denim"]) == 0  # what is there is kept
+    assert before == sorted(path.stat().st_mtime_ns for path in (tmp_path / "denim" / "takes").iterdir())
+    assert main(["fit", str(folder), "denim", "--animator", "agentdress", "-o", "both.safetensors", "--json"]) == 0
+    assert (
+        main(["animate", "both.safetensors", "-m", "walk", "--seconds", "0.1", "--material", "denim", "-o", "d.npz"])
+        == 0
+    )
+    assert main(["animate", "both.safetensors", "-m", "walk", "--seconds", "0.1", "-o", "own.npz"]) == 0
+    worn, own = (np.load(name)["vertices"] for name in ("d.npz", "own.npz"))
+    assert np.linalg.norm(worn - own, axis=2).mean() > 1e-3
+
+
+def test_poses_of_another_dataset_are_asked_for_as_they_can_be(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shirt().save("shirt.safetensors")
+    create("data", shirt())
+    for words, complaint in (
+        (["shirt.safetensors", "--material", "velvet"], "unknown material; got 'velvet'"),
+        (["shirt.safetensors", "--material", "denim", "--random", "3"], "settles on the mean body alone"),
+        (["shirt.safetensors"], "of that material; got jersey; name another material"),
+        (["shirt.safetensors", "--material", "denim"], "no anchor in the T-pose with derivatives"),
+        (["cape-light", "--material", "denim"], "the poses of a dataset are for its own garment"),
+    ):
+        assert main(["drape", *words, "--poses-of", "data", "--poses", "3", "-o", "x"]) == 2
+        assert complaint in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
+    assert main(["animate", "cape", "-m", "walk", "--material", "silk", "-o", "x.glb"]) == 2
+    assert "ropes plays garments of the material that it learned" in capsys.readouterr().err
+    assert main(["animate", "tshirt-light", "-m", "walk", "--material", "velvet", "-o", "x.glb"]) == 2
+    assert "unknown material; got 'velvet'" in capsys.readouterr().err
+
+
 def test_bad_questions_are_refused(tmp_path, capsys):
     walk = motions.load("walk")[:9]
     with pytest.raises(BadInput, match="number of anchors must be positive; got 0"):

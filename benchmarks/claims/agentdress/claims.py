@@ -24,6 +24,8 @@ HERE = Path(__file__).parent
 RESULTS = HERE.parents[1] / "results"
 GARMENT = "tshirt-light"
 TRUTH = ("walk", "run", "kick", "jump", "dance")
+MATERIALS = ("denim", "silk")
+"""Those that the garment is draped in beside its own."""
 BODIES, SECONDS = 5, 2.0
 WATCHED = (
     *("02_01", "06_05", "13_26", "49_02", "60_08", "90_30", "01_01"),
@@ -73,7 +75,7 @@ def steps(folder: Path, clips: list[str]) -> list[Step]:
     return [
         Step("errors", (anchors, test, "--pairs", "96")),
         Step("beyond", (anchors, test, "--pairs", "96")),
-        Step("materials", (anchors, str(folder / "materials"))),
+        Step("materials", (anchors, *others_of(folder), "--test", str(folder / "materials"))),
         Step("sampling", (GARMENT, anchors, "--draws", "1")),
         Step("shape_models", (anchors, str(folder / "shapes"), "--poses", "8", "--shapes", "20")),
         Step("limits", (GARMENT, anchors, str(folder / "limits"), "--poses", "3")),
@@ -85,6 +87,11 @@ def steps(folder: Path, clips: list[str]) -> list[Step]:
         Step("tshirt-paper-size", (), bench=True),
         Step("crowd-tshirt", (), bench=True),
     ]
+
+
+def others_of(folder: Path) -> list[str]:
+    """Datasets of the garment of other materials."""
+    return [str(folder / name) for name in MATERIALS]
 
 
 def main() -> None:
@@ -111,7 +118,9 @@ def _make_data(folder: Path, clips: list[str], jobs: int) -> None:
     """The drapes that ship, and simulated clips; both commands continue what is there."""
     drape = ["drape", GARMENT, "--anchors", "16", "--poses", "150", "--random", "400", "--derivatives"]
     simulate = ["simulate", GARMENT, "-m", *TRUTH, "-o", str(folder / "truth")]
-    for words in ([*drape, "--motion", *clips, "-o", str(folder / "anchors"), "--jobs", str(jobs)], simulate):
+    again = ["drape", GARMENT, "--poses-of", str(folder / "anchors"), "--poses", "48", "--jobs", str(jobs)]
+    others = [[*again, "--material", name, "-o", str(folder / name)] for name in MATERIALS]
+    for words in ([*drape, "--motion", *clips, "-o", str(folder / "anchors"), "--jobs", str(jobs)], simulate, *others):
         subprocess.run([sys.executable, "-m", "hemline", *words], check=True)
 
 

@@ -1,34 +1,33 @@
-"""Material as a third dimension: `python benchmarks/claims/agentdress/materials.py ANCHORS TEST`.
+"""Material as a third dimension: `python benchmarks/claims/agentdress/materials.py ANCHORS OTHER... --test FOLDER`.
 
-It is future work of the paper. ANCHORS is what `hemline drape GARMENT --anchors ...` made, TEST a folder for what is
-settled here, made and continued: the garment of other materials walked into some of the anchors' poses, and into poses
-of clips of subjects that are in no fit, on the mean body. What the material changes at the anchors is carried to the
-other poses as AgentDress carries what the shape changes: blended over the nearest anchors (Eq. 8), in the turned frames
-of the vertices.
+It is future work of the paper. ANCHORS is what `hemline drape GARMENT --anchors ...` made, each OTHER the same garment
+of another material in some of its poses (`hemline drape GARMENT --material NAME --poses-of ANCHORS`). Judged in poses
+of clips of subjects that are in no fit, on the mean body, in which the garment is settled of all these materials and of
+those named by `--unknown`; the folder of the test is made and continued.
 
-The garment of the fit, simulated, stands for the pose model, so that what is missed is the material alone. One JSON
-line a material goes to benchmarks/results/agentdress_materials.jsonl.
+The garment of the fit, simulated, stands for the pose model, so that what is missed is the material alone; *as played*
+has the pose model, too. One JSON line a material goes to benchmarks/results/agentdress_materials.jsonl.
 """
 
 import argparse
 import json
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from compared import binding_of
-from convergence import chosen
-from pairs import chosen as chosen_pairs
+from pairs import chosen
 
 from hemline import bodies
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit import fit_anchors
-from hemline.animators.agentdress.rigged_anchors import blend_of
+from hemline.animators.agentdress.material_fit import MaterialChanges
+from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.bench.machine import commit, machine
+from hemline.bodies import PosedBody
 from hemline.compiled import use_threads
-from hemline.datasets import open_dataset
-from hemline.datasets.joint_sensitivity import joint_weights
+from hemline.datasets import Dataset, open_dataset
 from hemline.garments import Garment
 from hemline.garments.material import MATERIALS
 from hemline.motions.motion import Pose
@@ -44,60 +43,79 @@ def settled(folder: Path, garment: Garment, poses: list[Pose], jobs: int) -> lis
     return [None if each is None else dataset.take(each.names[0]).vertices[0].astype(np.float64) for each in found]
 
 
+def error_mm(guess: np.ndarray, truth: np.ndarray) -> float:
+    """Mean distance of vertices [mm]."""
+    return 1e3 * float(np.linalg.norm(guess - truth, axis=1).mean())
+
+
+def fitted(garment: Garment, anchors: AnchorSet, others: Sequence[Dataset]) -> AnimatorAgentDress:
+    """A model of these materials."""
+    changes = MaterialChanges.of(garment, anchors, others)
+    return fit_anchors(garment, anchors, AgentDressConfig(), materials=changes, progress=lambda *_: None)
+
+
+def ways(
+    models: dict[str, AnimatorAgentDress], mean: np.ndarray | None, name: str, posed: PosedBody, one: np.ndarray
+) -> dict[str, np.ndarray]:
+    """What each way makes of the garment of the fit in a pose [m].
+
+    Args:
+        models: Models that are told the material, by the way that they are a model of.
+        mean: What the material adds in the mean over all poses of the fit [m]; None: it is in no fit.
+        name: Of the material.
+        posed: The body.
+        one: The garment of its own material, simulated [m].
+    """
+    plain = next(iter(models.values()))
+    binding, rest = binding_of(plain), plain.tables.rest.astype(np.float64)
+    offsets = binding.offsets(posed.transforms, rest, one)
+    found = {"material left out": one}
+    if mean is not None:
+        found["mean change"] = binding.posed(posed.transforms, rest, offsets + mean)
+    for way, model in models.items():
+        told, without = (each.settled(posed).astype(np.float64) for each in (model.in_material(name), model))
+        found[way] = one + told - without
+    found["as played, material left out"] = plain.settled(posed)
+    found["as played"] = plain.in_material(name).settled(posed)
+    return found
+
+
 def main() -> None:
     """Settle what is missing, measure, print, record."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("anchors", type=Path)
-    parser.add_argument("test", type=Path)
-    parser.add_argument("--materials", nargs="+", default=["silk", "denim"], choices=sorted(MATERIALS))
-    parser.add_argument("--known", type=int, default=12, help="anchors in which the material is known")
-    parser.add_argument("--poses", type=int, default=10, help="poses that are judged")
+    parser.add_argument("others", type=Path, nargs="+")
+    parser.add_argument("--test", type=Path, required=True)
+    parser.add_argument("--unknown", nargs="*", default=["wool"], choices=sorted(MATERIALS))
+    parser.add_argument("--poses", type=int, default=20, help="poses that are judged")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=1)
     asked = parser.parse_args()
     use_threads(1)
-    dataset = open_dataset(asked.anchors)
+    dataset, others = open_dataset(asked.anchors), [open_dataset(folder) for folder in asked.others]
     garment, anchors, body = dataset.garment, AnchorSet.of(dataset), bodies.load(dataset.garment.body_name).shaped()
-    model = fit_anchors(garment, anchors, AgentDressConfig(), progress=lambda stage, done, total: None)
-    binding, rest = binding_of(model), model.tables.rest.astype(np.float64)
-    some = chosen(anchors.rotations, joint_weights(anchors.sensitivity[0]), asked.known)
-    known = [Pose(anchors.rotations[each].astype(np.float32), body.rest_pose.translation) for each in some]
-    others = [pose for pose, _ in chosen_pairs(asked.poses, asked.seed, garment.body_name)]
-    plain = settled(asked.test / "as-fitted", garment, [*known, *others], asked.jobs)
-    for name in asked.materials:
-        worn = settled(asked.test / name, replace(garment, material=MATERIALS[name]), [*known, *others], asked.jobs)
-        changes, usable = [], []
-        for number, pose in enumerate(known):
-            one, other = plain[number], worn[number]
-            if one is not None and other is not None:
-                transforms = body.posed(pose).transforms
-                change = binding.offsets(transforms, rest, other) - binding.offsets(transforms, rest, one)
-                changes.append(change)
-                usable.append(some[number])
-        rows = []
-        for number, pose in enumerate(others, len(known)):
-            one, truth = plain[number], worn[number]
-            if one is None or truth is None:
-                continue
-            transforms = body.posed(pose).transforms
-            offsets = binding.offsets(transforms, rest, one)
-            blend = blend_of(model, anchors.rotations[usable], pose)
-            ways = {
-                "material left out": offsets,
-                "change of the nearest anchors": offsets + np.einsum("va,avi->vi", blend, np.array(changes)),
-                "mean change": offsets + np.mean(changes, axis=0),
-            }
-            rows.append(
-                {
-                    way: 1e3 * float(np.linalg.norm(binding.posed(transforms, rest, each) - truth, axis=1).mean())
-                    for way, each in ways.items()
-                }
-            )
+    whole = fitted(garment, anchors, others)
+    poses = [pose for pose, _ in chosen(asked.poses, asked.seed, garment.body_name)]
+    plain = settled(asked.test / "as-fitted", garment, poses, asked.jobs)
+    by_name = {each.garment.material.name: each for each in others}
+    for name in (*by_name, *asked.unknown):
+        worn = settled(asked.test / name, garment.in_material(MATERIALS[name]), poses, asked.jobs)
+        models, mean = {"told": whole}, None
+        if name in by_name:
+            added = MaterialChanges.of(garment, anchors, [by_name[name]]).added
+            mean = added.mean(axis=0).reshape(-1, 3)
+            rest = [each for other, each in by_name.items() if other != name]
+            models |= {"told, from the others alone": fitted(garment, anchors, rest)} if rest else {}
+        rows = [
+            {way: error_mm(guess, truth) for way, guess in ways(models, mean, name, body.posed(pose), one).items()}
+            for pose, one, truth in zip(poses, plain, worn, strict=True)
+            if one is not None and truth is not None
+        ]
         row = {
             "garment": garment.name,
             "from": garment.material.name,
             "to": name,
-            "known": len(usable),
+            "known": len(open_dataset(by_name[name].folder).anchors()) if name in by_name else 0,
             "judged": len(rows),
             "error_mm": {way: round(float(np.mean([each[way] for each in rows])), 2) for way in rows[0]},
             "machine": machine(),

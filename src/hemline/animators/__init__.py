@@ -7,6 +7,7 @@ from .base import Animator as Animator
 from .base import AnimatorKind as AnimatorKind
 from .base import Bounded as Bounded
 from .base import Driven as Driven
+from .base import MaterialAware as MaterialAware
 from .base import Progress as Progress
 from .base import Redressing as Redressing
 from .base import Related as Related
@@ -60,6 +61,7 @@ __all__ = [
     "AnimatorTogether",
     "Bounded",
     "Driven",
+    "MaterialAware",
     "Progress",
     "Redressing",
     "Related",

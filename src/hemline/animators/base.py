@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, Self, runtime_checkable
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from hemline.arrays import Int, Vertices
 if TYPE_CHECKING:
     from hemline.bodies.body import PosedBody, ShapedBody
     from hemline.garments.garment import Garment
+    from hemline.garments.material import Material
 
 Progress = Callable[[str, int, int], None]
 """Called with the stage of a fit, the steps done and the steps in all."""
@@ -22,7 +23,8 @@ class Animator(Protocol):
 
     Parameters are frozen; all that moves is in the State: plain arrays in a dataclass, never changed in place, so that
     keeping an old State is a rollback. The same input gives the same bits on one machine. What only some animators can
-    do is asked for with `isinstance`: `Driven`, `Settled`, `Bounded`, `Detailed`.
+    do is asked for with `isinstance`: `Driven`, `Settled`, `Bounded`, `MaterialAware`,
+    `Detailed`.
     """
 
     @property
@@ -119,6 +121,18 @@ class Bounded(Protocol):
 
     def novelty(self, state: Any) -> float:
         """How far the pose that led to a State is from the nearest one of the fit; 1: as far as these are apart."""
+        ...
+
+
+@runtime_checkable
+class MaterialAware(Protocol):
+    """An animator, or a `Wearable`, whose garment may be made of another material."""
+
+    def in_material(self, material: "Material | str") -> Self:
+        """The same with its garment made of a material, or of the name of one.
+
+        Raises BadGarment for a material that is none, BadInput where the animator knows too little of it.
+        """
         ...
 
 

@@ -25,6 +25,8 @@ class Arguments:
     """The file; its ending chooses the format. Left out: MOTION.glb beside the motion."""
     garment: str | None = None
     """The garment to wear, by name or a file, for a model that was fitted on many."""
+    material: str | None = None
+    """What it is made of, where the model knows others than its own: cotton, silk, denim, wool, jersey, paper."""
     over: tuple[str, ...] = ()
     """What is worn over it, from the skin outwards, each kept out of what is beneath: garments, for a model that takes
     any; else models, each with its own garment."""
@@ -82,6 +84,7 @@ def run(arguments: Arguments) -> int:
         arguments.body,
         arguments.betas,
         over=arguments.over,
+        material=arguments.material,
         clamp=arguments.clamp_betas,
     )
     own = output.own_mesh(body)

@@ -20,6 +20,8 @@ class Arguments:
     """A clip, or the name of a shipped excerpt."""
     garment: str | None = None
     """The garment to wear, by name or a file, for a model that was fitted on many."""
+    material: str | None = None
+    """What it is made of, where the model knows others than its own: cotton, silk, denim, wool, jersey, paper."""
     over: tuple[str, ...] = ()
     """What is worn over it, from the skin outwards, as for `hemline animate`."""
     thickness_mm: float = 1.5
@@ -81,6 +83,7 @@ def run(arguments: Arguments) -> int:
         arguments.body,
         arguments.betas,
         over=arguments.over,
+        material=arguments.material,
         clamp=arguments.clamp_betas,
     )
     novelties: list[float | None] = []

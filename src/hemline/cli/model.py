@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.animators import Animator, Bounded, Related, Wearable, load, together
+from hemline.animators import Animator, Bounded, MaterialAware, Related, Wearable, load, together
 from hemline.bodies import ShapedBody
 from hemline.errors import BadInput, BadModel, HemlineWarning
 
@@ -46,6 +46,7 @@ def open_model(
     betas: tuple[float, ...],
     *,
     over: tuple[str, ...] = (),
+    material: str | None = None,
     clamp: bool = False,
 ) -> tuple[Animator, ShapedBody]:
     """A model from a file or by name, and the body to play it on.
@@ -57,17 +58,19 @@ def open_model(
         body: As for `body_of`.
         betas: As for `body_of`.
         over: What is worn over it, from the skin outwards: garments, for a model of many; else models, each of one.
+        material: What the garment, not those over it, is made of; None: what the model or the garment says.
         clamp: Move betas into the range in which the model is believed.
 
     Raises:
         BadModel: As `animators.load`.
         BadBody: As `body_of`.
         BadInput: A model of many garments without one, or a garment for a model that has its own; a garment over
-            itself; or a model that has no such range.
+            itself; or a model that has no such range, or that knows no other materials.
+        BadGarment: No such material.
     """
     from hemline.garments import worn_together
 
-    model = load(name)
+    model = _made_of(load(name), material)
     shaped = body_of(model, body, betas)
     if clamp:
         shaped = _clamped(model, shaped)
@@ -83,6 +86,16 @@ def open_model(
     _check_each_once((name, *over))
     worn: Animator = together([model, *map(_with_its_own, over)]) if over else model
     return worn, shaped
+
+
+def _made_of(model: Animator | Wearable, material: str | None) -> Animator | Wearable:
+    if material is None:
+        return model
+    if not isinstance(model, MaterialAware):
+        cure = "leave --material out; play the garment by 'live', or fit to takes of that material"
+        what = f"{model.name} plays garments of the material that it learned"
+        raise BadInput(what, f"--material {material}", cure)
+    return model.in_material(material)
 
 
 def _check_each_once(names: Sequence[str]) -> None:

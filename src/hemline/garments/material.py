@@ -76,16 +76,18 @@ class Material:
         return asdict(self)
 
     @classmethod
-    def of(cls, content: str | dict[str, Any]) -> "Material":
+    def of(cls, content: "str | dict[str, Any] | Material") -> "Material":
         """A material by name, or from a table of constants; what the table leaves out comes from its `base`.
 
         Args:
             content: A name of `MATERIALS`, or a dict of constants, with the key `base` naming one of `MATERIALS`
-                unless all constants are there.
+                unless all constants are there. A material is given back as it is.
 
         Raises:
             BadGarment: Unknown name, unknown or missing constant.
         """
+        if isinstance(content, Material):
+            return content
         if isinstance(content, str):
             if content not in MATERIALS:
                 raise BadGarment("unknown material", f"'{content}'", f"did you mean '{_nearest(content, MATERIALS)}'")

@@ -18,9 +18,13 @@ def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> Part:
         body: The body that wears it, in any shape.
 
     Raises:
-        BadInput: Another body than that of the fit, or a pose model that is rigging.
+        BadInput: Another body than that of the fit, another material, or a pose model that is rigging.
     """
     refuse_other_body(model, body)
+    if model.materials is not None and model.garment.material != model.materials.own:
+        got = model.garment.material.name
+        cure = f"write it of the model in {model.materials.own.name}"
+        raise BadInput("a page plays the material of the fit", got, cure)
     if model.tables.rigged is not None:
         cure = "fit it with --pose-model kernel"
         raise BadInput("a page plays a kernel as pose model", "a model of --pose-model sor", cure)

@@ -13,11 +13,12 @@ from hemline.datasets import Dataset
 from hemline.datasets.joint_sensitivity import derivatives_by_joint
 from hemline.datasets.take import Take
 from hemline.errors import BadDataset
-from hemline.motions.motion import JOINT_COUNT, Pose
+from hemline.motions.motion import Pose
 
 from .binding import Binding
 from .config import AgentDressConfig
 from .rest_model import with_skin
+from .settled import Settled
 from .shape_model import ShapeModel, widened
 
 COMMAND = "hemline drape GARMENT --anchors 150 --motion FILE..."
@@ -80,8 +81,8 @@ class AnchorSet:
             found for found in by_pose.values() if shapes[0] in found and not all(each in found for each in shapes)
         ]
         betas = _rows(shapes)
-        settled = [_Settled.of(body.shaped(shape), [dataset.take(found[shape]) for found in whole]) for shape in shapes]
-        single = _Settled.of(body.shaped(), [dataset.take(found[shapes[0]]) for found in fewer])
+        settled = [Settled.of(body.shaped(shape), [dataset.take(found[shape]) for found in whole]) for shape in shapes]
+        single = Settled.of(body.shaped(), [dataset.take(found[shapes[0]]) for found in fewer])
         carried = np.array([each.carried(binding) for each in settled])
         fitted = ShapeModel.fitted(carried, betas, components=options.shape_components, ridge=options.shape_ridge)
         rest = with_skin(fitted, body, binding.nearest, dataset.garment.faces)
@@ -93,7 +94,7 @@ class AnchorSet:
         ]
         other_betas = widened(_rows([shape for _, shape, _ in others]), len(body.shapedirs))
         other_offsets = [
-            _Settled.of(body.shaped(shape), [dataset.take(name)]).offsets(binding, at_rest.reshape(-1, 3))[0]
+            Settled.of(body.shaped(shape), [dataset.take(name)]).offsets(binding, at_rest.reshape(-1, 3))[0]
             for (_, shape, name), at_rest in zip(others, rest.at(other_betas), strict=True)
         ]
         return cls(
@@ -144,35 +145,8 @@ class AnchorSet:
         )
 
 
-@dataclass(frozen=True)
-class _Settled:
-    """Settled garments on one body: rotations and skin transforms of the poses, and what is worn there [m]."""
-
-    rotations: Float[np.ndarray, "poses joints 4"]
-    transforms: Float[np.ndarray, "poses joints 3 4"]
-    worn: Float[np.ndarray, "poses verts 3"]
-
-    @classmethod
-    def of(cls, shaped: ShapedBody, takes: list[Take]) -> "_Settled":
-        poses: list[Pose] = [take.motion[0] for take in takes]
-        return cls(
-            np.array([pose.rotations for pose in poses], np.float64).reshape(-1, JOINT_COUNT, 4),
-            np.array([shaped.posed(pose).transforms for pose in poses], np.float64).reshape(-1, JOINT_COUNT, 3, 4),
-            np.array([take.vertices[0] for take in takes], np.float64),
-        )
-
-    def carried(self, binding: Binding) -> Float[np.ndarray, " rows"]:
-        """The garment in the rest pose of the body that skinning carries nearest to these [m]."""
-        return binding.carried(self.transforms, self.worn).ravel()
-
-    def offsets(self, binding: Binding, rest: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "poses verts 3"]:
-        """How far each garment is from `rest`, carried along, in the turned frames of its binding [m]."""
-        found = [binding.offsets(t, rest, worn) for t, worn in zip(self.transforms, self.worn, strict=True)]
-        return np.array(found, np.float32).reshape(-1, *rest.shape)
-
-
 def _offsets(
-    binding: Binding, settled: list[_Settled], rests: Float[np.ndarray, "shapes rows"]
+    binding: Binding, settled: list[Settled], rests: Float[np.ndarray, "shapes rows"]
 ) -> Float[np.ndarray, "anchors shapes verts 3"]:
     found = [each.offsets(binding, rest.reshape(-1, 3)) for each, rest in zip(settled, rests, strict=True)]
     return np.stack(found, axis=1)

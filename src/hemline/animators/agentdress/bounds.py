@@ -10,6 +10,9 @@ from hemline.arrays import Betas, Float
 from hemline.bodies.shape import LARGEST_BETA
 from hemline.errors import BadModel, HemlineWarning
 from hemline.files.contents import AGAIN
+from hemline.garments.material import Material
+
+from .materials import Materials
 
 BetaRange = tuple[float, float]
 """The lowest and the highest beta."""
@@ -42,6 +45,14 @@ def warn_beyond(garment: str, fitted: BetaRange, betas: Betas) -> None:
             ),
             stacklevel=3,
         )
+
+
+def warn_unlike(garment: str, materials: Materials, material: Material) -> None:
+    """Warn of a material that lies outside of all those of the fit."""
+    if materials.beyond(material):
+        names = ", ".join((materials.own.name, *materials.known))
+        what = f"the model of '{garment}' was fitted on {names}; what is stiffer, limper or smoother it has to guess"
+        warnings.warn(HemlineWarning(what, material.name, "drape it in that material, too"), stacklevel=3)
 
 
 def fitted_range(held: Mapping[str, Any]) -> BetaRange:

@@ -1,5 +1,6 @@
 """From settled garments to a model: shape models of all anchors, the pose model, one basis for both."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from hemline.arrays import Float
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
 from hemline.datasets.take import take_metadata
-from hemline.errors import BadDataset
+from hemline.errors import BadDataset, BadInput
 from hemline.garments.garment import Garment
 from hemline.learning.packed_basis import pack_basis
 from hemline.learning.pca import deviations_of, principal_of_rows
@@ -19,6 +20,7 @@ from .anchor_set import AnchorSet
 from .config import AgentDressConfig
 from .distances import axes_between, axis_weights, region_distances
 from .left_out import left_out_mm
+from .material_fit import MaterialChanges
 from .model import AnimatorAgentDress
 from .pose_model import RIDGES, WIDTHS, PoseFit, fit_kernel
 from .regions import region_weights
@@ -41,13 +43,18 @@ LEAST_APART = 1e-9
 
 
 def fit(
-    dataset: Dataset, config: AgentDressConfig | None = None, *, progress: Progress | None = None
+    dataset: Dataset,
+    config: AgentDressConfig | None = None,
+    *,
+    materials: Sequence[Dataset] = (),
+    progress: Progress | None = None,
 ) -> AnimatorAgentDress:
     """Fit AgentDress to the anchors of a dataset.
 
     Args:
         dataset: What `hemline drape --anchors` made.
         config: Options.
+        materials: The same garment of other materials, in some of the poses: what `hemline drape --poses-of` made.
         progress: Called with stage, steps done and steps in all.
 
     Returns:
@@ -56,7 +63,8 @@ def fit(
     Raises:
         BadBody: The body that the garment was made on is not there.
         BadDataset: The dataset holds no such anchors, or none with derivatives where rigging is asked for, or its
-            anchors were made on another body.
+            anchors were made on another body; or as `MaterialChanges.of`.
+        BadInput: Options that know nothing of materials, with such.
 
     Warns:
         HemlineWarning: The garment is too loose or too tight for the method, or the anchors are few; with the error to
@@ -67,11 +75,16 @@ def fit(
     """
     config, tell = config or AgentDressConfig(), progress or (lambda stage, done, total: None)
     tell("anchors", 0, 1)
-    _check_body(dataset)
+    if materials and (config.pose_model, config.shape_model) != ("kernel", "kernel"):
+        cure = "leave --pose-model and --shape-model out, or name one dataset"
+        raise BadInput("materials are told by kernels alone", f"{config.pose_model}, {config.shape_model}", cure)
+    for each in (dataset, *materials):
+        _check_body(each)
     rows = rows_with_derivatives(dataset) if config.pose_model == "sor" else []
     anchors = AnchorSet.of(dataset, config)
     tell("anchors", 1, 1)
-    model = fit_anchors(dataset.garment, anchors, config, progress=tell)
+    others = MaterialChanges.of(dataset.garment, anchors, materials) if materials else None
+    model = fit_anchors(dataset.garment, anchors, config, materials=others, progress=tell)
     if rows:
         model = with_rigging(RiggedAnchors.fitted(dataset, rows, model, anchors, tell))
     figures = dict(model.figures) | suitability(dataset, anchors)
@@ -93,7 +106,12 @@ def _check_body(dataset: Dataset) -> None:
 
 
 def fit_anchors(
-    garment: Garment, anchors: AnchorSet, config: AgentDressConfig, *, progress: Progress
+    garment: Garment,
+    anchors: AnchorSet,
+    config: AgentDressConfig,
+    *,
+    materials: MaterialChanges | None = None,
+    progress: Progress,
 ) -> AnimatorAgentDress:
     """Fit AgentDress to anchors that were read, with a kernel as pose model; see `fit`.
 
@@ -101,6 +119,7 @@ def fit_anchors(
         garment: The garment.
         anchors: How it lies in each anchor.
         config: Options.
+        materials: What other materials change.
         progress: Called with stage, steps done and steps in all.
     """
     body, binding, tell = bodies.load(garment.body_name), anchors.binding, progress
@@ -118,7 +137,7 @@ def fit_anchors(
     pose, left_out_mm = _best_kernel(distances, outputs, pose_basis, regions)
     tell("pose model", 1, 1)
     tell("shapes", 0, 1)
-    shapes = fit_shapes(anchors, distances, regions, config)
+    shapes = fit_shapes(anchors, distances, regions, config, materials)
     tell("shapes", 1, 1)
     deviations = np.concatenate([deviations_of(outputs), shapes.deviations])
     tables = Tables(
@@ -133,7 +152,7 @@ def fit_anchors(
         offset=mean.reshape(-1, 3).astype(np.float32),
         basis=pack_basis(np.concatenate([pose_basis, shapes.basis]), deviations, extra=SECOND_COLUMNS),
         pose_weights=pose.weights.astype(np.float32),
-        shapes=replace(shapes.samples, weights=_half(shapes.samples.weights)),
+        shapes=shapes.samples.halved(),
         clearances=_clearances(anchors, shaped, config.clearance),
     )
     of_shapes = shape_figures(anchors, config)
@@ -164,6 +183,7 @@ def fit_anchors(
         figures=figures,
         licences=(body.licence,) if body.licence else (),
         fitted_betas=(float(anchors.betas.min()), float(anchors.betas.max())),
+        materials=shapes.materials and shapes.materials.halved(),
     )
 
 

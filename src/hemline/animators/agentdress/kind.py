@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hemline.animators.base import Progress
-from hemline.errors import BadDataset
 
 from .config import AgentDressConfig
 from .model import AnimatorAgentDress
@@ -33,17 +32,18 @@ class AgentDressKind:
     ) -> AnimatorAgentDress:
         """Learn from anchors; see `fit.fit`. Nothing is left to chance, and it takes a minute.
 
+        Of several datasets the first one has the anchors, the others the same garment of other materials.
+
         Raises:
-            BadDataset: Anchors of several garments; or as `fit.fit`.
+            BadDataset: As `fit.fit`.
+            BadInput: As `fit.fit`.
         """
         from hemline.datasets import Collection
 
         from .fit import fit
 
-        if isinstance(data, Collection):
-            names = ", ".join(garment.name for garment in data.garments)
-            raise BadDataset("AgentDress is fitted to one garment", names, "name one dataset")
-        return fit(data, config, progress=progress)
+        first, *others = data.datasets if isinstance(data, Collection) else (data,)
+        return fit(first, config, materials=others, progress=progress)
 
     def of(self, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> AnimatorAgentDress:
         """Make one from what a model file holds; see `AnimatorAgentDress.of`."""

@@ -16,17 +16,18 @@ from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.lifted_arms import lifted_rotations
 from hemline.errors import BadInput, BadModel
 from hemline.files.contents import AGAIN, entry, part
-from hemline.garments import Garment, coarser_garment
+from hemline.garments import Garment, Material, coarser_garment
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import to_matrix
 from hemline.options import options_of
 
 from .binding import Binding
-from .bounds import DRAPED, FAR, BetaRange, believed, fitted_range, novelty, warn_beyond
+from .bounds import DRAPED, FAR, BetaRange, believed, fitted_range, novelty, warn_beyond, warn_unlike
 from .config import AgentDressConfig
 from .detail import AnimatorAgentDressLevel
 from .distance_kernels import axes_distances, mix, pose_axes
 from .distances import anchor_weights
+from .materials import Materials
 from .pose_model import kernel
 from .shape_model import shape_features, widened
 from .state import AgentDressState
@@ -54,7 +55,7 @@ class AnimatorAgentDress:
     with $\bar x$ the garment in the rest pose of the body, $A_b$ the skin transforms of the body as it is, $R$ the
     blended rotation of the bones, $r_g$ regions, $K_g$ the pose model (a kernel regression), $E_{g,s}$ what the shape
     adds in pose $s$ (`ShapeSamples`), $S_g^s$ a kernel or the weights of the nearest anchors. Where the pose model is
-    rigging, it takes the place of $\bar u$ and $K_g$.
+    rigging, it takes the place of $\bar u$ and $K_g$. Another material adds to the shape what `Materials` knows.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
         Eq. 4. Differs: what an anchor adds to skinning is taken in the turned frames of the vertices, and the query's
@@ -74,6 +75,8 @@ class AnimatorAgentDress:
     licences: tuple[str, ...] = ()
     fitted_betas: BetaRange = DRAPED
     """Of the anchors."""
+    materials: Materials | None = None
+    """What other materials add than that of the fit, where it was draped in others, too."""
     name = "agentdress"
     novelty_limit = FAR
 
@@ -87,6 +90,39 @@ class AnimatorAgentDress:
     def novelty(self, state: AgentDressState) -> float:
         """How far the pose of a State is from the nearest one of the fit; 1: as far as anchors are apart."""
         return novelty(state.distances, self._shares)
+
+    def in_material(self, material: Material | str) -> Self:
+        """The garment made of another material.
+
+        Args:
+            material: The material, or the name of one; that of the fit, too.
+
+        Raises:
+            BadInput: The model was fitted to one material alone.
+            BadGarment: No such material.
+
+        Warns:
+            HemlineWarning: It lies outside of all those that the garment was draped in.
+
+        Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations",
+            2021, section 6, where the material as a dimension of its own is left to the future.
+        """
+        chosen = Material.of(material)
+        if chosen == self.garment.material:
+            return self
+        if self.materials is None:
+            cure = "drape it in others (hemline drape --material NAME --poses-of DATASET), then fit to all of them"
+            what = f"the model of '{self.garment.name}' knows one material, {self.garment.material.name}"
+            raise BadInput(what, chosen.name, cure)
+        warn_unlike(self.garment.name, self.materials, chosen)
+        return replace(self, garment=self.garment.in_material(chosen))
+
+    @cached_property
+    def _material_effects(self) -> Float[np.ndarray, "regions poses shape_modes"] | None:
+        """What the material adds in each pose; None for that of the fit."""
+        if self.materials is None or self.garment.material == self.materials.own:
+            return None
+        return self.materials.effects(self.garment.material)
 
     @cached_property
     def _shares(self) -> Float[np.ndarray, " regions"]:
@@ -134,7 +170,9 @@ class AnimatorAgentDress:
         tables = self.tables
         features = shape_features(widened(shaped.betas[None], len(tables.rest_effects) // 2))[0].astype(np.float32)
         rest = tables.rest + np.einsum("f,fvi->vi", features, tables.rest_effects)
-        effects = tables.shapes.effects(shaped.betas)
+        effects, of_material = tables.shapes.effects(shaped.betas), self._material_effects
+        if of_material is not None:
+            effects = np.concatenate([effects, of_material], axis=1)
         return AgentDressState(rest, shaped.normals[tables.nearest], effects)
 
     def step(self, state: AgentDressState, posed: PosedBody, dt: float) -> tuple[AgentDressState, Vertices]:
@@ -283,16 +321,21 @@ class AnimatorAgentDress:
     def _mixed(
         self,
         distances: Float[np.ndarray, "regions poses"],
-        effects: Float[np.ndarray, "shape_regions anchors shape_modes"],
+        effects: Float[np.ndarray, "shape_regions told shape_modes"],
         *,
         posing: bool = True,
     ) -> Float[np.ndarray, "regions columns"]:
-        """What each region makes of pose, if it is asked, and shape: by columns of the basis, with their scales [m]."""
+        """What each region makes of pose, if it is asked, of shape and of material: by columns of the basis, with their
+        scales [m].
+        """
         tables, basis = self.tables, self.tables.basis
         mixed = np.empty((len(distances), len(basis.modes)), np.float32)
         exact = distances.astype(np.float64)
         pose_shares = kernel(exact if posing else exact[:, :0], self.width)
-        shape_shares = self._anchor_weights(exact[:, : effects.shape[1]])
+        shape_shares = self._anchor_weights(exact[:, : tables.shapes.pose_count])
+        others = effects.shape[1] - tables.shapes.pose_count
+        if self.materials is not None and others:
+            shape_shares = np.hstack([shape_shares, kernel(exact[:, :others], self.materials.width)])
         mix(pose_shares, tables.pose_weights, shape_shares, effects, basis.modes, basis.scales, mixed)
         return mixed
 
@@ -308,10 +351,12 @@ class AnimatorAgentDress:
         Raises:
             BadOutput: The path cannot be written.
         """
+        materials = self.materials
         save_model(
             path,
             self.name,
-            {f"tables.{name}": array for name, array in self.tables.arrays().items()},
+            {f"tables.{name}": array for name, array in self.tables.arrays().items()}
+            | {f"materials.{name}": array for name, array in (materials.arrays() if materials else {}).items()},
             garment=self.garment,
             body={"name": self.body_name, "hash": self.body_hash},
             config=asdict(self.config),
@@ -324,6 +369,7 @@ class AnimatorAgentDress:
                     "shape_width": self.shape_width,
                     "betas": list(self.fitted_betas),
                 }
+                | ({"materials": materials.metadata()} if materials else {})
             },
         )
 
@@ -346,14 +392,17 @@ class AnimatorAgentDress:
         garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
         name = entry(body, "name", str)
         config = options_of(AgentDressConfig, entry(metadata, "config", dict), error=BadModel)
+        tables = Tables.of(
+            part(arrays, "tables"),
+            vertices=len(garment.vertices),
+            body_vertices=len(bodies.load(name).template),
+            rigged=config.pose_model == "sor",
+        )
+        counts = {"poses": len(tables.rotations), "regions": tables.regions.shape[1]}
+        others = entry(held, "materials", dict) if "materials" in held else None
         return cls(
             garment,
-            Tables.of(
-                part(arrays, "tables"),
-                vertices=len(garment.vertices),
-                body_vertices=len(bodies.load(name).template),
-                rigged=config.pose_model == "sor",
-            ),
+            tables,
             body_name=name,
             body_hash=entry(body, "hash", str),
             config=config,
@@ -362,4 +411,5 @@ class AnimatorAgentDress:
             figures=entry(metadata, "figures", dict),
             licences=tuple(str(text) for text in entry(metadata, "licences", list)),
             fitted_betas=fitted_range(held),
+            materials=None if others is None else Materials.of(part(arrays, "materials"), others, **counts),
         )

@@ -1,6 +1,6 @@
 """The two ways to say what the shape of the body adds in a pose, fitted to the same anchors into the same tables."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,8 @@ from hemline.learning.pca import deviations_of, principal_of_rows
 
 from .anchor_set import AnchorSet
 from .config import AgentDressConfig
+from .material_fit import MaterialChanges, fit_materials
+from .materials import Materials
 from .shape_kernel import ShapeChanges, best_shape_kernel
 from .shape_model import ShapeModel
 from .shape_samples import ShapeSamples
@@ -25,6 +27,7 @@ class ShapeFit:
         samples: What each shape adds to each direction, by pose and region.
         width: Of the kernel over poses; 1 where there is none.
         figures: What the fit reached.
+        materials: What materials add to each direction, where there are others than that of the fit.
     """
 
     basis: Float[np.ndarray, "modes rows"]
@@ -32,6 +35,7 @@ class ShapeFit:
     samples: ShapeSamples
     width: float
     figures: Mapping[str, float]
+    materials: Materials | None = None
 
 
 def fit_shapes(
@@ -39,16 +43,20 @@ def fit_shapes(
     distances: Float[np.ndarray, "poses regions poses"],
     regions: Float[np.ndarray, "verts regions"],
     config: AgentDressConfig,
+    materials: MaterialChanges | None = None,
 ) -> ShapeFit:
-    """Fit what the shape adds, in the way that the options name.
+    """Fit what the shape adds, in the way that the options name, and what materials do.
 
     Args:
         anchors: How the garment lies in each pose.
         distances: Between all poses, the anchors first, squared, in each region.
         regions: Share of each region in each vertex.
-        config: Options.
+        config: Options; only a `kernel` takes in materials.
+        materials: What other materials change; they share the basis.
     """
-    return _WAYS[config.shape_model](anchors, distances, regions, config)
+    if config.shape_model == "blended":
+        return _by_anchor(anchors, config)
+    return _by_kernel(anchors, distances, regions, config, materials)
 
 
 def shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeModel]:
@@ -64,10 +72,18 @@ def shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeMode
     ]
 
 
-def _by_kernel(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, config: AgentDressConfig) -> ShapeFit:
+def _by_kernel(
+    anchors: AnchorSet,
+    distances: np.ndarray,
+    regions: np.ndarray,
+    config: AgentDressConfig,
+    materials: MaterialChanges | None,
+) -> ShapeFit:
     """`shape_kernel`: each region of the garment learns from all bodies."""
     poses, betas, changes = anchors.changes()
-    basis, outputs = principal_of_rows(changes, config.shape_modes)
+    rows = changes if materials is None else np.concatenate([changes, materials.added])
+    basis, every = principal_of_rows(rows, config.shape_modes)
+    outputs = every[: len(changes)]
     found, missed_mm = best_shape_kernel(distances, ShapeChanges(poses, betas, outputs), basis, regions)
     samples = ShapeSamples(poses.astype(np.int32), betas.astype(np.float32), found.weights.astype(np.float32))
     figures = {
@@ -76,19 +92,17 @@ def _by_kernel(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, c
         "shape_change_left_out_mm": missed_mm,
         "shape_change_mm": 1e3 * float(np.linalg.norm(changes.reshape(len(changes), -1, 3), axis=2).mean()),
     }
-    return ShapeFit(basis, deviations_of(outputs), samples, found.width, figures)
+    told = None
+    if materials is not None:
+        told, of_materials = fit_materials(materials, every[len(changes) :], distances, basis, regions)
+        figures |= of_materials
+    return ShapeFit(basis, deviations_of(every), samples, found.width, figures, told)
 
 
-def _by_anchor(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray, config: AgentDressConfig) -> ShapeFit:
+def _by_anchor(anchors: AnchorSet, config: AgentDressConfig) -> ShapeFit:
     """A `ShapeModel` of each anchor, as in the paper."""
     models = shape_models(anchors, config)
     basis, outputs = principal_of_rows(np.concatenate([model.effects for model in models]), config.shape_modes)
     deviations = deviations_of(np.concatenate([model.at(anchors.betas) for model in models]) @ basis.T)
     effects = outputs.reshape(len(models), -1, len(basis)).transpose(1, 0, 2)[:, None]
     return ShapeFit(basis, deviations, ShapeSamples.of_effects(effects), 1.0, {})
-
-
-_WAYS: Mapping[str, Callable[[AnchorSet, np.ndarray, np.ndarray, AgentDressConfig], ShapeFit]] = {
-    "kernel": _by_kernel,
-    "blended": _by_anchor,
-}

@@ -84,6 +84,10 @@ class ShapeSamples:
         order = np.concatenate(rows)
         return replace(self, poses=numbers, betas=self.betas[order], weights=self.weights[:, order])
 
+    def halved(self) -> Self:
+        """As a model file keeps them: weights in half precision."""
+        return replace(self, weights=self.weights.astype(np.float16).astype(np.float32))
+
     def effects(self, betas: Float[np.ndarray, " betas"]) -> Float[np.ndarray, "shape_regions poses shape_modes"]:
         """What a shape adds to each direction at each pose, by region, float32."""
         query = widened(betas[None], self.betas.shape[1])

@@ -1,7 +1,7 @@
 """`live` before it is given a garment: options, and nothing else."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -9,7 +9,7 @@ from hemline.animators.model_file import save_model
 from hemline.bodies import ShapedBody
 from hemline.errors import BadModel
 from hemline.files.contents import entry
-from hemline.garments import Garment
+from hemline.garments import Garment, Material
 from hemline.options import options_of
 
 from .config import LiveConfig
@@ -29,6 +29,8 @@ class Live:
     """
 
     config: LiveConfig = field(default_factory=LiveConfig)
+    material: Material | None = None
+    """What garments are made of; None: of what they say. It is not kept in files."""
 
     @property
     def name(self) -> str:
@@ -45,9 +47,19 @@ class Live:
 
         Raises:
             BadGarment: The garment was made on another body.
+            BadGarment: A material was chosen, and the garment has several pieces.
             SimulationFailed: The garment could not be settled.
         """
-        return AnimatorLive.on(garment, body, self.config)
+        worn = garment if self.material is None else garment.in_material(self.material)
+        return AnimatorLive.on(worn, body, self.config)
+
+    def in_material(self, material: Material | str) -> Self:
+        """The same for garments made of a material, or of the name of one.
+
+        Raises:
+            BadGarment: No such material.
+        """
+        return replace(self, material=Material.of(material))
 
     def save(self, path: str | Path) -> None:
         """Write a model file of options, whole or not at all.

@@ -49,7 +49,8 @@ def produce_in_poses_of(
         What became of each pose; None where the garment came to rest in no pose of its cluster.
 
     Raises:
-        BadInput: Another garment, or fewer poses than asked for.
+        BadInput: Another garment, its own material, or fewer poses than asked for.
+        BadGarment: A garment of several pieces.
         BadDataset: The other dataset has no T-pose with derivatives, or the folder holds another garment's takes.
         BadOutput: It cannot be written.
         BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
@@ -57,6 +58,9 @@ def produce_in_poses_of(
     if garment.in_material(other.garment.material).hash != other.garment.hash:
         got = f"'{garment.name}' and '{other.garment.name}' of {other.folder}"
         raise BadInput("the poses of a dataset are for its own garment, of any material", got, "name that garment")
+    if garment.material == other.garment.material:
+        what = f"{other.folder} has '{garment.name}' of that material"
+        raise BadInput(what, garment.material.name, "name another material")
     takes = [other.take(row) for row in other.anchors()]
     weights = joint_weights(mean_sensitivity(takes))
     poses = on_the_mean_shape(takes)
