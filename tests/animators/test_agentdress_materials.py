@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hemline
-from hemline import animators, garments
+from hemline import animators, garments, motions
 from hemline.animators import MaterialAware
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.kind import KIND
@@ -18,6 +18,8 @@ from hemline.files import read_tensors, write_tensors
 from hemline.garments.material import MATERIALS, Material
 from hemline.motions import Pose
 from hemline.playback import Player
+from hemline.view.shelf import Choice, Shelf
+from hemline.web.agentdress_part import agentdress_part
 
 STILL = AgentDressConfig(decay_seconds=0.0)
 OWN = made.shirt().material
@@ -64,7 +66,7 @@ def draped(folder, material, numbers, garment=None):
     for number in numbers:
         pose = made.anchored(made.random_pose(number))
         take = made.anchor(pose)
-        dataset.add(replace(take, vertices=laid(pose, material)[None], inputs=take.inputs | {"garment": worn.hash}))
+        dataset.add(replace(take, vertices=laid(pose, material)[None], inputs={**take.inputs, "garment": worn.hash}))
     return dataset
 
 
@@ -209,3 +211,18 @@ def test_a_garment_of_several_pieces_keeps_their_materials():
     outfit = garments.worn_together([garments.load("tshirt-light"), garments.load("skirt-light")])
     with pytest.raises(BadGarment, match="pieces of different cloth"):
         outfit.in_material(DENIM)
+
+
+def test_the_viewer_offers_the_materials_of_the_model_and_puts_them_on(model, anchors):
+    clip = motions.load("walk")[:6]
+    shelf = Shelf({"shirt": lambda: model, "plain": lambda: KIND.fit(anchors, STILL)}, {"walk": lambda: clip})
+    assert shelf.materials(Choice("shirt", "walk")) == ("jersey", "denim", "silk")
+    assert shelf.materials(Choice("plain", "walk")) == ()
+    source = shelf.source(Choice("shirt", "walk", material="silk"))
+    assert source.garment.material == SILK and shelf.source(Choice("shirt", "walk")).garment.material == OWN
+
+
+def test_a_page_without_a_server_plays_the_material_of_the_fit(model):
+    with pytest.raises(BadInput, match="plays the material of the fit; got denim; write it of the model in jersey"):
+        agentdress_part(model.in_material("denim"), made.body())
+    assert not any("materials" in name for name in agentdress_part(model, made.body()).arrays)

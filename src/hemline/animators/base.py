@@ -128,6 +128,11 @@ class Bounded(Protocol):
 class MaterialAware(Protocol):
     """An animator, or a `Wearable`, whose garment may be made of another material."""
 
+    @property
+    def known_materials(self) -> Sequence[str]:
+        """Names of the materials that it need not guess, that of the fit first."""
+        ...
+
     def in_material(self, material: "Material | str") -> Self:
         """The same with its garment made of a material, or of the name of one.
 

@@ -182,7 +182,7 @@ class Page:
         self.speed = float(speed)
 
     def _wish_model(self, model: str) -> None:
-        self._choose(replace(self.choice, model=model))
+        self._choose(replace(self.choice, model=model, material=None))
 
     def _wish_clip(self, clip: str) -> None:
         self._choose(replace(self.choice, clip=clip))
@@ -190,6 +190,9 @@ class Page:
     def _wish_betas(self, betas: tuple[float, ...]) -> None:
         self.stage.reshape(self.stage.source.body.body.shaped(betas))
         self.choice = replace(self.choice, betas=betas)
+
+    def _wish_material(self, material: str) -> None:
+        self._choose(replace(self.choice, material=material))
 
     def _wish_wind(self, wind: tuple[float, float, float]) -> None:
         self.stage.blow(wind)
@@ -245,6 +248,7 @@ class Page:
         self.scene.look_from(self.stage)
         self.panel.of_body(None if fixed else source.body)
         self.panel.windy(self.shelf.windy(self.choice))
+        self.panel.of_materials(self.shelf.materials(self.choice), self.choice.material)
         self.panel.frame.max, self.panel.frame.value = self.stage.count - 1, 0
         self.panel.worst.options = (NONE_YET,)
         self._legend()

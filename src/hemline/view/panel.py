@@ -11,6 +11,7 @@ from .shelf import Choice, Shelf
 
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2")
 NONE_YET = "not looked for yet"
+OWN = "its own"
 BETA, BREEZE = 3.0, 6.0
 """Ends of the sliders of shape [1] and of wind [m/s]."""
 
@@ -35,6 +36,7 @@ class Panel:
         self.speed = self._hand("speed", gui.add_dropdown("Speed", SPEEDS, initial_value="1"))
         self.model = self._hand("model", gui.add_dropdown("Garment", shelf.model_names, initial_value=choice.model))
         self.clip = self._hand("clip", gui.add_dropdown("Motion", shelf.clip_names, initial_value=choice.clip))
+        self.material = self._hand("material", gui.add_dropdown("Material", (OWN,), visible=False))
         with gui.add_folder("What is shown"):
             self._hand("shown", gui.add_dropdown("Stage", SHOWN))
             self._hand("paint", gui.add_dropdown("Colours", tuple(PAINTS)))
@@ -78,6 +80,18 @@ class Panel:
                 slider = self._gui.add_slider(f"Shape {number + 1}", -BETA, BETA, 0.1, start)
                 slider.on_update(self._shaped)
                 self.betas.append(slider)
+
+    def of_materials(self, names: tuple[str, ...], chosen: str | None) -> None:
+        """The list of materials; none where there is nothing to choose.
+
+        Args:
+            names: That of the fit first.
+            chosen: The one that is worn; None: the first.
+        """
+        self.material.visible = bool(names)
+        if names:
+            self.material.options = names
+            self.material.value = chosen or names[0]
 
     def windy(self, windy: bool) -> None:
         """Whether there are sliders for wind."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hemline import bodies, motions
-from hemline.animators import Animator
+from hemline.animators import Animator, MaterialAware
 from hemline.datasets import Dataset, Row
 from hemline.errors import BadInput
 
@@ -25,6 +25,8 @@ class Choice:
     model: str
     clip: str
     betas: tuple[float, ...] = ()
+    material: str | None = None
+    """What the garment is made of; None: of what the model says."""
 
 
 @dataclass(eq=False)
@@ -83,12 +85,22 @@ class Shelf:
         if choice.model == NO_MODEL:
             raise BadInput("a clip alone moves no garment", f"'{choice.clip}'", "choose a model, or a take")
         animator = self._animator(choice.model)
+        if choice.material is not None and isinstance(animator, MaterialAware):
+            animator = animator.in_material(choice.material)
         body = bodies.load(animator.body_name).shaped(choice.betas)
         return Played.on(animator, body, self._once(f"clip {choice.clip}", self.clips[choice.clip]), fps=FPS)
 
     def windy(self, choice: Choice) -> bool:
         """Whether the chosen model takes wind."""
         return choice.model != NO_MODEL and takes_wind(self._animator(choice.model))
+
+    def materials(self, choice: Choice) -> tuple[str, ...]:
+        """Materials that the chosen model knows, its own first; none where it plays a take, or knows no others."""
+        if choice.model == NO_MODEL or choice.clip in self._takes:
+            return ()
+        animator = self._animator(choice.model)
+        known = tuple(animator.known_materials) if isinstance(animator, MaterialAware) else ()
+        return known if len(known) > 1 else ()
 
     def _of_take(self, choice: Choice) -> Source:
         dataset, row = self._takes[choice.clip]

@@ -91,6 +91,13 @@ class AnimatorAgentDress:
         """How far the pose of a State is from the nearest one of the fit; 1: as far as anchors are apart."""
         return novelty(state.distances, self._shares)
 
+    @property
+    def known_materials(self) -> tuple[str, ...]:
+        """Names of the materials that the garment was draped in, that of the fit first."""
+        if self.materials is None:
+            return (self.garment.material.name,)
+        return (self.materials.own.name, *self.materials.known)
+
     def in_material(self, material: Material | str) -> Self:
         """The garment made of another material.
 

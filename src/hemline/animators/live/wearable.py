@@ -9,7 +9,7 @@ from hemline.animators.model_file import save_model
 from hemline.bodies import ShapedBody
 from hemline.errors import BadModel
 from hemline.files.contents import entry
-from hemline.garments import Garment, Material
+from hemline.garments import MATERIALS, Garment, Material
 from hemline.options import options_of
 
 from .config import LiveConfig
@@ -52,6 +52,11 @@ class Live:
         """
         worn = garment if self.material is None else garment.in_material(self.material)
         return AnimatorLive.on(worn, body, self.config)
+
+    @property
+    def known_materials(self) -> tuple[str, ...]:
+        """All: it simulates."""
+        return tuple(MATERIALS)
 
     def in_material(self, material: Material | str) -> Self:
         """The same for garments made of a material, or of the name of one.
