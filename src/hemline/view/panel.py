@@ -44,6 +44,7 @@ class Panel:
             self._hand("mark", gui.add_checkbox("Red: inside the body", False))
             self._hand("body", gui.add_dropdown("Body", BODIES))
             self._hand("bones", gui.add_checkbox("Bones", False, hint="Of garments that hang on ropes"))
+            self._hand("colliders", gui.add_checkbox("Colliders", False, hint="What ropes are kept out of"))
             self._hand("follow", gui.add_checkbox("Camera follows", True))
         with gui.add_folder("Drag the body"):
             self._hand(

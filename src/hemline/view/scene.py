@@ -7,9 +7,11 @@ import numpy as np
 
 from hemline.animators.ropes import AnimatorRopes
 from hemline.arrays import Vertices
+from hemline.collide.primitives.proxy import BodyProxy
 from hemline.pictures import BODY, CLOTH, TRUTH, clearest_view, view_axes
 
 from .bands import COLOURS, ERROR, STRETCH, Scale, split
+from .colliders import rounded_cones
 from .measures import SHOWN, cloth_of, errors, marked, stretches
 from .source import Played
 from .stage import Stage
@@ -21,7 +23,7 @@ BESIDE = np.array([-1.2, 0.0, 0.0])
 """Where the truth stands [m]."""
 THIN = 0.35
 """Opacity of what is seen through."""
-RED, BONE = (255, 0, 0), (30, 30, 40)
+RED, BONE, CONE = (255, 0, 0), (30, 30, 40), (0.95, 0.7, 0.25)
 POINT, LINE = 0.012, 3.0
 """Size of the red marks [m], width of the bones [pixels]."""
 AWAY, ASIDE = 3.9, 0.4
@@ -44,6 +46,7 @@ class Look:
     follow: bool = True
     """Whether the camera goes with the body."""
     bones: bool = False
+    colliders: bool = False
     handle: bool = False
 
 
@@ -109,6 +112,7 @@ class Scene:
         inside = cloth[marked(cloth, frame)] if look.mark else cloth[:0]
         self._points(inside)
         self._bones(stage, cloth, look.bones)
+        self._colliders(stage, look.colliders)
         pelvis = frame.body.joints[0].astype(np.float64)
         self.handle.visible = look.handle
         if not self.held:  # a hand that drags it holds on to the ground
@@ -177,6 +181,21 @@ class Scene:
             self._meshes["bones"] = self._api.add_line_segments(
                 "/world/bones", lines, BONE, thickness=LINE, thickness_units="screen"
             )
+
+    def _colliders(self, stage: Stage, visible: bool) -> None:
+        """What the ropes of a garment collide with; the body is seen through meanwhile."""
+        source, posed = stage.source, stage.frame.body
+        ropes = isinstance(source, Played) and isinstance(source.player.animator, AnimatorRopes)
+        if "colliders" in self._meshes and not (visible and ropes):
+            self._meshes.pop("colliders").remove()
+        if not (visible and ropes):
+            return
+        self._meshes["body"].opacity = THIN
+        vertices, faces = rounded_cones(BodyProxy.fit(posed.shaped), posed.transforms)
+        if "colliders" in self._meshes:
+            self._meshes["colliders"].vertices = vertices
+        else:
+            self._meshes["colliders"] = self._mesh("colliders", vertices, faces, CONE)
 
 
 def floor() -> np.ndarray:

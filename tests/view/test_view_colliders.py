@@ -1,0 +1,26 @@
+"""The cones that the viewer draws are those that ropes collide with."""
+
+import numpy as np
+
+from hemline import bodies, motions
+from hemline.collide.primitives.proxy import BodyProxy
+from hemline.meshes import face_normals
+from hemline.view.colliders import rounded_cones
+
+
+def test_every_vertex_is_on_its_own_cone_and_none_is_deep_inside_all():
+    body = bodies.load("anny24").shaped((1.5, -1.0))
+    posed, proxy = body.posed(motions.load("kick")[30]), BodyProxy.fit(body)
+    vertices, faces = rounded_cones(proxy, posed.transforms)
+    cones = len(proxy.joints)
+    for number, own in enumerate(np.split(vertices.astype(np.float64), cones)):
+        kinds, joints, shapes = (
+            np.ascontiguousarray(each[number : number + 1]) for each in (proxy.kinds, proxy.joints, proxy.shapes)
+        )
+        alone = BodyProxy(kinds, joints, shapes, proxy.pivots)
+        assert np.abs(alone.distances(own, posed.transforms)[0]).max() < 1e-5
+    assert proxy.distances(vertices.astype(np.float64), posed.transforms)[0].max() < 1e-5
+    centres = vertices.reshape(cones, -1, 3).mean(axis=1)
+    corners = vertices[faces].mean(axis=1).reshape(cones, -1, 3)
+    outward = face_normals(vertices.astype(np.float64), faces).reshape(cones, -1, 3)
+    assert (np.einsum("cfi,cfi->cf", outward, corners - centres[:, None]) > -1e-6).all()
