@@ -25,6 +25,7 @@ from pose_models import blended, nearest, ridge
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit import fit_anchors
+from hemline.animators.agentdress.material_fit import MaterialChanges
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.rigged_anchors import RiggedAnchors, rows_with_derivatives
 from hemline.animators.agentdress.rigged_model import with_rigging
@@ -48,6 +49,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("anchors", type=Path)
     parser.add_argument("test", type=Path)
+    parser.add_argument("--others", type=Path, nargs="*", default=[], help="drapes of other materials, fitted with it")
     parser.add_argument("--pairs", type=int, default=400, help="poses, each with a random body")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=1)
@@ -55,7 +57,9 @@ def main() -> None:
     use_threads(1)
     dataset = open_dataset(asked.anchors)
     garment, anchors = dataset.garment, AnchorSet.of(dataset)
-    model = fit_anchors(garment, anchors, AgentDressConfig(), progress=lambda stage, done, total: None)
+    others = [open_dataset(folder) for folder in asked.others]
+    materials = MaterialChanges.of(garment, anchors, others) if others else None
+    model = fit_anchors(garment, anchors, AgentDressConfig(), materials=materials, progress=lambda *_: None)
     rigged = None
     with suppress(BadDataset):  # none has derivatives
         rigged = RiggedAnchors.fitted(dataset, rows_with_derivatives(dataset), model, anchors)
