@@ -120,7 +120,7 @@ def _of_experiments(results: Path) -> list[tuple[Row, str, str, str, str, str]]:
     blended, kernel = (
         left_out[name] for name in ("shape models of five anchors, blended (Eq. 4)", "kernel over pose and shape")
     )
-    materials = [_last(results, "agentdress_materials", to=name) for name in ("silk", "denim")]
+    materials = [_last(results, "agentdress_materials", to=name) for name in ("silk", "denim", "cotton", "wool")]
     return [
         (
             shape,
@@ -200,7 +200,7 @@ def _of_experiments(results: Path) -> list[tuple[Row, str, str, str, str, str]]:
         *(
             (
                 row,
-                f"material, {row['to']}: left out; the mean change; told",
+                _of_material(row),
                 "future work",
                 "kept if better",
                 _told_mm(row),
@@ -287,8 +287,15 @@ def _gains(row: Row, measure: str) -> list[str]:
     return [f"{100 * (1 - ours[size][measure] / theirs[size][measure]):.0f}" for size in _sizes(row)]
 
 
+def _of_material(row: Row) -> str:
+    if row["known"]:
+        return f"material, {row['to']}: left out; the mean change of its drapes; told"
+    return f"material, {row['to']}, never draped: left out; told"
+
+
 def _told_mm(row: Row) -> str:
-    return "; ".join(f"{row['error_mm'][name]:.1f}" for name in ("material left out", "mean change", "told")) + " mm"
+    ways = ("material left out", "mean change", "told")
+    return "; ".join(f"{row['error_mm'][way]:.1f}" for way in ways if way in row["error_mm"]) + " mm"
 
 
 def _way(row: Row, name: str) -> float:
