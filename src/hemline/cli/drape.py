@@ -112,10 +112,9 @@ def _garment(arguments: Arguments, shaped: "ShapedBody") -> "Garment":
     """The garment, of the material that is asked for."""
     from hemline.garments import Material
 
-    if arguments.material is None:
-        return open_garment(arguments.garment, shaped, arguments.output, tryon=arguments.tryon)
-    material = Material.of(arguments.material)
-    return open_garment(arguments.garment, shaped, arguments.output, tryon=arguments.tryon).in_material(material)
+    material = None if arguments.material is None else Material.of(arguments.material)
+    garment = open_garment(arguments.garment, shaped, arguments.output, tryon=arguments.tryon)
+    return garment if material is None else garment.in_material(material)
 
 
 def _in_poses_of(arguments: Arguments, folder: Path) -> int:

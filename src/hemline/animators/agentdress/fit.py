@@ -80,6 +80,11 @@ def fit(
         raise BadInput("materials are told by kernels alone", f"{config.pose_model}, {config.shape_model}", cure)
     for each in (dataset, *materials):
         _check_body(each)
+    if materials and all(not np.any(row.betas) for row in dataset.anchors()):
+        cure = "name the one that 'hemline drape --anchors' made first, those of other materials after it"
+        raise BadDataset(
+            "the first of several datasets has the anchors, on bodies of many shapes", dataset.folder, cure
+        )
     rows = rows_with_derivatives(dataset) if config.pose_model == "sor" else []
     anchors = AnchorSet.of(dataset, config)
     tell("anchors", 1, 1)

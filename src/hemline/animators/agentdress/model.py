@@ -9,21 +9,20 @@ from typing import Any, Self
 import numpy as np
 
 from hemline import bodies
-from hemline.animators.model_file import garment_of, save_model
+from hemline.animators.model_file import save_model
 from hemline.animators.own_body import refuse_other_body
 from hemline.arrays import Float, Int, Quaternions, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.lifted_arms import lifted_rotations
-from hemline.errors import BadInput, BadModel
-from hemline.files.contents import AGAIN, entry, part
+from hemline.errors import BadInput
 from hemline.garments import Garment, Material, coarser_garment
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import to_matrix
-from hemline.options import options_of
 
 from .binding import Binding
-from .bounds import DRAPED, FAR, BetaRange, believed, fitted_range, novelty, warn_beyond, warn_unlike
+from .bounds import DRAPED, FAR, BetaRange, believed, novelty, warn_beyond, warn_unlike
 from .config import AgentDressConfig
+from .contents import contents_of, fields_of
 from .detail import AnimatorAgentDressLevel
 from .distance_kernels import axes_distances, mix, pose_axes
 from .distances import anchor_weights
@@ -33,9 +32,6 @@ from .shape_model import shape_features, widened
 from .state import AgentDressState
 from .tables import Tables
 from .worn_kernels import wear
-
-VERSION = 4
-"""Version of what model files hold of AgentDress, `agentdress.version`."""
 
 LEAST_COUNTED = 1e-3
 """Joints with less than this share of the largest weight in every region are left out of distances."""
@@ -358,26 +354,17 @@ class AnimatorAgentDress:
         Raises:
             BadOutput: The path cannot be written.
         """
-        materials = self.materials
+        arrays, extra = contents_of(self)
         save_model(
             path,
             self.name,
-            {f"tables.{name}": array for name, array in self.tables.arrays().items()}
-            | {f"materials.{name}": array for name, array in (materials.arrays() if materials else {}).items()},
+            arrays,
             garment=self.garment,
             body={"name": self.body_name, "hash": self.body_hash},
             config=asdict(self.config),
             figures=self.figures,
             licences=self.licences,
-            extra={
-                "agentdress": {
-                    "version": VERSION,
-                    "width": self.width,
-                    "shape_width": self.shape_width,
-                    "betas": list(self.fitted_betas),
-                }
-                | ({"materials": materials.metadata()} if materials else {})
-            },
+            extra=extra,
         )
 
     @classmethod
@@ -388,35 +375,4 @@ class AnimatorAgentDress:
             BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype
                 or shape than the rest asks for.
         """
-        held = entry(metadata, "agentdress", dict)
-        if held.get("version") != VERSION:
-            got = f"version {held.get('version')}"
-            raise BadModel(f"this hemline reads version {VERSION} of AgentDress", got, AGAIN)
-        width, shape_width = entry(held, "width", float), entry(held, "shape_width", float)
-        for each in (width, shape_width):
-            if not (np.isfinite(each) and each > 0):
-                raise BadModel("the kernels of the model have positive widths", each, AGAIN)
-        garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
-        name = entry(body, "name", str)
-        config = options_of(AgentDressConfig, entry(metadata, "config", dict), error=BadModel)
-        tables = Tables.of(
-            part(arrays, "tables"),
-            vertices=len(garment.vertices),
-            body_vertices=len(bodies.load(name).template),
-            rigged=config.pose_model == "sor",
-        )
-        counts = {"poses": len(tables.rotations), "regions": tables.regions.shape[1]}
-        others = entry(held, "materials", dict) if "materials" in held else None
-        return cls(
-            garment,
-            tables,
-            body_name=name,
-            body_hash=entry(body, "hash", str),
-            config=config,
-            width=width,
-            shape_width=shape_width,
-            figures=entry(metadata, "figures", dict),
-            licences=tuple(str(text) for text in entry(metadata, "licences", list)),
-            fitted_betas=fitted_range(held),
-            materials=None if others is None else Materials.of(part(arrays, "materials"), others, **counts),
-        )
+        return cls(**fields_of(arrays, metadata))

@@ -65,7 +65,7 @@ def produce_in_poses_of(
     weights = joint_weights(mean_sensitivity(takes))
     poses = on_the_mean_shape(takes)
     if not 1 <= count <= len(poses):
-        cure = "give --poses as many, or fewer"
+        cure = f"ask for 1 to {len(poses)} of them (--poses)"
         raise BadInput(f"{other.folder} has {len(poses)} poses on the mean shape", count, cure)
     clusters = cluster_poses(np.array([pose.rotations for pose in poses], np.float64), weights, count, seed=seed)
     candidates = [[poses[index] for index in members[:STAND_INS]] for members in clusters.members]
