@@ -1,7 +1,7 @@
 """What a model file holds of AgentDress, written and read back."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,31 +11,25 @@ from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, entry, part
 from hemline.options import options_of
 
-from .bounds import fitted_range
+from .bounds import BetaRange, fitted_range
 from .config import AgentDressConfig
 from .materials import Materials
 from .tables import Tables
-
-if TYPE_CHECKING:
-    from .model import AnimatorAgentDress
 
 VERSION = 4
 """Version of what model files hold of AgentDress, `agentdress.version`."""
 
 
-def contents_of(model: "AnimatorAgentDress") -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Arrays of a model by name, and the metadata that is its own alone."""
-    arrays = {f"tables.{name}": array for name, array in model.tables.arrays().items()}
-    held: dict[str, Any] = {
-        "version": VERSION,
-        "width": model.width,
-        "shape_width": model.shape_width,
-        "betas": list(model.fitted_betas),
-    }
-    if model.materials is not None:
-        arrays |= {f"materials.{name}": array for name, array in model.materials.arrays().items()}
-        held["materials"] = model.materials.metadata()
-    return arrays, {"agentdress": held}
+def arrays_of(tables: Tables, materials: Materials | None) -> dict[str, np.ndarray]:
+    """All arrays of a model, by name."""
+    parts = {"tables": tables.arrays(), "materials": {} if materials is None else materials.arrays()}
+    return {f"{of}.{name}": array for of, arrays in parts.items() for name, array in arrays.items()}
+
+
+def metadata_of(materials: Materials | None, *, width: float, shape_width: float, betas: BetaRange) -> dict[str, Any]:
+    """The metadata that is AgentDress's alone; see the fields of `AnimatorAgentDress`."""
+    held = {"version": VERSION, "width": width, "shape_width": shape_width, "betas": list(betas)}
+    return {"agentdress": held if materials is None else held | {"materials": materials.metadata()}}
 
 
 def fields_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> dict[str, Any]:

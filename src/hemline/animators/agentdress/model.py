@@ -22,7 +22,7 @@ from hemline.motions.quaternions import to_matrix
 from .binding import Binding
 from .bounds import DRAPED, FAR, BetaRange, believed, novelty, warn_beyond, warn_unlike
 from .config import AgentDressConfig
-from .contents import contents_of, fields_of
+from .contents import arrays_of, fields_of, metadata_of
 from .detail import AnimatorAgentDressLevel
 from .distance_kernels import axes_distances, mix, pose_axes
 from .distances import anchor_weights
@@ -354,17 +354,16 @@ class AnimatorAgentDress:
         Raises:
             BadOutput: The path cannot be written.
         """
-        arrays, extra = contents_of(self)
         save_model(
             path,
             self.name,
-            arrays,
+            arrays_of(self.tables, self.materials),
             garment=self.garment,
             body={"name": self.body_name, "hash": self.body_hash},
             config=asdict(self.config),
             figures=self.figures,
             licences=self.licences,
-            extra=extra,
+            extra=metadata_of(self.materials, width=self.width, shape_width=self.shape_width, betas=self.fitted_betas),
         )
 
     @classmethod
