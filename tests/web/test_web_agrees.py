@@ -8,7 +8,7 @@ from web_pages import farthest_mm, opened, played
 
 import hemline
 from hemline import web
-from hemline.collide import inside
+from hemline.collide import EdgeLimits, inside
 from hemline.meshes import vertex_normals
 from hemline.playback import play
 
@@ -127,6 +127,23 @@ def test_the_same_frames_again_to_the_bit(page, pushing):
     first = page.frames(6, 25, pushing=pushing)[0]
     page.frames(9, 3, betas=BETAS, pushing=True)
     assert np.array_equal(first, page.frames(6, 25, pushing=pushing)[0])
+
+
+def test_edges_that_are_too_long_are_shortened_as_in_python(page):
+    """Of the shirt, with every vertex moved by chance: a fifth of its edges is too long."""
+    model, random = made()["shirt"], np.random.default_rng(3)
+    rest = model.at_rest(model.start(body().posed(body().rest_pose)))
+    torn = (rest + random.normal(scale=0.003, size=rest.shape)).astype(np.float32)
+    expected = EdgeLimits.of(model.garment).limited(torn, rest)
+    page.frames(list(made()).index("shirt"), 1)
+    script = """
+        const [torn, rest] = Array.from(arguments, (each) => Float32Array.from(each));
+        hemline.player.animator.limits.limit(torn, rest);
+        return Array.from(torn);
+    """
+    found = page.driver.execute_script(script, torn.ravel().tolist(), rest.ravel().tolist())
+    assert np.abs(expected - torn).max() > 1e-3
+    assert np.abs(np.reshape(found, (-1, 3)) - expected).max() < 1e-6
 
 
 def test_a_page_for_another_shape_and_a_body_whose_skin_the_pose_bends(tmp_path):

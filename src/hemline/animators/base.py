@@ -76,13 +76,18 @@ class Driven(Protocol):
 
 @runtime_checkable
 class Settled(Protocol):
-    """An animator that blends settled garments: none is torn, and each is stretched as far as the body under it asks.
+    """An animator that blends settled garments: each is stretched as far as the body under it asks.
 
-    What keeps other animators' cloth in one piece would draw such a garment into the body.
+    What keeps other animators' cloth in one piece would draw such a garment into the body. The player only shortens
+    edges that are much longer than at rest on that body.
     """
 
     def settled(self, posed: "PosedBody") -> Vertices:
         """The garment as it would settle in a pose, without a past (verts, 3) [m]."""
+        ...
+
+    def at_rest(self, state: Any) -> Vertices:
+        """The garment in the rest pose of the body of a State (verts, 3) [m]."""
         ...
 
     def reshaped(self, state: Any, shaped: "ShapedBody") -> Any:

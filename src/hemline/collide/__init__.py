@@ -13,6 +13,7 @@ from .surface.patches import limb_of_vertices as limb_of_vertices
 from .surface.patches import limbs as limbs
 from .surface.posed_surface import PosedSurface as PosedSurface
 from .surface.worn import WornGarment as WornGarment
+from .whole.edge_limits import EdgeLimits as EdgeLimits
 from .whole.whole_cloth import WholeCloth as WholeCloth
 from .whole.whole_cloth import WholeSettings as WholeSettings
 from .whole.whole_cloth import WholeState as WholeState
@@ -21,6 +22,7 @@ from .winding.numbers import winding_numbers as winding_numbers
 
 __all__ = [
     "Cover",
+    "EdgeLimits",
     "Guarantee",
     "LayeredProjector",
     "LayersReport",

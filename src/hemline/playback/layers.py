@@ -1,6 +1,7 @@
 """Garments worn together in a player: which of them settle, and what keeps each out of those beneath it."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -54,6 +55,20 @@ def settled_vertices(animator: Animator) -> Bool[np.ndarray, " verts"]:
     """
     parts = animator.parts if isinstance(animator, AnimatorTogether) else (animator,)
     return np.concatenate([np.full(len(part.garment.vertices), isinstance(part, Settled)) for part in parts])
+
+
+def at_rest(animator: Animator, state: Any) -> Vertices:
+    """Garments of `Settled` animators at rest on the body of a State (verts, 3) [m]; zeros for those of others.
+
+    Args:
+        animator: One animator, or several worn together.
+        state: Its State, or theirs.
+    """
+    if isinstance(animator, AnimatorTogether):
+        return np.concatenate([at_rest(part, each) for part, each in zip(animator.parts, state, strict=True)])
+    if isinstance(animator, Settled):
+        return animator.at_rest(state)
+    return np.zeros_like(animator.garment.vertices)
 
 
 def covers_of(garment: Garment, shaped: ShapedBody) -> tuple[Cover, ...]:

@@ -19,6 +19,7 @@ from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
 from hemline.collide import (
     Cover,
+    EdgeLimits,
     Guarantee,
     LayeredProjector,
     LayersReport,
@@ -36,7 +37,7 @@ from hemline.motions.motion import Pose
 
 from .detail import worn_at
 from .frame import Frame
-from .layers import THICKNESS_MM, check_thickness, covers_of, projected_by, projector_of, settled_vertices
+from .layers import THICKNESS_MM, at_rest, check_thickness, covers_of, projected_by, projector_of, settled_vertices
 from .run_up import run_up
 from .switch import nearest_vertices, switched_projector, switched_whole
 
@@ -67,6 +68,8 @@ class Player:
         error: How far a level is from the full garment that hangs at rest, see `WornLevel` [m].
         whole: What keeps the cloth in one piece, between animator and projection; None: nothing does, or the animator
             is `Settled`.
+        limits: What keeps the cloth of `Settled` animators from being stretched too far, in the same place; None: there
+            is none, or `whole` is off.
         cover: What moves cloth that lies close over the skin that looks out, one a piece; None where `whole` is off, or
             the collider is not the body.
         projector: What moves vertices out of the body in each frame; of several garments, each out of those beneath it
@@ -91,6 +94,7 @@ class Player:
     collider: ShapedBody
     error: float
     whole: WholeCloth | None
+    limits: EdgeLimits | None
     cover: tuple[Cover, ...] | None
     projector: Projector | LayeredProjector
     settled: Bool[np.ndarray, " verts"] | None
@@ -158,11 +162,12 @@ class Player:
         held = None
         if whole and not settled.all():
             held = WholeCloth.prepare(collider, garment, worn, WholeSettings().at_detail(detail))
+        limits = EdgeLimits.of(garment, settled) if whole and settled.any() else None
         cover = None
         if whole and collider is body:
             cover = covers_of(garment, body.body.shaped(garment.body_betas))
         alone = settled if held is not None and settled.any() else None
-        return cls(level.animator, body, garment, collider, level.error, held, cover, projector, alone, placed)
+        return cls(level.animator, body, garment, collider, level.error, held, limits, cover, projector, alone, placed)
 
     def start(self, pose: Pose, *, pre_roll: float = 1.0, dt: float = 1 / 30) -> PlayerState:
         """The state before the first frame, in which the garment has settled.
@@ -341,6 +346,8 @@ class Player:
         if self.whole and whole:
             whole, held = self.whole.step(whole, solid, animated, dt=dt, surface=surface)
             held = held if self.settled is None else np.where(self.settled[:, None], animated, held)
+        if self.limits:
+            held = self.limits.limited(held, at_rest(self.animator, moved))
         clock.append(time.perf_counter())
         covered = held
         for cover in self.cover or ():

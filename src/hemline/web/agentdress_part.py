@@ -5,9 +5,10 @@ import numpy as np
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.own_body import refuse_other_body
 from hemline.bodies import ShapedBody
+from hemline.collide import EdgeLimits
 from hemline.errors import BadInput
 
-from .parts import Part, differences, short_faces
+from .parts import Part, differences, short_numbers
 
 
 def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> Part:
@@ -28,10 +29,14 @@ def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> Part:
     if model.tables.rigged is not None:
         cure = "fit it with --pose-model kernel"
         raise BadInput("a page plays a kernel as pose model", "a model of --pose-model sor", cure)
+    limits, count = EdgeLimits.of(model.garment), len(model.tables.rest)
     arrays = model.tables.arrays() | {
         "basis.digits": differences(model.tables.basis.digits),
         "indices": model.tables.indices.astype(np.uint8),
-        "faces": short_faces(model.garment.faces, len(model.tables.rest)),
+        "faces": short_numbers(model.garment.faces, count),
+        "limits.edges": short_numbers(limits.edges, count),
+        "limits.longest": limits.longest,
+        "limits.free": limits.free,
     }
     config = model.config
     metadata = {

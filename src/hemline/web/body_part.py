@@ -5,7 +5,7 @@ import numpy as np
 from hemline.bodies import ShapedBody
 from hemline.bodies.body_file import shapedirs_in_steps
 
-from .parts import short_faces
+from .parts import short_numbers
 
 
 def body_part(shaped: ShapedBody, *, shapes: bool) -> dict[str, np.ndarray]:
@@ -20,7 +20,7 @@ def body_part(shaped: ShapedBody, *, shapes: bool) -> dict[str, np.ndarray]:
         "template": shaped.vertices,
         "joints": shaped.joints,
         "betas": shaped.betas,
-        "faces": short_faces(body.faces, len(body.template)),
+        "faces": short_numbers(body.faces, len(body.template)),
         "weights": body.weights,
         "weight_indices": body.weight_indices.astype(np.uint8),
         "rest_offsets": body.rest_offsets,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hemline.arrays import Faces, Int, Vertices
+from hemline.arrays import Int, Vertices
 from hemline.learning.packed_basis import PackedBasis
 
 
@@ -23,9 +23,9 @@ class Part:
     metadata: Mapping[str, Any]
 
 
-def short_faces(faces: Faces, vertex_count: int) -> np.ndarray:
-    """Triangles in as few bytes as hold the number of vertices."""
-    return faces.astype(np.uint16 if vertex_count <= 65536 else np.uint32)
+def short_numbers(vertices: Int[np.ndarray, "rows corners"], vertex_count: int) -> np.ndarray:
+    """Corners of triangles, ends of edges, in as few bytes as hold the number of vertices."""
+    return vertices.astype(np.uint16 if vertex_count <= 65536 else np.uint32)
 
 
 def basis_arrays(basis: PackedBasis, name: str) -> dict[str, np.ndarray]:

@@ -8,7 +8,7 @@ from hemline.bodies import ShapedBody
 from hemline.collide.primitives.primitive_kernels import ROUND_CONE
 from hemline.errors import BadInput
 
-from .parts import Part, basis_arrays, nearest_skin, short_faces
+from .parts import Part, basis_arrays, nearest_skin, short_numbers
 
 _CHAINS = ("offsets", "lengths", "rest_spans", "rest_directions", "chain_joints", "pairs", "pair_spans", "balance")
 _DERIVED = ("rest_tensions", "rest_loads", "inverse_masses", "margins", "across", "kinematic", "parents")
@@ -52,7 +52,7 @@ def ropes_part(model: AnimatorRopes, body: ShapedBody) -> Part:
         metadata["learned"] = model.learned.metadata()
     arrays |= {
         "rest": state.rest,
-        "faces": short_faces(model.garment.faces, len(state.rest)),
+        "faces": short_numbers(model.garment.faces, len(state.rest)),
         "nearest": nearest_skin(state.rest, body.vertices),
     }
     return Part(arrays, metadata)

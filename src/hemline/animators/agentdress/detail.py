@@ -68,6 +68,10 @@ class AnimatorAgentDressLevel(LevelOf):
         """As of the full animator, for the vertices that are left."""
         return self.full.settled(posed)[self.kept]
 
+    def at_rest(self, state: AgentDressState) -> Vertices:
+        """As of the full animator, for the vertices that are left."""
+        return self.full.at_rest(state)[self.kept]
+
     def reshaped(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
         """As of the full animator."""
         return self.full.reshaped(state, shaped)

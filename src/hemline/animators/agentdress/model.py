@@ -263,6 +263,10 @@ class AnimatorAgentDress:
         state = replace(self.start(posed), axes=axes, distances=self._distances(axes))
         return self._worn(state, posed, self._rigged(state, posed))
 
+    def at_rest(self, state: AgentDressState) -> Vertices:
+        """The garment in the rest pose of the body of a State (verts, 3) [m]."""
+        return state.rest
+
     def reshaped(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
         """The State on a body of another shape: what a slider asks for, and an agent that joins a crowd.
 

@@ -1,5 +1,6 @@
 // A close-fitting garment: settled states, blended; animators/agentdress/model.
 
+import { EdgeLimits } from "hemline/edge_limits.js";
 import { intoColumns } from "hemline/kernels.js";
 import { at, multiply, normalised } from "hemline/quaternions.js";
 
@@ -28,6 +29,7 @@ export class AgentDress {
     this.quaternions = kernels.floats(4 * 24);
     this.joints = this.#countingJoints();
     this.known = this.#knownAxes();
+    this.limits = new EdgeLimits(arrays["limits.edges"], arrays["limits.longest"], arrays["limits.free"]);
   }
 
   /** At rest on a body of any shape: what depends on the shape alone is made anew. */

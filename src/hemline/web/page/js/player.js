@@ -46,7 +46,10 @@ export class Player {
     const skinned = performance.now(), after = animator.advance(state, body, dt);
     animator.show(body, vertices);
     const animated = performance.now();
-    if (pushing) this.#push();
+    if (pushing) {
+      animator.limits?.limit(vertices, animator.rest);
+      this.#push();
+    }
     const done = performance.now();
     this.milliseconds = { body: skinned - began, animator: animated - skinned, push: done - animated, all: done - began };
     return after;

@@ -1,0 +1,50 @@
+"""Edges that are too long now, made shorter in a few sweeps: compiled."""
+
+import numpy as np
+
+from hemline.compiled import kernel
+
+_index = np.uintp
+
+
+@kernel
+def limit_edges(edges, longest, free, rest, stretch, sweeps, moved):
+    """Shorten what is too long by the pattern, and by the garment at rest on the body.
+
+    One pass without a branch lists what is too long by the pattern; only that is swept, to and fro.
+
+    in: edges (edges,2), longest (edges,): as long as each may be by the pattern [m], free (n,): 1, or 0 for pinned
+    vertices, rest (n,3): the garment at rest on this body [m], stretch: longest allowed, over the length there; sweeps:
+    how many; in and out: moved (n,3) [m].
+    """
+    listed, count = np.empty(len(edges) + 1, np.int64), np.int64(0)
+    for place in range(len(edges)):
+        e = _index(place)
+        a, b = _index(edges[e, 0]), _index(edges[e, 1])
+        x, y, z = moved[b, 0] - moved[a, 0], moved[b, 1] - moved[a, 1], moved[b, 2] - moved[a, 2]
+        listed[_index(count)] = place
+        count += np.int64(x * x + y * y + z * z > longest[e] * longest[e])
+    limits = np.empty(count, np.float32)
+    for k in range(count):
+        e = _index(listed[k])
+        a, b = _index(edges[e, 0]), _index(edges[e, 1])
+        x, y, z = rest[b, 0] - rest[a, 0], rest[b, 1] - rest[a, 1], rest[b, 2] - rest[a, 2]
+        limits[k] = max(longest[e], stretch * np.sqrt(x * x + y * y + z * z))
+    for sweep in range(sweeps):
+        for turn in range(count):
+            k = _index(turn if sweep % 2 == 0 else count - 1 - turn)
+            e = _index(listed[k])
+            a, b = _index(edges[e, 0]), _index(edges[e, 1])
+            x, y, z = moved[b, 0] - moved[a, 0], moved[b, 1] - moved[a, 1], moved[b, 2] - moved[a, 2]
+            squared, most = x * x + y * y + z * z, limits[k]
+            if squared <= most * most:
+                continue
+            length, for_a, for_b = np.sqrt(squared), free[a], free[b]
+            pull = (length - most) / (length * max(for_a + for_b, np.float32(1)))
+            for_a, for_b = pull * for_a, pull * for_b
+            moved[a, 0] += for_a * x
+            moved[a, 1] += for_a * y
+            moved[a, 2] += for_a * z
+            moved[b, 0] -= for_b * x
+            moved[b, 1] -= for_b * y
+            moved[b, 2] -= for_b * z
