@@ -96,6 +96,24 @@ def test_a_garment_made_on_another_shape_is_simulated_from_that_shape(short, cap
     assert open_dataset("both").garment.is_on(body.shaped())
 
 
+def test_simulated_of_another_material_it_moves_otherwise_and_the_dataset_knows(short, capsys):
+    garments.make_cape(bodies.load("anny24").shaped(), rows=12, columns=24, name="napkin").save("napkin.safetensors")
+    asked = ["simulate", "napkin.safetensors", "-m", short, "--seconds", "0.2"]
+    assert main([*asked, "-o", "own"]) == 0
+    assert main([*asked, "-o", "made-of-denim", "--material", "denim"]) == 0
+    own, other = open_dataset("own"), open_dataset("made-of-denim")
+    assert (own.garment.material.name, other.garment.material.name) == ("cotton", "denim")
+    assert other.garment.material == garments.MATERIALS["denim"]
+    ends = [data.take(data.clips()[0]).vertices[-1] for data in (own, other)]
+    assert np.linalg.norm(ends[0] - ends[1], axis=1).mean() > 1e-4
+    capsys.readouterr()
+    # a dataset holds takes of one garment of one material; and a name that is none writes nothing
+    assert main([*asked, "-o", "own", "--material", "silk"]) == 2
+    assert "was made for another garment" in capsys.readouterr().err
+    assert main([*asked, "-o", "none", "--material", "tweed"]) == 2
+    assert "got 'tweed'" in capsys.readouterr().err and not (open_dataset("own").folder.parent / "none").exists()
+
+
 @pytest.mark.slow
 def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

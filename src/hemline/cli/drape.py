@@ -110,11 +110,8 @@ def run(arguments: Arguments) -> int:
 
 def _garment(arguments: Arguments, shaped: "ShapedBody") -> "Garment":
     """The garment, of the material that is asked for."""
-    from hemline.garments import Material
-
-    material = None if arguments.material is None else Material.of(arguments.material)
-    garment = open_garment(arguments.garment, shaped, arguments.output, tryon=arguments.tryon)
-    return garment if material is None else garment.in_material(material)
+    name, folder = arguments.garment, arguments.output
+    return open_garment(name, shaped, folder, tryon=arguments.tryon, material=arguments.material)
 
 
 def _in_poses_of(arguments: Arguments, folder: Path) -> int:

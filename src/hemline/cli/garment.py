@@ -11,7 +11,13 @@ if TYPE_CHECKING:
 
 
 def open_garment(
-    name_or_path: str, shaped: "ShapedBody", dataset: Path, *, tryon: bool, dressed: bool = False
+    name_or_path: str,
+    shaped: "ShapedBody",
+    dataset: Path,
+    *,
+    tryon: bool,
+    dressed: bool = False,
+    material: str | None = None,
 ) -> "Garment":
     """A garment by name or from a file; a mesh that does not sit on the body is tried on, and kept in the dataset.
 
@@ -21,7 +27,19 @@ def open_garment(
         dataset: The folder of the dataset, there or not.
         tryon: Whether such a mesh is tried on; otherwise it is refused.
         dressed: As `garments.open_garment`.
+        material: Name of what it is made of; None: its own.
+
+    Raises:
+        BadGarment: No such garment, or no such material.
     """
+    from hemline.garments import Material
+
+    made_of = None if material is None else Material.of(material)  # refused before a mesh is tried on
+    garment = _opened(name_or_path, shaped, dataset, tryon=tryon, dressed=dressed)
+    return garment if made_of is None else garment.in_material(made_of)
+
+
+def _opened(name_or_path: str, shaped: "ShapedBody", dataset: Path, *, tryon: bool, dressed: bool) -> "Garment":
     from hemline import garments
     from hemline.tryon import open_worn
 

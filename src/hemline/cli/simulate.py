@@ -28,6 +28,8 @@ class Arguments:
     """Clips: .bvh or AMASS .npz files, or names of shipped ones: run, walk, dance ..."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """The dataset, a folder; made when missing, continued when there."""
+    material: str | None = None
+    """Of another material than its own: cotton, silk, denim, wool, jersey, paper; not those over it."""
     over: tuple[str, ...] = ()
     """More garments, worn over the first one, from the skin outwards."""
     tryon: bool = True
@@ -81,8 +83,10 @@ def run(arguments: Arguments) -> int:
     mean = bodies.load(arguments.body).shaped()
     # one garment is simulated from the shape that it was made on; several need one shape
     each = [
-        open_garment(name, mean, arguments.output, tryon=arguments.tryon, dressed=bool(arguments.over))
-        for name in (arguments.garment, *arguments.over)
+        open_garment(
+            name, mean, arguments.output, tryon=arguments.tryon, dressed=bool(arguments.over), material=material
+        )
+        for name, material in ((arguments.garment, arguments.material), *((name, None) for name in arguments.over))
     ]
     garment = garments.worn_together(each) if arguments.over else each[0]
     if arguments.explain:
