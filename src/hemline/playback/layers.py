@@ -1,5 +1,6 @@
 """Garments worn together in a player: which of them settle, and what keeps each out of those beneath it."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -57,18 +58,19 @@ def settled_vertices(animator: Animator) -> Bool[np.ndarray, " verts"]:
     return np.concatenate([np.full(len(part.garment.vertices), isinstance(part, Settled)) for part in parts])
 
 
-def at_rest(animator: Animator, state: Any) -> Vertices:
-    """Garments of `Settled` animators at rest on the body of a State (verts, 3) [m]; zeros for those of others.
+def at_rest(animator: Animator) -> Callable[[Any], Vertices]:
+    """What takes a State to the garment at rest on its body (verts, 3) [m]: zeros where the animator is not `Settled`.
 
     Args:
-        animator: One animator, or several worn together.
-        state: Its State, or theirs.
+        animator: One animator, or several worn together, whose States come together.
     """
     if isinstance(animator, AnimatorTogether):
-        return np.concatenate([at_rest(part, each) for part, each in zip(animator.parts, state, strict=True)])
+        each = [at_rest(part) for part in animator.parts]
+        return lambda states: np.concatenate([rest(state) for rest, state in zip(each, states, strict=True)])
     if isinstance(animator, Settled):
-        return animator.at_rest(state)
-    return np.zeros_like(animator.garment.vertices)
+        return animator.at_rest
+    nowhere = np.zeros_like(animator.garment.vertices)
+    return lambda state: nowhere
 
 
 def covers_of(garment: Garment, shaped: ShapedBody) -> tuple[Cover, ...]:

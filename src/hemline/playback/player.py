@@ -311,6 +311,10 @@ class Player:
     def _bounded(self) -> Bounded | None:
         return self.animator if isinstance(self.animator, Bounded) else None
 
+    @cached_property
+    def _at_rest(self) -> Callable[[Any], Vertices]:
+        return at_rest(self.animator)
+
     def _collided(self, posed: PosedBody) -> PosedBody:
         """What the cloth is kept out of, in the same pose."""
         return posed if self.collider is self.body else replace(posed, shaped=self.collider)
@@ -347,7 +351,7 @@ class Player:
             whole, held = self.whole.step(whole, solid, animated, dt=dt, surface=surface)
             held = held if self.settled is None else np.where(self.settled[:, None], animated, held)
         if self.limits:
-            held = self.limits.limited(held, at_rest(self.animator, moved))
+            held = self.limits.limited(held, self._at_rest(moved))
         clock.append(time.perf_counter())
         covered = held
         for cover in self.cover or ():
