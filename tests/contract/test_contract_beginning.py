@@ -10,7 +10,7 @@ import hemline
 from hemline import bodies
 from hemline.animators.simulated_proxy import LEVELS, SimulatedProxy
 from hemline.animators.swingar import Swingar
-from hemline.animators.swingar.displaced import FORGIVEN, SMOOTHED, Displaced
+from hemline.animators.swingar.displaced import FORGIVEN, LASTING, SHARE, SMOOTHED, Displaced
 from hemline.animators.swingar.features.beginning import FADES, Beginning
 from hemline.animators.swingar.features.proxy_on_body import BEGUN
 from hemline.errors import BadInput
@@ -67,12 +67,26 @@ def test_it_is_over_after_its_time_however_that_is_cut(body, motion):
 def test_hands_over_without_a_jump_and_what_the_network_missed_is_forgiven(frames):
     _, found = frames
     handed = found[SIMULATED - 1][0]
-    sizes = [float(np.linalg.norm(state.displaced.missed, axis=1).mean()) for state, _ in found[SIMULATED - 1 :]]
+    times = DT * np.arange(len(found) - SIMULATED + 1)
+    sizes, slid = (
+        np.array([np.linalg.norm(getattr(state.displaced, part), axis=1).mean() for state, _ in found[SIMULATED - 1 :]])
+        for part in ("missed", "slid")
+    )
     assert sizes[0] > 1e-3, "the network does not know what the simulation makes"
-    np.testing.assert_allclose(sizes[1:], sizes[0] * np.exp(-DT / FORGIVEN * np.arange(1, len(sizes))), rtol=1e-3)
+    np.testing.assert_allclose(sizes, sizes[0] * np.exp(-times / FORGIVEN), rtol=1e-3)
+    np.testing.assert_allclose(slid, slid[0] * np.exp(-times / LASTING), rtol=1e-3)
     ways = np.linalg.norm(np.diff([vertices for _, vertices in found], axis=0), axis=2).mean(axis=1)
     assert ways[SIMULATED - 1] < 1.5 * np.median(ways) + sizes[0] / 4
     assert handed.trail.beginning.seconds == 0
+
+
+def test_of_what_the_network_missed_a_part_lasts():
+    lay, said = np.ones((3, 3), np.float32), np.zeros((3, 3), np.float32)
+    displaced = Displaced.handed_over(lay, said)
+    np.testing.assert_allclose(displaced.missed + displaced.slid, lay - said, rtol=1e-6)  # it begins without a jump
+    for _ in range(30):
+        displaced = displaced.followed(said, 2 * FORGIVEN)
+    np.testing.assert_allclose(displaced.now, SHARE * math.exp(-60 * FORGIVEN / LASTING), atol=1e-3)
 
 
 @pytest.mark.parametrize("dt", [1 / 144, 1 / 30])

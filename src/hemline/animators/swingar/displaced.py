@@ -9,7 +9,11 @@ import numpy as np
 from hemline.arrays import Float
 
 FORGIVEN = 0.2
-"""Time constant with which cloth goes from where a simulation left it to where the network puts it [s]."""
+"""Time constant with which most cloth goes from where a simulation left it to where the network puts it [s]."""
+LASTING = 8.0
+"""Time constant of what it missed because cloth had slid or caught [s]."""
+SHARE = 0.5
+"""How much of what the network missed that is."""
 SMOOTHED = 0.05
 """Time constant with which it follows what the network says [s]."""
 
@@ -21,21 +25,28 @@ class Displaced:
     now: Float[np.ndarray, "verts 3"]
     missed: Float[np.ndarray, "verts 3"] | None = None
     """What is not forgiven yet of what the network missed when the simulation ended; None: there was none."""
+    slid: Float[np.ndarray, "verts 3"] | None = None
+    """The part of it that lasts."""
 
     @classmethod
     def handed_over(cls, lay: Float[np.ndarray, "verts 3"], said: Float[np.ndarray, "verts 3"]) -> Self:
         """Where a simulation has ended.
 
+        What a network misses has two parts: how cloth swings, which is another thing a moment later, and where it has
+        come to lie on the body, which is the same seconds later.
+
         Args:
             lay: Where it left each vertex.
             said: Where the network would have put it.
         """
-        return cls(lay, lay - said)
+        missed = np.float32(1 - SHARE) * (lay - said)
+        return cls(lay, missed, (lay - said) - missed)
 
     def followed(self, said: Float[np.ndarray, "verts 3"], dt: float) -> Self:
         """A time later [s], when the network says another thing."""
-        missed = self.missed
-        if missed is not None:
+        missed, slid = self.missed, self.slid
+        if missed is not None and slid is not None:
             missed = missed * np.float32(math.exp(-dt / FORGIVEN))
-            said = said + missed
-        return type(self)(said + np.float32(math.exp(-dt / SMOOTHED)) * (self.now - said), missed)
+            slid = slid * np.float32(math.exp(-dt / LASTING))
+            said = said + missed + slid
+        return type(self)(said + np.float32(math.exp(-dt / SMOOTHED)) * (self.now - said), missed, slid)
