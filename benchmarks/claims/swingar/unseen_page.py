@@ -32,8 +32,8 @@ key joint, *skinned* with the weights of the nearest skin, and *skinned softly* 
 garment counts as loose where it lies more than 25 mm from the skin in the mean.
 
 What is asked of this: close-fitting 20 mm and better than skinning; loose 45 mm, 40 % below skinning. The paper reports
-19.0 mm and 7.53 degrees on its own test set of 15 garments, with networks trained for five days on two GPUs. The truth
-is not unique: the last rows of the table say how far it is from itself, [simulated twice](#the-truth-simulated-twice).
+19.0 mm and 7.53 degrees on its own test set of 15 garments, with networks trained for five days on two GPUs. *The weights before*
+are those that shipped until then, played by the same code. The truth is not unique: the last rows of the table say how far it is from itself, [simulated twice](#the-truth-simulated-twice).
 
 """
 SPREAD = """
