@@ -73,6 +73,7 @@ def test_hands_over_without_a_jump_and_what_the_network_missed_is_forgiven(frame
         for part in ("missed", "slid")
     )
     assert sizes[0] > 1e-3, "the network does not know what the simulation makes"
+    assert slid[0] > sizes[0] / 4, "cloth that has slid stays so"
     np.testing.assert_allclose(sizes, sizes[0] * np.exp(-times / FORGIVEN), rtol=1e-3)
     np.testing.assert_allclose(slid, slid[0] * np.exp(-times / LASTING), rtol=1e-3)
     ways = np.linalg.norm(np.diff([vertices for _, vertices in found], axis=0), axis=2).mean(axis=1)

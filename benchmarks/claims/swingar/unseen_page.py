@@ -25,15 +25,16 @@ HEAD = """# Garments never seen
 
 Garments, subjects and bodies that no fit has seen: meshes of other people's (GarmentCode, Style3D, MakeHuman), tried
 on, and random designs of seeds apart, on random bodies, in clips of other subjects; simulated by
-`python -m hemline.models.make.swingar_takes` ([the command](../../src/hemline/models/README.md#swingar)), judged by `python benchmarks/claims/swingar/unseen.py`, as the player
-shows them.
+`python -m hemline.models.make.swingar_takes` ([the command](../../src/hemline/models/README.md#swingar)), judged by
+`python benchmarks/claims/swingar/unseen.py`, as the player shows them.
 Mean distance of vertices from the simulation in mm. Beside each model the settled garment *carried rigidly* with the
 key joint, *skinned* with the weights of the nearest skin, and *skinned softly* as swingar does before it learns. A
-garment counts as loose where it lies more than 25 mm from the skin in the mean.
+garment counts as loose where it lies more than 25 mm from the skin in the mean. *The weights before* are those that
+shipped until then, played by the same code.
 
 What is asked of this: close-fitting 20 mm and better than skinning; loose 45 mm, 40 % below skinning. The paper reports
-19.0 mm and 7.53 degrees on its own test set of 15 garments, with networks trained for five days on two GPUs. *The weights before*
-are those that shipped until then, played by the same code. The truth is not unique: the last rows of the table say how far it is from itself, [simulated twice](#the-truth-simulated-twice).
+19.0 mm and 7.53 degrees on its own test set of 15 garments, with networks trained for five days on two GPUs. The truth
+is not unique: the last rows of the table say how far it is from itself, [simulated twice](#the-truth-simulated-twice).
 
 """
 SPREAD = """

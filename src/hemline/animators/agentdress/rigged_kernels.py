@@ -14,7 +14,7 @@ LEAST_SHARE = 1e-4
 """An anchor that counts for less at a vertex is left out there; what is left is over the sum."""
 
 
-@kernel(fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"contract", "nsz"})
 def carry(earlier, worn, step, bone_indices, bone_weights, regions, blend, t, carried_out):
     # model: earlier (anchors, joints, 3, 4): skin transforms of the anchors; worn int16 (anchors, verts, 3): the
     #     garments there, in steps of `step` [m]; bone_indices, bone_weights uint8 (anchors, verts, most_bones), the
@@ -60,7 +60,7 @@ def carry(earlier, worn, step, bone_indices, bone_weights, regions, blend, t, ca
             carried_out[v, 3] += share
 
 
-@kernel(fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"contract", "nsz"})
 def told_beside_skinning(indices, weights, rest, t, carried, offset_out):
     # model: indices, weights (verts, influences), the heaviest bone first; rest (verts, 3) [m]
     # in: t (joints, 3, 4): skin transforms; carried (verts, 4): vertices times their last column, which is that [m]
