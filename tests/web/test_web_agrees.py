@@ -9,7 +9,7 @@ from web_pages import farthest_mm, opened, played
 import hemline
 from hemline import web
 from hemline.collide import EdgeLimits, inside
-from hemline.meshes import vertex_normals
+from hemline.meshes import rest_lengths, vertex_normals
 from hemline.playback import play
 
 # after web_pages, which names their folder
@@ -165,6 +165,8 @@ def test_a_shipped_model_plays_as_in_python_and_the_push_leads_most_of_it_out(tm
     with opened((tmp_path / "page.html").as_uri()) as page:
         found, skin, _ = page.frames(0, len(clip))
         pushed, _, _ = page.frames(0, len(clip), pushing=True)
+        page.driver.execute_script("Object.getPrototypeOf(hemline.player.animator.limits).limit = () => {}")
+        unlimited, _, _ = page.frames(0, len(clip), pushing=True)
     assert farthest_mm(found, played(shirt, body(), clip, len(clip))) < WITHIN_MM
     *_, last = play(shirt, body(), clip)
     free = np.ones(len(last.vertices), bool)
@@ -172,6 +174,12 @@ def test_a_shipped_model_plays_as_in_python_and_the_push_leads_most_of_it_out(tm
     before, after = ((inside(skin[-1], body().body.faces, each[-1]) & free).sum() for each in (found, pushed))
     assert before > 50 and after < before / 1.5
     assert np.linalg.norm(pushed - found, axis=2).max() < 0.07
+    edges, lengths = rest_lengths(shirt.garment.faces, shirt.garment.rest_edges)
+    long = [
+        (np.linalg.norm(each[:, edges[:, 0]] - each[:, edges[:, 1]], axis=2) > 1.25 * lengths).mean()
+        for each in (pushed, unlimited)
+    ]
+    assert long[0] < 0.8 * long[1]
 
 
 @pytest.mark.slow

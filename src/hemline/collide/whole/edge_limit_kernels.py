@@ -4,6 +4,8 @@ import numpy as np
 
 from hemline.compiled import kernel
 
+from .limit_kernels import shorten
+
 _index = np.uintp
 
 
@@ -34,17 +36,4 @@ def limit_edges(edges, longest, free, rest, stretch, sweeps, moved):
         for turn in range(count):
             k = _index(turn if sweep % 2 == 0 else count - 1 - turn)
             e = _index(listed[k])
-            a, b = _index(edges[e, 0]), _index(edges[e, 1])
-            x, y, z = moved[b, 0] - moved[a, 0], moved[b, 1] - moved[a, 1], moved[b, 2] - moved[a, 2]
-            squared, most = x * x + y * y + z * z, limits[k]
-            if squared <= most * most:
-                continue
-            length, for_a, for_b = np.sqrt(squared), free[a], free[b]
-            pull = (length - most) / (length * max(for_a + for_b, np.float32(1)))
-            for_a, for_b = pull * for_a, pull * for_b
-            moved[a, 0] += for_a * x
-            moved[a, 1] += for_a * y
-            moved[a, 2] += for_a * z
-            moved[b, 0] -= for_b * x
-            moved[b, 1] -= for_b * y
-            moved[b, 2] -= for_b * z
+            shorten(moved, free, _index(edges[e, 0]), _index(edges[e, 1]), limits[k])

@@ -11,6 +11,26 @@ PUSH = np.float32(1.4)
 """Over-relaxation of the push out of a half-space."""
 
 
+@kernel(forceinline=True)
+def shorten(places, free, a, b, most):
+    """Pull the ends of an edge together where it is longer than it may be.
+
+    in: free (n,): 1, or 0 for what does not move, a, b: the ends, most [m]; in and out: places (n,3) [m].
+    """
+    x, y, z = places[b, 0] - places[a, 0], places[b, 1] - places[a, 1], places[b, 2] - places[a, 2]
+    squared = x * x + y * y + z * z
+    if squared > most * most:
+        length, for_a, for_b = np.sqrt(squared), free[a], free[b]
+        pull = (length - most) / (length * max(for_a + for_b, np.float32(1)))
+        for_a, for_b = pull * for_a, pull * for_b
+        places[a, 0] += for_a * x
+        places[a, 1] += for_a * y
+        places[a, 2] += for_a * z
+        places[b, 0] -= for_b * x
+        places[b, 1] -= for_b * y
+        places[b, 2] -= for_b * z
+
+
 @kernel
 def decay_shifts(shifts, share, most, shifts_out):
     """What is left of the last frame's shifts: each loses a share, and no more than `most`.
@@ -50,24 +70,7 @@ def limit_coarse(points, model, planes, held, sweeps, shifts):
     for sweep in range(sweeps):
         for turn in range(len(edges)):
             e = _index(turn if sweep % 2 == 0 else len(edges) - 1 - turn)
-            a, b = _index(edges[e, 0]), _index(edges[e, 1])
-            x, y, z = places[b, 0] - places[a, 0], places[b, 1] - places[a, 1], places[b, 2] - places[a, 2]
-            squared, most = x * x + y * y + z * z, lengths[e]
-            if squared <= most * most:
-                continue
-            length, for_a, for_b = np.sqrt(squared), free[a], free[b]
-            pull = (length - most) / (length * max(for_a + for_b, np.float32(1)))
-            for_a, for_b = pull * for_a, pull * for_b
-            places[a, 0], places[a, 1], places[a, 2] = (
-                places[a, 0] + for_a * x,
-                places[a, 1] + for_a * y,
-                places[a, 2] + for_a * z,
-            )
-            places[b, 0], places[b, 1], places[b, 2] = (
-                places[b, 0] - for_b * x,
-                places[b, 1] - for_b * y,
-                places[b, 2] - for_b * z,
-            )
+            shorten(places, free, _index(edges[e, 0]), _index(edges[e, 1]), lengths[e])
         for m in range(len(held)):
             s = _index(held[m])
             i = _index(model.samples[s])
