@@ -14,7 +14,9 @@ from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Motion, Pose
 from hemline.motions.pose_clusters import without_heading
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 
-ELBOW, SHOULDER, SPINE = (JOINT_NAMES.index(name) for name in ("left_elbow", "left_shoulder", "spine2"))
+ELBOW, SHOULDER, SPINE, RIGHT_SHOULDER = (
+    JOINT_NAMES.index(name) for name in ("left_elbow", "left_shoulder", "spine2", "right_shoulder")
+)
 BEYOND = 7
 """A beta that is 0 in all shapes of anchors, and moves the garment."""
 SHAPES = [(), (-2.0,), (-1.0,), (1.0,), (2.0,), (0.0, -2.0), (0.0, -1.0), (0.0, 1.0), (0.0, 2.0)]
@@ -71,16 +73,20 @@ def base() -> np.ndarray:
 
 
 def formula(pose: Pose, betas) -> np.ndarray:
-    """What is added in the turned frames (verts, 3) [m]: what arm and spine do, and what the shape does."""
+    """What is added in the turned frames (verts, 3) [m]: what arms and spine do, and what the shape does.
+
+    In a mirror it is what the mirrored pose adds.
+    """
     shares, result = binding().shares(), np.zeros_like(base())
-    for joint in (SHOULDER, SPINE):
+    for joint in (SHOULDER, RIGHT_SHOULDER, SPINE):
         matrix = to_matrix(pose.rotations[joint].astype(np.float64))
-        result += 0.03 * shares[:, [joint]] * (matrix[:, 0] + matrix[:, 2])
+        result += 0.03 * shares[:, [joint]] * (matrix[:, 1] + matrix[:, 2])
     betas = np.pad(np.asarray(betas, np.float64), (0, BEYOND + 1))[: BEYOND + 1]
     outward = base() - base().mean(axis=0)
     # the larger the body, the more a raised arm draws
-    drawn = to_matrix(pose.rotations[SHOULDER].astype(np.float64))[0, 1]
-    result += 0.1 * betas[0] * drawn * shares[:, [SHOULDER]] * outward
+    for joint, sign in ((SHOULDER, 1.0), (RIGHT_SHOULDER, -1.0)):
+        drawn = sign * to_matrix(pose.rotations[joint].astype(np.float64))[0, 1]
+        result += 0.1 * betas[0] * drawn * shares[:, [joint]] * outward
     result += 0.03 * betas[BEYOND] * outward[:, [2]] * [0.0, 0.0, 1.0]
     return result + 0.05 * betas[0] * outward + 0.02 * betas[1] ** 2 * outward[:, [1]] * [0.0, 1.0, 0.0]
 

@@ -88,10 +88,11 @@ def test_what_is_left_out_is_what_a_fit_without_it_misses():
     random = np.random.default_rng(1)
     points, outputs = random.normal(size=(12, 3)), random.normal(size=(12, 4))
     distances = ((points[:, None] - points) ** 2).sum(axis=2)[:, None]
-    whole = fit_kernel(distances, outputs, width=1.3, ridge=1e-2)
-    for out in (0, 5):
-        kept = np.arange(12) != out
-        part = fit_kernel(distances[np.ix_(kept, [0], kept)], outputs[kept], width=1.3, ridge=1e-2)
+    alone, pairs = np.arange(12), np.arange(12) // 2
+    for together, out in ((alone, 0), (alone, 5), (pairs, 0), (pairs, 5)):
+        whole = fit_kernel(distances, outputs, together, width=1.3, ridge=1e-2)
+        kept = together != together[out]
+        part = fit_kernel(distances[np.ix_(kept, [0], kept)], outputs[kept], together[kept], width=1.3, ridge=1e-2)
         told = kernel(distances[out, 0, kept], 1.3) @ part.weights[0]
         np.testing.assert_allclose(outputs[out] - told, whole.left_out[0, out], atol=1e-9)
 

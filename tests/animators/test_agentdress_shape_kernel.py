@@ -32,7 +32,7 @@ def problem():
     apart = (points[:, None] - points) ** 2
     distances = np.stack([apart.sum(axis=2), apart[:, :, 0]], axis=1)
     poses = np.sort(np.r_[random.integers(0, 9, 20), np.arange(9)])
-    return distances, ShapeChanges(poses, random.normal(size=(29, 2)), random.normal(size=(29, 3)))
+    return distances, ShapeChanges(poses, random.normal(size=(29, 2)), random.normal(size=(29, 3)), poses)
 
 
 def told(found, changes, distances, betas):
@@ -44,7 +44,7 @@ def told(found, changes, distances, betas):
 def without(changes, pose):
     """The bodies that are in other poses."""
     kept = changes.poses != pose
-    return ShapeChanges(changes.poses[kept], changes.betas[kept], changes.outputs[kept])
+    return ShapeChanges(changes.poses[kept], changes.betas[kept], changes.outputs[kept], changes.together[kept])
 
 
 def by_the_book(one, other):
@@ -93,6 +93,14 @@ def test_a_model_keeps_what_the_fit_says(problem):
 def test_what_a_pose_would_miss_is_what_a_fit_without_it_misses(problem):
     distances, changes = problem
     whole = fit_shape_kernel(distances, changes, width=WIDTH, ridge=RIDGE)
+    paired = fit_shape_kernel(distances, replace(changes, together=changes.poses // 2), width=WIDTH, ridge=RIDGE)
+    pair = np.isin(changes.poses, (2, 3))
+    others = ShapeChanges(*(each[~pair] for each in (changes.poses, changes.betas, changes.outputs, changes.together)))
+    part = fit_shape_kernel(distances, others, width=WIDTH, ridge=RIDGE)
+    for out in (2, 3):
+        there = np.flatnonzero(changes.poses == out)
+        said = told(part, others, distances[out], changes.betas[there])
+        np.testing.assert_allclose(changes.outputs[there] - said, paired.left_out[:, there], atol=1e-10)
     for out in (0, 6):
         part = fit_shape_kernel(distances, without(changes, out), width=WIDTH, ridge=RIDGE)
         there = np.flatnonzero(changes.poses == out)
@@ -106,7 +114,7 @@ def test_of_widths_and_ridges_the_best_in_poses_left_out_is_taken(problem):
     random = np.random.default_rng(1)
     # what a shape adds depends smoothly on the first coordinate, which both regions see
     slope = np.cos(distances[0, 1])[changes.poses, None] * changes.betas[:, :1]
-    smooth = ShapeChanges(changes.poses, changes.betas, slope)
+    smooth = ShapeChanges(changes.poses, changes.betas, slope, changes.together)
     basis = np.linalg.qr(random.normal(size=(12, 1)))[0].T
     regions = np.full((4, 2), 0.5)
     _, missed_mm = best_shape_kernel(distances, smooth, basis, regions)

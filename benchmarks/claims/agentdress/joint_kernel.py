@@ -63,7 +63,8 @@ def _joint(
     """What `hemline fit` makes, its width and ridge chosen at some anchors and judged at others."""
     basis, outputs = principal_of_rows(changes.reshape(changes.shape[0] * changes.shape[1], -1), MODES)
     count, shapes = changes.shape[:2]
-    given = ShapeChanges(np.repeat(np.arange(count), shapes), np.tile(anchors.betas[1:], (count, 1)), outputs)
+    poses = np.repeat(np.arange(count), shapes)
+    given = ShapeChanges(poses, np.tile(anchors.betas[1:], (count, 1)), outputs, poses)
     rows, best = basis.reshape(len(basis), -1, 3), None
     for width in WIDTHS:
         for ridge in RIDGES:

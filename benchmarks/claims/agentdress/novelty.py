@@ -25,14 +25,15 @@ STEPS = (0.0, 0.2, 0.4, 0.6, FAR, np.inf)
 
 def left_out(folder: Path) -> tuple[Float[np.ndarray, " poses"], Float[np.ndarray, " poses"]]:
     """Novelty of each pose when it is left out, and what is missed there, mean over the vertices [mm]."""
-    dataset, config = open_dataset(folder), AgentDressConfig()
+    dataset, config = open_dataset(folder), AgentDressConfig(mirror=False)
     anchors = AnchorSet.of(dataset, config)
     model = fit_anchors(dataset.garment, anchors, config, progress=lambda stage, done, total: None)
     rotations = model.tables.rotations.astype(np.float64)
     offsets = np.concatenate([anchors.offsets[:, 0], anchors.single_offsets]).reshape(len(rotations), -1)
     basis, outputs = principal_of_rows(offsets - offsets.mean(axis=0), config.pose_modes)
     apart = region_distances(axes_between(rotations, rotations), model.tables.axes.astype(np.float64))
-    missed = fit_kernel(apart, outputs, width=model.width, ridge=model.figures["kernel_ridge"]).left_out
+    ridge = model.figures["kernel_ridge"]
+    missed = fit_kernel(apart, outputs, anchors.together, width=model.width, ridge=ridge).left_out
     regions, rows = model.tables.regions, basis.reshape(len(basis), -1, 3)
     novelties, errors = [], []
     for pose in range(len(rotations)):

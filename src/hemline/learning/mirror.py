@@ -1,17 +1,20 @@
 """Every training frame a second time, left and right exchanged: twice the frames of a symmetric garment for nothing."""
 
 import heapq
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hemline.arrays import Faces, Float, FramesOfVertices, Int, Points
 from hemline.bodies.body import ShapedBody
 from hemline.garments.garment import Garment
+from hemline.meshes import ClosestTree
 from hemline.motions import JOINT_NAMES, Motion
 
 FARTHEST = 0.03
 """A vertex whose mirror image lies farther than this from its partner makes a garment asymmetric [m]."""
+ASIDE = 0.01
+"""Share of a garment's vertices that may: corners of its rims, where meshes differ on either side."""
 SEEDS = 8
 _SIGNS = np.array([-1.0, 1.0, 1.0], np.float32)
 
@@ -84,10 +87,49 @@ def _walk(seed: tuple[int, int], points: Points, images: Points, around: list[li
 
 def mirror_of(garment: Garment, shaped: ShapedBody) -> Int[np.ndarray, " verts"] | None:
     """Partners of a garment's vertices if both it and the body are symmetric, else None."""
+    return partners(garment.vertices, garment.faces) if is_symmetric(shaped) else None
+
+
+def is_symmetric(shaped: ShapedBody) -> bool:
+    """Whether the joints of a body in its rest pose are mirror images of each other."""
     joints = shaped.joints
-    if np.abs(joints[_swapped()] * _SIGNS - joints).max() > FARTHEST:
-        return None
-    return partners(garment.vertices, garment.faces)
+    return bool(np.abs(joints[_swapped()] * _SIGNS - joints).max() <= FARTHEST)
+
+
+@dataclass(frozen=True)
+class MirrorImage:
+    """Where on a symmetric garment the mirror image of each of its vertices lies, be there a vertex or not.
+
+    Attributes:
+        corners: The triangle that it lies in.
+        weights: Its barycentric weights there.
+    """
+
+    corners: Int[np.ndarray, "verts 3"]
+    weights: Float[np.ndarray, "verts 3"]
+
+    @classmethod
+    def on(cls, points: Points, faces: Faces) -> "MirrorImage | None":
+        """Find them, across the plane x = 0; None where more than `ASIDE` of them lie `FARTHEST` from the garment.
+
+        They are vertices where the mesh is symmetric (`partners`), else what of the garment is closest to them.
+
+        Args:
+            points: The garment on a body in its rest pose [m].
+            faces: Its triangles.
+        """
+        partner = partners(points, faces)
+        if partner is not None:
+            return cls(np.repeat(partner[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(partner), 1)))
+        rest = np.asarray(points, np.float64)
+        closest = ClosestTree(rest, faces).closest(rest * _SIGNS)
+        if np.mean(closest.distances > FARTHEST) > ASIDE:
+            return None
+        return cls(np.asarray(faces)[closest.faces], closest.weights)
+
+    def of(self, vectors: Float[np.ndarray, "... verts 3"]) -> Float[np.ndarray, "... verts 3"]:
+        """A field of vectors over the garment, left and right exchanged."""
+        return np.einsum("...vci,vc->...vi", vectors[..., self.corners, :], self.weights) * _SIGNS
 
 
 def mirrored_vertices(vertices: FramesOfVertices, partner: Int[np.ndarray, " verts"]) -> FramesOfVertices:
@@ -103,8 +145,12 @@ def mirrored_transforms(transforms: Float[np.ndarray, "frames joints 3 4"]) -> F
 
 def mirrored_motion(motion: Motion) -> Motion:
     """The motion of the mirrored body: that of `mirrored_transforms`, up to what a body's own joints are asymmetric."""
-    rotations = motion.rotations[:, _swapped()] * np.array([1, 1, -1, -1], np.float32)
-    return replace(motion, rotations=rotations, translations=motion.translations * _SIGNS)
+    return replace(motion, rotations=mirrored_rotations(motion.rotations), translations=motion.translations * _SIGNS)
+
+
+def mirrored_rotations(rotations: Float[np.ndarray, "... joints 4"]) -> Float[np.ndarray, "... joints 4"]:
+    """Local rotations of the mirrored body."""
+    return rotations[..., _swapped(), :] * np.array([1, 1, -1, -1], rotations.dtype)
 
 
 def _swapped() -> list[int]:

@@ -42,6 +42,8 @@ class AnchorSet:
         sensitivity: How far each vertex moves when a joint turns [m/rad]: of all of its way; and less what the skin
             under it does.
         binding: Of the garment, from the T-pose on the mean shape.
+        together: A number for each pose, the anchors first. Neighbours that share one tell of each other, and are left
+            out together where a fit is judged by what it misses of them.
     """
 
     rotations: Float[np.ndarray, "anchors joints 4"]
@@ -55,6 +57,7 @@ class AnchorSet:
     other_offsets: Float[np.ndarray, "others verts 3"]
     sensitivity: tuple[Float[np.ndarray, "verts joints 3"], Float[np.ndarray, "verts joints 3"]]
     binding: Binding
+    together: Int[np.ndarray, " poses"]
 
     @classmethod
     def of(cls, dataset: Dataset, config: AgentDressConfig | None = None) -> "AnchorSet":
@@ -109,6 +112,7 @@ class AnchorSet:
             other_offsets=np.array(other_offsets, np.float32).reshape(-1, *first.vertices[0].shape),
             sensitivity=_sensitivity(upright, body, binding),
             binding=binding,
+            together=np.arange(len(whole) + len(fewer)),
         )
 
     def changes(
@@ -142,6 +146,7 @@ class AnchorSet:
             other_poses=now[self.other_poses[others]],
             other_betas=self.other_betas[others],
             other_offsets=self.other_offsets[others],
+            together=self.together[kept],
         )
 
 

@@ -24,6 +24,8 @@ class AgentDressConfig:
     """Modes of the basis in which the pose model speaks."""
     shape_modes: int = positive(64)
     """Modes of the basis that all anchors share for what the shape does."""
+    mirror: bool = True
+    """Learn from the mirror images of all drapes, too, where garment and body are symmetric. Kernels alone do."""
     neighbours: int = positive(5)
     """Anchors of a region that are blended, by a shape model that is `blended` and by rigging; so are the two below."""
     power: float = positive(3.0)
@@ -39,6 +41,11 @@ class AgentDressConfig:
     def __post_init__(self) -> None:
         """Refuse what is out of range."""
         check_options(self)
+
+    @property
+    def by_kernels(self) -> bool:
+        """Whether kernels tell both pose and shape: they alone learn from other materials, and from mirror images."""
+        return self.pose_model == self.shape_model == "kernel"
 
     @property
     def blending(self) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from .config import AgentDressConfig
 from .distances import axes_between, axis_weights, region_distances
 from .left_out import left_out_mm
 from .material_fit import MaterialChanges
+from .mirrored import changes_with_images, mirror_image, with_images
 from .model import AnimatorAgentDress
 from .pose_model import RIDGES, WIDTHS, PoseFit, fit_kernel
 from .regions import region_weights
@@ -75,7 +76,7 @@ def fit(
     """
     config, tell = config or AgentDressConfig(), progress or (lambda stage, done, total: None)
     tell("anchors", 0, 1)
-    if materials and (config.pose_model, config.shape_model) != ("kernel", "kernel"):
+    if materials and not config.by_kernels:
         cure = "leave --pose-model and --shape-model out, or name one dataset"
         raise BadInput("materials are told by kernels alone", f"{config.pose_model}, {config.shape_model}", cure)
     for each in (dataset, *materials):
@@ -131,18 +132,20 @@ def fit_anchors(
     shaped = body.shaped(garment.body_betas)
     regions = region_weights(binding)
     axes = _axes(regions, anchors.sensitivity[1], anchors.rotations)
-    count = len(anchors.rotations)
     tell("pose model", 0, 1)
-    rotations = np.concatenate([anchors.rotations, anchors.single_rotations])
-    offsets = np.concatenate([anchors.offsets[:, 0], anchors.single_offsets])
+    image, given = mirror_image(garment, anchors) if config.mirror and config.by_kernels else None, anchors
+    if image is not None:
+        given, materials = with_images(anchors, image), materials and changes_with_images(materials, image)
+    rotations = np.concatenate([given.rotations, given.single_rotations])
+    offsets = np.concatenate([given.offsets[:, 0], given.single_offsets])
     offsets = offsets.reshape(len(rotations), -1).astype(np.float64)
     mean = offsets.mean(axis=0)
     pose_basis, outputs = principal_of_rows(offsets - mean, config.pose_modes)
     distances = region_distances(axes_between(rotations, rotations), axes)
-    pose, left_out_mm = _best_kernel(distances, outputs, pose_basis, regions)
+    pose, left_out_mm = _best_kernel(distances, outputs, given.together, pose_basis, regions)
     tell("pose model", 1, 1)
     tell("shapes", 0, 1)
-    shapes = fit_shapes(anchors, distances, regions, config, materials)
+    shapes = fit_shapes(given, distances, regions, config, materials)
     tell("shapes", 1, 1)
     deviations = np.concatenate([deviations_of(outputs), shapes.deviations])
     tables = Tables(
@@ -163,8 +166,9 @@ def fit_anchors(
     of_shapes = shape_figures(anchors, config)
     figures = (
         {
-            "anchors": float(count),
-            "poses": float(len(rotations)),
+            "anchors": float(len(anchors.rotations)),
+            "poses": float(len(anchors.together)),
+            "mirrored_poses": float(len(given.together) - len(anchors.together)),
             "shapes": float(len(anchors.betas)),
             "kernel_width": pose.width,
             "kernel_ridge": pose.ridge,
@@ -216,13 +220,13 @@ def _axes(
 
 
 def _best_kernel(
-    distances: np.ndarray, outputs: np.ndarray, basis: np.ndarray, regions: np.ndarray
+    distances: np.ndarray, outputs: np.ndarray, together: np.ndarray, basis: np.ndarray, regions: np.ndarray
 ) -> tuple[PoseFit, float]:
     """The width and ridge that miss least at poses that are left out [mm]."""
     best: tuple[float, PoseFit] | None = None
     for width in WIDTHS:
         for ridge in RIDGES:
-            found = fit_kernel(distances, outputs, width=width, ridge=ridge)
+            found = fit_kernel(distances, outputs, together, width=width, ridge=ridge)
             missed = left_out_mm(found.left_out, basis, regions)
             if best is None or missed < best[0]:
                 best = missed, found

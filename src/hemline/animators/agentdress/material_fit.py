@@ -87,6 +87,7 @@ def fit_materials(
     changes: MaterialChanges,
     outputs: Float[np.ndarray, "samples modes"],
     distances: Float[np.ndarray, "poses regions poses"],
+    together: Int[np.ndarray, " poses"],
     basis: Float[np.ndarray, "modes rows"],
     regions: Float[np.ndarray, "verts regions"],
 ) -> tuple[Materials, dict[str, float]]:
@@ -96,10 +97,12 @@ def fit_materials(
         changes: What is learned from.
         outputs: The same, as coefficients of the basis [m].
         distances: Between all poses, squared, in each region.
+        together: Poses that are left out together, see `AnchorSet.together`.
         basis: Directions of the garment, one a row.
         regions: Share of each region in each vertex.
     """
-    found, missed_mm = best_shape_kernel(distances, ShapeChanges(changes.poses, changes.where, outputs), basis, regions)
+    given = ShapeChanges(changes.poses, changes.where, outputs, together[changes.poses])
+    found, missed_mm = best_shape_kernel(distances, given, basis, regions)
     samples = ShapeSamples(
         changes.poses.astype(np.int32), changes.where.astype(np.float32), found.weights.astype(np.float32)
     )

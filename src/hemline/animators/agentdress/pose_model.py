@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hemline.arrays import Float
+from hemline.arrays import Float, Int
 
 WIDTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0)
 """Widths of the kernel that are tried, over the median distance between anchors."""
@@ -29,7 +29,7 @@ class PoseFit:
         width: Of the kernel.
         ridge: Added to its diagonal.
         weights: What each anchor adds to each output, for each region.
-        left_out: What is missed at each anchor by a fit to all others, for each region.
+        left_out: What is missed at each anchor by a fit without it and those that belong to it, for each region.
     """
 
     width: float
@@ -41,6 +41,7 @@ class PoseFit:
 def fit_kernel(
     distances: Float[np.ndarray, "anchors regions anchors"],
     outputs: Float[np.ndarray, "anchors outputs"],
+    together: Int[np.ndarray, " anchors"],
     *,
     width: float,
     ridge: float,
@@ -50,6 +51,7 @@ def fit_kernel(
     Args:
         distances: Between the anchors, squared, in each region.
         outputs: What is to be told, its mean over the anchors removed.
+        together: A number for each anchor: neighbours that share one are left out together.
         width: Of the kernel.
         ridge: Added to its diagonal.
     """
@@ -59,5 +61,21 @@ def fit_kernel(
         inverse = np.linalg.inv(gram)
         found = inverse @ outputs
         weights.append(found)
-        left_out.append(found / np.diag(inverse)[:, None])
+        left_out.append(missed_without(inverse, found, together))
     return PoseFit(width, ridge, np.stack(weights), np.stack(left_out))
+
+
+def missed_without(
+    inverse: Float[np.ndarray, "rows rows"],
+    weights: Float[np.ndarray, "rows outputs"],
+    together: Int[np.ndarray, " rows"],
+) -> Float[np.ndarray, "rows outputs"]:
+    """What a kernel ridge regression misses of rows that are left out, neighbours that share a number at once.
+
+    Args:
+        inverse: Of its matrix.
+        weights: The inverse times its outputs.
+        together: The numbers.
+    """
+    blocks = np.split(np.arange(len(together)), np.flatnonzero(np.diff(together)) + 1)
+    return np.concatenate([np.linalg.solve(inverse[np.ix_(block, block)], weights[block]) for block in blocks])

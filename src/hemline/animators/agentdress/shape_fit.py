@@ -84,7 +84,9 @@ def _by_kernel(
     rows = changes if materials is None else np.concatenate([changes, materials.added])
     basis, every = principal_of_rows(rows, config.shape_modes)
     outputs = every[: len(changes)]
-    found, missed_mm = best_shape_kernel(distances, ShapeChanges(poses, betas, outputs), basis, regions)
+    found, missed_mm = best_shape_kernel(
+        distances, ShapeChanges(poses, betas, outputs, anchors.together[poses]), basis, regions
+    )
     samples = ShapeSamples(poses.astype(np.int32), betas.astype(np.float32), found.weights.astype(np.float32))
     figures = {
         "shape_kernel_width": found.width,
@@ -94,7 +96,9 @@ def _by_kernel(
     }
     told = None
     if materials is not None:
-        told, of_materials = fit_materials(materials, every[len(changes) :], distances, basis, regions)
+        told, of_materials = fit_materials(
+            materials, every[len(changes) :], distances, anchors.together, basis, regions
+        )
         figures |= of_materials
     return ShapeFit(basis, deviations_of(every), samples, found.width, figures, told)
 

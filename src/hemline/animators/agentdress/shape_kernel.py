@@ -7,7 +7,7 @@ import numpy as np
 from hemline.arrays import Float, Int
 
 from .left_out import left_out_mm
-from .pose_model import kernel
+from .pose_model import kernel, missed_without
 from .shape_samples import REACH, over_shapes
 
 WIDTHS = (1.0, 1.4, 2.0, 3.0)
@@ -25,11 +25,13 @@ class ShapeChanges:
         poses: In which pose each body was settled, rising.
         betas: Its shape.
         outputs: What it adds to the mean one there, as coefficients of a basis [m].
+        together: A number for each body: neighbours that share one are left out together, all in one pose at least.
     """
 
     poses: Int[np.ndarray, " samples"]
     betas: Float[np.ndarray, "samples betas"]
     outputs: Float[np.ndarray, "samples outputs"]
+    together: Int[np.ndarray, " samples"]
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class ShapeKernelFit:
         width: Of the kernel over poses.
         ridge: Added to the diagonal.
         weights: $\alpha$: what each body counts for, in each region.
-        left_out: What is missed of each body by a fit without all those in its pose.
+        left_out: What is missed of each body by a fit without all those that belong to it.
     """
 
     width: float
@@ -93,13 +95,11 @@ def fit_shape_kernel(
 
     poses, outputs, identity = changes.poses, changes.outputs, np.eye(len(changes.poses))
     between = over_shapes(changes.betas, changes.betas, REACH)
-    blocks = np.split(np.arange(len(poses)), np.flatnonzero(np.diff(poses)) + 1)
     weights, left_out = [], []
     for region in range(distances.shape[1]):
         gram = kernel(distances[:, region].astype(np.float64), width)[np.ix_(poses, poses)] * between
         inverse = cho_solve(cho_factor(gram + ridge * identity), identity)
         solved = inverse @ outputs
         weights.append(solved)
-        missed = [np.linalg.solve(inverse[np.ix_(block, block)], solved[block]) for block in blocks]
-        left_out.append(np.concatenate(missed))
+        left_out.append(missed_without(inverse, solved, changes.together))
     return ShapeKernelFit(width, ridge, np.stack(weights), np.stack(left_out))

@@ -1,0 +1,83 @@
+"""Settled garments a second time, left and right exchanged: twice the drapes of a symmetric garment for nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hemline import bodies
+from hemline.arrays import Int
+from hemline.garments.garment import Garment
+from hemline.learning.mirror import MirrorImage, is_symmetric, mirrored_rotations
+
+from .anchor_set import AnchorSet
+from .material_fit import MaterialChanges
+
+
+def mirror_image(garment: Garment, anchors: AnchorSet) -> MirrorImage | None:
+    """Of a garment at rest; None where it, or the body of one of its shapes, is not symmetric.
+
+    Args:
+        garment: The garment.
+        anchors: How it lies at rest.
+    """
+    body = bodies.load(garment.body_name)
+    shapes = [(), *np.eye(len(body.shapedirs))]
+    if not all(is_symmetric(body.shaped(shape)) for shape in shapes):
+        return None
+    return MirrorImage.on(anchors.rest.mean.reshape(-1, 3), garment.faces)
+
+
+def with_images(anchors: AnchorSet, image: MirrorImage) -> AnchorSet:
+    """Each pose followed by its mirror image: that of pose p, now 2 p, is 2 p + 1.
+
+    A body in a mirror has the same betas. The rest of the garment stays as it is: where it differs from its own mirror
+    image, mirrored offsets begin from there.
+
+    Args:
+        anchors: As they were settled.
+        image: Of the garment.
+    """
+    poses, rest = _paired(anchors.other_poses), anchors.rest.mean.reshape(-1, 3)
+    order, aside = np.argsort(poses, kind="stable"), (image.of(rest) - rest).astype(np.float32)
+    return replace(
+        anchors,
+        rotations=_after(anchors.rotations, mirrored_rotations(anchors.rotations)),
+        offsets=_after(anchors.offsets, _mirrored(anchors.offsets, image) + aside),
+        single_rotations=_after(anchors.single_rotations, mirrored_rotations(anchors.single_rotations)),
+        single_offsets=_after(anchors.single_offsets, _mirrored(anchors.single_offsets, image) + aside),
+        other_poses=poses[order],
+        other_betas=np.repeat(anchors.other_betas, 2, axis=0)[order],
+        other_offsets=_after(anchors.other_offsets, _mirrored(anchors.other_offsets, image) + aside)[order],
+        together=np.repeat(anchors.together, 2),
+    )
+
+
+def changes_with_images(changes: MaterialChanges, image: MirrorImage) -> MaterialChanges:
+    """The same of what other materials change.
+
+    Args:
+        changes: In poses of anchors before `with_images`.
+        image: Of the garment.
+    """
+    poses = _paired(changes.poses)
+    order = np.argsort(poses, kind="stable")
+    added = changes.added.reshape(len(changes.poses), -1, 3)
+    return replace(
+        changes,
+        poses=poses[order],
+        where=np.repeat(changes.where, 2, axis=0)[order],
+        added=_after(added, _mirrored(added, image))[order].reshape(len(poses), -1),
+    )
+
+
+def _paired(poses: Int[np.ndarray, " samples"]) -> Int[np.ndarray, " twice"]:
+    return _after(2 * poses, 2 * poses + 1)
+
+
+def _after(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Rows of both in turn."""
+    return np.stack([one, other], axis=1).reshape(-1, *one.shape[1:])
+
+
+def _mirrored(vectors: np.ndarray, image: MirrorImage) -> np.ndarray:
+    return image.of(vectors).astype(vectors.dtype)

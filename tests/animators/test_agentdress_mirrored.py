@@ -1,0 +1,123 @@
+"""Drapes a second time, left and right exchanged: what they are, what they tell, and where there are none."""
+
+from dataclasses import replace
+
+import dressed_by_formula as made
+import numpy as np
+import pytest
+
+from hemline import bodies, garments
+from hemline.animators.agentdress.anchor_set import AnchorSet
+from hemline.animators.agentdress.binding import Binding
+from hemline.animators.agentdress.config import AgentDressConfig
+from hemline.animators.agentdress.fit import fit
+from hemline.animators.agentdress.mirrored import mirror_image, with_images
+from hemline.animators.agentdress.shape_model import ShapeModel
+from hemline.learning.mirror import MirrorImage, mirrored_rotations, partners
+from hemline.motions import Pose
+
+PLAIN = AgentDressConfig(decay_seconds=0.0, mirror=False)
+MIRRORED = replace(PLAIN, mirror=True)
+SIGNS = np.array([-1.0, 1.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory):
+    return made.dataset(tmp_path_factory.mktemp("anchors"), 12, random_bodies=6)
+
+
+@pytest.fixture(scope="module")
+def anchors(dataset):
+    return AnchorSet.of(dataset)
+
+
+def mirrored(pose):
+    return Pose(mirrored_rotations(pose.rotations), pose.translation)
+
+
+def errors_mm(model, betas=()):
+    """Of the arm that no anchor moved, in poses that move it, mean over its vertices [mm]."""
+    found, arm = [], made.binding().shares()[:, made.RIGHT_SHOULDER] > 0.3
+    for number in range(100, 106):
+        pose = made.anchored(mirrored(made.random_pose(number)))
+        posed = made.body().body.shaped(np.asarray(betas, np.float32)).posed(pose)
+        found.append(1e3 * np.linalg.norm(model.settled(posed) - made.laid(pose, betas), axis=1)[arm].mean())
+    return np.mean(found)
+
+
+def test_the_image_of_the_image_is_the_field_itself():
+    skirt = garments.load("skirt-light")
+    image = MirrorImage.on(skirt.vertices, skirt.faces)
+    assert np.abs(image.of(skirt.vertices) - skirt.vertices).max() < 1e-5
+    field = np.random.default_rng(0).normal(size=(2, 3, *skirt.vertices.shape))
+    assert np.abs(image.of(image.of(field)) - field).max() < 0.01
+    assert np.abs(image.of(field) - field).max() > 1
+
+
+def test_rotations_of_a_mirrored_body_move_it_to_the_mirror_image():
+    pose = made.random_pose(3)
+    here, there = (bodies.load("anny24").shaped().posed(each).joints for each in (pose, mirrored(pose)))
+    left, right = (made.JOINT_NAMES.index(f"{side}_wrist") for side in ("left", "right"))
+    assert np.abs(here[left] * SIGNS - there[right]).max() < 0.01
+    assert np.abs(here[left] * SIGNS - there[left]).max() > 0.1
+
+
+def test_each_drape_is_followed_by_its_mirror_image_in_the_mirrored_pose():
+    """By the world: a garment that lies anyhow on a body, and its mirror image on the mirrored body."""
+    garment, random = garments.load("longsleeve-light"), np.random.default_rng(0)
+    body, partner = bodies.load("anny24"), partners(garment.vertices, garment.faces)
+    tpose = body.shaped().posed(made.tpose())
+    rest = garment.vertices + random.normal(0, 0.003, garment.vertices.shape)
+    binding = Binding.of(Binding.of(rest, garment.faces, tpose).posed(tpose.transforms, rest), garment.faces, tpose)
+    numbers = range(6)
+    poses = [made.anchored(made.random_pose(number)) for number in numbers]
+    betas = np.array([[0.0, 0.0], [1.5, -1.0]])
+    offsets = random.normal(0, 0.01, (4, 2, *rest.shape)).astype(np.float32)
+    plain = AnchorSet(
+        rotations=np.array([pose.rotations for pose in poses[:4]]),
+        betas=betas,
+        rest=ShapeModel(rest.reshape(-1), np.zeros((4, rest.size)), 1.0),
+        offsets=offsets,
+        single_rotations=np.array([pose.rotations for pose in poses[4:]]),
+        single_offsets=offsets[:2, 0],
+        other_poses=np.array([1, 4]),
+        other_betas=betas[[1, 1]],
+        other_offsets=offsets[2:, 1],
+        sensitivity=(np.zeros(0), np.zeros(0)),
+        binding=binding,
+        together=np.arange(6),
+    )
+    both = with_images(plain, MirrorImage.on(garment.vertices, garment.faces))
+    assert both.together.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
+    np.testing.assert_array_equal(both.offsets[::2], offsets)
+    told = [(2 * n + 1, betas[s], both.offsets[2 * n + 1, s], offsets[n, s]) for n in range(4) for s in range(2)]
+    told += [(2 * n + 9, betas[0], both.single_offsets[2 * n + 1], plain.single_offsets[n]) for n in range(2)]
+    told += [(each, betas[1], both.other_offsets[2 * k + 1], plain.other_offsets[k]) for k, each in enumerate((3, 9))]
+    rotations = np.concatenate([both.rotations, both.single_rotations])
+    for pose, shape, found, before in told:
+        here, there = (
+            body.shaped(shape.astype(np.float32)).posed(Pose(rotations[at], tpose.pose.translation)).transforms
+            for at in (pose - 1, pose)
+        )
+        mirrored = binding.posed(here, rest, before)[partner] * SIGNS
+        truth = binding.offsets(there, rest, mirrored)
+        missed, plain_missed = (np.linalg.norm(truth - each, axis=1).mean() for each in (found, before))
+        assert missed < 0.1 * plain_missed
+    assert both.other_poses.tolist() == [2, 3, 8, 9] and both.other_betas.tolist() == betas[[1, 1, 1, 1]].tolist()
+
+
+@pytest.mark.parametrize("betas", [(), (1.5,)])
+def test_what_one_arm_was_seen_to_do_is_known_of_the_other(dataset, betas):
+    plain, both = fit(dataset, PLAIN), fit(dataset, MIRRORED)
+    assert plain.figures["mirrored_poses"] == 0
+    assert both.figures["mirrored_poses"] == both.figures["poses"] == plain.figures["poses"] == 12
+    assert len(both.tables.rotations) == 24
+    assert errors_mm(both, betas) < 0.6 * errors_mm(plain, betas)
+
+
+def test_a_garment_of_one_shoulder_has_no_mirror_image(anchors):
+    rest = anchors.rest.mean.reshape(-1, 3).copy()
+    rest[rest[:, 0] > 0.1] += [0.05, 0.0, 0.0]
+    lopsided = replace(anchors, rest=replace(anchors.rest, mean=rest.reshape(-1)))
+    assert mirror_image(made.shirt(), anchors) is not None
+    assert mirror_image(made.shirt(), lopsided) is None
