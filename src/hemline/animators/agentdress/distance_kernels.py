@@ -59,6 +59,24 @@ def axes_distances(known, weights, joints, axes, distances_out):
                 distances_out[region, s] += p * squares[0, s] + q * squares[1, s] + r * squares[2, s]
 
 
+@kernel(forceinline=True)
+def add_rows(shares, rows, sums_out):
+    # in: shares (rows,), rows (rows, modes)   in/out: sums_out (modes,), float64: plus the rows, each times its share
+    # four rows at a time, so that sums stay in registers; where all four count nothing they are not read
+    whole = len(shares) // 4 * 4
+    for s in range(0, whole, 4):
+        a, b, c, d = shares[s], shares[s + 1], shares[s + 2], shares[s + 3]
+        if a == 0 and b == 0 and c == 0 and d == 0:
+            continue
+        one, two, three, four = rows[s], rows[s + 1], rows[s + 2], rows[s + 3]
+        for k in range(len(sums_out)):
+            sums_out[k] += a * one[k] + b * two[k] + c * three[k] + d * four[k]
+    for s in range(whole, len(shares)):
+        share, row = shares[s], rows[s]
+        for k in range(len(sums_out)):
+            sums_out[k] += share * row[k]
+
+
 @kernel(fastmath={"reassoc", "contract"})
 def mix(pose_shares, pose_weights, shape_shares, effects, modes, scales, mixed_out):
     # model: pose_weights (regions, poses, pose_modes); modes, scales (columns,): the mode of each column of the basis,
@@ -70,15 +88,7 @@ def mix(pose_shares, pose_weights, shape_shares, effects, modes, scales, mixed_o
     found = np.empty(pose_modes + shape_modes)
     for g in range(mixed_out.shape[0]):
         found[:] = 0
-        for s in range(pose_shares.shape[1]):
-            share = pose_shares[g, s]
-            for k in range(pose_modes):
-                found[k] += share * pose_weights[g, s, k]
-        told = effects[min(g, effects.shape[0] - 1)]
-        for s in range(shape_shares.shape[1]):
-            share = shape_shares[g, s]
-            if share != 0:
-                for k in range(shape_modes):
-                    found[pose_modes + k] += share * told[s, k]
+        add_rows(pose_shares[g], pose_weights[g], found[:pose_modes])
+        add_rows(shape_shares[g], effects[min(g, effects.shape[0] - 1)], found[pose_modes:])
         for column in range(len(modes)):
             mixed_out[g, column] = found[modes[column]] * scales[column]
