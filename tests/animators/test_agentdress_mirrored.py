@@ -87,7 +87,7 @@ def test_each_drape_is_followed_by_its_mirror_image_in_the_mirrored_pose():
         binding=binding,
         together=np.arange(6),
     )
-    both = with_images(plain, MirrorImage.on(garment.vertices, garment.faces))
+    both = with_images(plain, MirrorImage.on(garment.vertices, garment.faces), rest_too=True)
     assert both.together.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
     np.testing.assert_array_equal(both.offsets[::2], offsets)
     told = [(2 * n + 1, betas[s], both.offsets[2 * n + 1, s], offsets[n, s]) for n in range(4) for s in range(2)]

@@ -14,16 +14,15 @@ from hemline.datasets.take import take_metadata
 from hemline.errors import BadDataset, BadInput
 from hemline.garments.garment import Garment
 from hemline.learning.packed_basis import pack_basis
-from hemline.learning.pca import deviations_of, principal_of_rows
+from hemline.learning.pca import deviations_of
 
 from .anchor_set import AnchorSet
 from .config import AgentDressConfig
 from .distances import axes_between, axis_weights, region_distances
-from .left_out import left_out_mm
 from .material_fit import MaterialChanges
-from .mirrored import changes_with_images, mirror_image, with_images
+from .mirrored import changes_with_images, mirror_image
 from .model import AnimatorAgentDress
-from .pose_model import RIDGES, WIDTHS, PoseFit, fit_kernel
+from .pose_fit import best_pose_fit
 from .regions import region_weights
 from .rigged_anchors import RiggedAnchors, rows_with_derivatives
 from .rigged_model import with_rigging
@@ -133,33 +132,27 @@ def fit_anchors(
     regions = region_weights(binding)
     axes = _axes(regions, anchors.sensitivity[1], anchors.rotations)
     tell("pose model", 0, 1)
-    image, given = mirror_image(garment, anchors) if config.mirror and config.by_kernels else None, anchors
+    image = mirror_image(garment, anchors) if config.mirror and config.by_kernels else None
+    pose = best_pose_fit(anchors, image, axes, regions, config)
     if image is not None:
-        given, materials = with_images(anchors, image), materials and changes_with_images(materials, image)
-    rotations = np.concatenate([given.rotations, given.single_rotations])
-    offsets = np.concatenate([given.offsets[:, 0], given.single_offsets])
-    offsets = offsets.reshape(len(rotations), -1).astype(np.float64)
-    mean = offsets.mean(axis=0)
-    pose_basis, outputs = principal_of_rows(offsets - mean, config.pose_modes)
-    distances = region_distances(axes_between(rotations, rotations), axes)
-    pose, left_out_mm = _best_kernel(distances, outputs, given.together, pose_basis, regions)
+        materials = materials and changes_with_images(materials, image)
     tell("pose model", 1, 1)
     tell("shapes", 0, 1)
-    shapes = fit_shapes(given, distances, regions, config, materials)
+    shapes = fit_shapes(pose.given, pose.distances, regions, config, materials)
     tell("shapes", 1, 1)
-    deviations = np.concatenate([deviations_of(outputs), shapes.deviations])
+    deviations = np.concatenate([deviations_of(pose.outputs), shapes.deviations])
     tables = Tables(
         indices=binding.indices,
         weights=binding.weights,
         nearest=binding.nearest,
         regions=regions.astype(np.float32),
         axes=axes.astype(np.float32),
-        rotations=rotations.astype(np.float32),
+        rotations=pose.rotations.astype(np.float32),
         rest=anchors.rest.mean.reshape(-1, 3).astype(np.float32),
         rest_effects=_half(anchors.rest.effects.reshape(-1, *garment.vertices.shape)),
-        offset=mean.reshape(-1, 3).astype(np.float32),
-        basis=pack_basis(np.concatenate([pose_basis, shapes.basis]), deviations, extra=SECOND_COLUMNS),
-        pose_weights=pose.weights.astype(np.float32),
+        offset=pose.mean.reshape(-1, 3).astype(np.float32),
+        basis=pack_basis(np.concatenate([pose.basis, shapes.basis]), deviations, extra=SECOND_COLUMNS),
+        pose_weights=pose.fit.weights.astype(np.float32),
         shapes=shapes.samples.halved(),
         clearances=_clearances(anchors, shaped, config.clearance),
     )
@@ -168,15 +161,15 @@ def fit_anchors(
         {
             "anchors": float(len(anchors.rotations)),
             "poses": float(len(anchors.together)),
-            "mirrored_poses": float(len(given.together) - len(anchors.together)),
+            "mirrored_poses": float(len(pose.rotations) - len(anchors.together)),
             "shapes": float(len(anchors.betas)),
-            "kernel_width": pose.width,
-            "kernel_ridge": pose.ridge,
-            "pose_left_out_mm": left_out_mm,
-            "pose_left_out_skinned_mm": _left_out_skinned(offsets),
-            "pose_basis_mm": _missed_mm(offsets - mean, pose_basis),
+            "kernel_width": pose.fit.width,
+            "kernel_ridge": pose.fit.ridge,
+            "pose_left_out_mm": pose.left_out_mm,
+            "pose_left_out_skinned_mm": _left_out_skinned(pose.offsets),
+            "pose_basis_mm": _missed_mm(pose.offsets - pose.mean, pose.basis),
             # for a pose and a shape that are both new
-            "error_to_expect_mm": left_out_mm + of_shapes["shape_left_out_mm"],
+            "error_to_expect_mm": pose.left_out_mm + of_shapes["shape_left_out_mm"],
         }
         | of_shapes
         | dict(shapes.figures)
@@ -186,8 +179,8 @@ def fit_anchors(
         tables,
         body_name=garment.body_name,
         body_hash=body.hash,
-        config=replace(config, pose_model="kernel", pose_modes=len(pose_basis), shape_modes=len(shapes.basis)),
-        width=pose.width,
+        config=replace(config, pose_model="kernel", pose_modes=len(pose.basis), shape_modes=len(shapes.basis)),
+        width=pose.fit.width,
         shape_width=shapes.width,
         figures=figures,
         licences=(body.licence,) if body.licence else (),
@@ -217,21 +210,6 @@ def _axes(
     scale = np.median(apart, axis=1)
     scale = np.where(scale > LEAST_APART, scale, apart.mean(axis=1))
     return weights / np.where(scale > LEAST_APART, scale, 1.0)[:, None]
-
-
-def _best_kernel(
-    distances: np.ndarray, outputs: np.ndarray, together: np.ndarray, basis: np.ndarray, regions: np.ndarray
-) -> tuple[PoseFit, float]:
-    """The width and ridge that miss least at poses that are left out [mm]."""
-    best: tuple[float, PoseFit] | None = None
-    for width in WIDTHS:
-        for ridge in RIDGES:
-            found = fit_kernel(distances, outputs, together, width=width, ridge=ridge)
-            missed = left_out_mm(found.left_out, basis, regions)
-            if best is None or missed < best[0]:
-                best = missed, found
-    assert best is not None
-    return best[1], best[0]
 
 
 def _half(values: np.ndarray) -> np.ndarray:

@@ -27,18 +27,19 @@ def mirror_image(garment: Garment, anchors: AnchorSet) -> MirrorImage | None:
     return MirrorImage.on(anchors.rest.mean.reshape(-1, 3), garment.faces)
 
 
-def with_images(anchors: AnchorSet, image: MirrorImage) -> AnchorSet:
+def with_images(anchors: AnchorSet, image: MirrorImage, *, rest_too: bool) -> AnchorSet:
     """Each pose followed by its mirror image: that of pose p, now 2 p, is 2 p + 1.
 
-    A body in a mirror has the same betas. The rest of the garment stays as it is: where it differs from its own mirror
-    image, mirrored offsets begin from there.
+    A body in a mirror has the same betas.
 
     Args:
         anchors: As they were settled.
         image: Of the garment.
+        rest_too: Whether garments are mirrored as they lie. Else it is how they lie beside their rest: what that, by
+            its cut or its mesh, has of its own on either side stays there.
     """
     poses, rest = _paired(anchors.other_poses), anchors.rest.mean.reshape(-1, 3)
-    order, aside = np.argsort(poses, kind="stable"), (image.of(rest) - rest).astype(np.float32)
+    order, aside = np.argsort(poses, kind="stable"), np.float32(rest_too) * (image.of(rest) - rest).astype(np.float32)
     return replace(
         anchors,
         rotations=_after(anchors.rotations, mirrored_rotations(anchors.rotations)),

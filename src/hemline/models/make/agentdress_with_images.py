@@ -14,17 +14,18 @@ from hemline import animators, bodies
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.binding import Binding
 from hemline.animators.agentdress.distances import axes_between, region_distances
-from hemline.animators.agentdress.fit import SECOND_COLUMNS, _best_kernel
+from hemline.animators.agentdress.fit import SECOND_COLUMNS
 from hemline.animators.agentdress.material_fit import MaterialChanges
-from hemline.animators.agentdress.mirrored import changes_with_images, mirror_image, with_images
+from hemline.animators.agentdress.mirrored import changes_with_images, mirror_image
 from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.agentdress.pose_fit import best_pose_fit
 from hemline.animators.agentdress.pose_model import kernel
 from hemline.animators.agentdress.shape_fit import fit_shapes
 from hemline.animators.agentdress.shape_model import ShapeModel, widened
 from hemline.animators.agentdress.shape_samples import ShapeSamples, over_shapes
 from hemline.errors import BadModel
 from hemline.learning.packed_basis import pack_basis
-from hemline.learning.pca import deviations_of, principal_of_rows
+from hemline.learning.pca import deviations_of
 
 
 def with_mirror_images(model: AnimatorAgentDress) -> AnimatorAgentDress:
@@ -63,34 +64,30 @@ def with_mirror_images(model: AnimatorAgentDress) -> AnimatorAgentDress:
         told = _told(known.samples, apart, known.width, figures["material_kernel_ridge"]) @ basis[modes:]
         changes = MaterialChanges(known.own, known.known, known.samples.poses.astype(int), known.samples.betas, told)
         materials = changes_with_images(changes, image)
-    both = with_images(anchors, image)
-    distances = region_distances(axes_between(both.single_rotations, both.single_rotations), axes)
-    offsets = both.single_offsets.reshape(len(distances), -1).astype(np.float64)
-    pose_basis, outputs = principal_of_rows(offsets - offsets.mean(axis=0), modes)
     regions = tables.regions.astype(np.float64)
-    pose, left_out_mm = _best_kernel(distances, outputs, both.together, pose_basis, regions)
-    fitted = fit_shapes(both, distances, regions, model.config, materials)
-    deviations = np.concatenate([deviations_of(outputs), fitted.deviations])
+    pose = best_pose_fit(anchors, image, axes, regions, model.config)
+    fitted = fit_shapes(pose.given, pose.distances, regions, model.config, materials)
+    deviations = np.concatenate([deviations_of(pose.outputs), fitted.deviations])
     new = replace(
         tables,
-        rotations=both.single_rotations.astype(np.float32),
-        offset=offsets.mean(axis=0).reshape(-1, 3).astype(np.float32),
-        basis=pack_basis(np.concatenate([pose_basis, fitted.basis]), deviations, extra=SECOND_COLUMNS),
-        pose_weights=pose.weights.astype(np.float32),
+        rotations=pose.rotations.astype(np.float32),
+        offset=pose.mean.reshape(-1, 3).astype(np.float32),
+        basis=pack_basis(np.concatenate([pose.basis, fitted.basis]), deviations, extra=SECOND_COLUMNS),
+        pose_weights=pose.fit.weights.astype(np.float32),
         shapes=fitted.samples.halved(),
     )
     found = dict(figures) | dict(fitted.figures)
     found |= {
         "mirrored_poses": float(len(rotations)),
-        "kernel_width": pose.width,
-        "kernel_ridge": pose.ridge,
-        "pose_left_out_mm": left_out_mm,
-        "error_to_expect_mm": left_out_mm + figures["shape_left_out_mm"],
+        "kernel_width": pose.fit.width,
+        "kernel_ridge": pose.fit.ridge,
+        "pose_left_out_mm": pose.left_out_mm,
+        "error_to_expect_mm": pose.left_out_mm + figures["shape_left_out_mm"],
     }
     return replace(
         model,
         tables=new,
-        width=pose.width,
+        width=pose.fit.width,
         shape_width=fitted.width,
         figures=found,
         materials=fitted.materials and fitted.materials.halved(),
