@@ -132,7 +132,7 @@ def fit_anchors(
     regions = region_weights(binding)
     axes = _axes(regions, anchors.sensitivity[1], anchors.rotations)
     tell("pose model", 0, 1)
-    image = mirror_image(garment, anchors) if config.mirror and config.by_kernels else None
+    image = mirror_image(garment) if config.mirror and config.by_kernels else None
     pose = best_pose_fit(anchors, image, axes, regions, config)
     if image is not None:
         materials = materials and changes_with_images(materials, image)

@@ -13,18 +13,16 @@ from .anchor_set import AnchorSet
 from .material_fit import MaterialChanges
 
 
-def mirror_image(garment: Garment, anchors: AnchorSet) -> MirrorImage | None:
-    """Of a garment at rest; None where it, or the body of one of its shapes, is not symmetric.
+def mirror_image(garment: Garment) -> MirrorImage | None:
+    """Of a garment as it was made; None where it, or the body of one of its shapes, is not symmetric.
 
-    Args:
-        garment: The garment.
-        anchors: How it lies at rest.
+    As it was made, and not as it settled, where it may have slipped to one side.
     """
     body = bodies.load(garment.body_name)
     shapes = [(), *np.eye(len(body.shapedirs))]
     if not all(is_symmetric(body.shaped(shape)) for shape in shapes):
         return None
-    return MirrorImage.on(anchors.rest.mean.reshape(-1, 3), garment.faces)
+    return MirrorImage.on(garment.vertices, garment.faces)
 
 
 def with_images(anchors: AnchorSet, image: MirrorImage, *, rest_too: bool) -> AnchorSet:

@@ -56,7 +56,7 @@ def with_mirror_images(model: AnimatorAgentDress) -> AnimatorAgentDress:
         binding=Binding(tables.indices, tables.weights, tables.nearest),
         together=np.arange(len(rotations)),
     )
-    image, materials = mirror_image(model.garment, anchors), None
+    image, materials = mirror_image(model.garment), None
     if image is None:
         raise BadModel("a garment with a mirror image", model.garment.name, "leave it as it is")
     if model.materials is not None:
