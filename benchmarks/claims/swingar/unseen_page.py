@@ -95,7 +95,7 @@ def _table(rows: list[dict]) -> list[str]:
 
 def _classes(rows: list[dict]) -> list[str]:
     """A line a class."""
-    each = [(kind, _of(rows, kind)) for kind in _kinds(rows)]
+    each = [(kind, of_class(rows, kind)) for kind in _kinds(rows)]
     return [
         _row(f"**all {len(of_kind)}**", f"**{kind}**", of_kind, list(rows[0]["models"]), "") for kind, of_kind in each
     ]
@@ -105,7 +105,9 @@ def _spread_rows(rows: list[dict], models: int) -> list[str]:
     """A line a class: how far the truth is from itself, in the place of the first way of carrying."""
     lines = []
     for kind in _kinds(rows):
-        means = [np.mean([row["changed"][name]["mean_mm"] for row in _of(rows, kind)]) for name in rows[0]["changed"]]
+        means = [
+            np.mean([row["changed"][name]["mean_mm"] for row in of_class(rows, kind)]) for name in rows[0]["changed"]
+        ]
         cells = [f"{min(means):.1f} to {max(means):.1f}", *[""] * (len(WAYS) + models)]
         lines.append(f"| *the truth, simulated twice* | *{kind}* | | | {' | '.join(cells)} |")
     return lines
@@ -120,7 +122,7 @@ def _spread(rows: list[dict]) -> list[str]:
         ]
         lines.append(f"| {row['garment']} | {row['class']} | {row['frames']} | {' | '.join(cells)} |")
     for kind in _kinds(rows):
-        of_kind = _of(rows, kind)
+        of_kind = of_class(rows, kind)
         cells = [f"{np.mean([row['changed'][name]['mean_mm'] for row in of_kind]):.1f}" for name in names]
         frames = sum(row["frames"] for row in of_kind)
         lines.append(f"| **all {len(of_kind)}** | **{kind}** | {frames} | {' | '.join(cells)} |")
@@ -133,20 +135,20 @@ def _seen(rows: list[dict]) -> list[str]:
     lines = ["| | " + " | ".join(f"{kind}, {model}" for kind, model in columns) + " |"]
     lines.append("|---" * (1 + len(columns)) + "|")
     for key, (said, digits) in FIGURES.items():
-        cells = [_mean(_of(rows, kind), ("models", model, key)) for kind, model in columns]
+        cells = [mean_of(of_class(rows, kind), ("models", model, key)) for kind, model in columns]
         lines.append(f"| {said} | " + " | ".join(f"{each:.{digits}f}" for each in cells) + " |")
     return lines
 
 
 def _kinds(rows: list[dict]) -> list[str]:
-    return [kind for kind in ("close-fitting", "loose") if _of(rows, kind)]
+    return [kind for kind in ("close-fitting", "loose") if of_class(rows, kind)]
 
 
-def _of(rows: list[dict], kind: str) -> list[dict]:
+def of_class(rows: list[dict], kind: str) -> list[dict]:
     return [row for row in rows if row["class"] == kind]
 
 
-def _mean(rows: list[dict], keys: tuple[str, ...]) -> float:
+def mean_of(rows: list[dict], keys: tuple[str, ...]) -> float:
     """Of what lies at some keys, each garment weighing as much as it has frames."""
     values = []
     for row in rows:
@@ -158,9 +160,9 @@ def _mean(rows: list[dict], keys: tuple[str, ...]) -> float:
 
 
 def _row(name: str, kind: str, rows: list[dict], models: list[str], like: str) -> str:
-    errors = [_mean(rows, ("carried_mm", way)) for way in WAYS]
-    errors += [_mean(rows, ("models", model, "error_mm")) for model in models]
-    cells = [name, kind, f"{_mean(rows, ('gap_mm',)):.0f}", str(sum(row["frames"] for row in rows))]
+    errors = [mean_of(rows, ("carried_mm", way)) for way in WAYS]
+    errors += [mean_of(rows, ("models", model, "error_mm")) for model in models]
+    cells = [name, kind, f"{mean_of(rows, ('gap_mm',)):.0f}", str(sum(row["frames"] for row in rows))]
     return "| " + " | ".join([*cells, *(f"{each:.1f}" for each in errors), like]) + " |"
 
 
