@@ -74,7 +74,6 @@ def steps(folder: Path, clips: list[str]) -> list[Step]:
     watched = ("-o", str(folder / f"watched-{commit()}"), "--shapes", str(BODIES), "--seconds", str(SECONDS))
     return [
         Step("errors", (anchors, test, "--pairs", "96", "--others", *others_of(folder))),
-        Step("model_files", (test, GARMENT, "--pairs", "96")),
         Step("beyond", (anchors, test, "--pairs", "96")),
         Step("materials", (anchors, *others_of(folder), "--test", str(folder / "materials"))),
         Step("sampling", (GARMENT, anchors, "--draws", "1")),

@@ -58,7 +58,6 @@ def _claims(results: Path, errors: Row) -> list[tuple[Row, str, str, str, str, s
     """Row, what, the paper's figure, the goal, ours, the page."""
     return [
         *_of_errors(errors),
-        _of_model_file(_last(results, "agentdress_model_files", model="tshirt-light")),
         *_of_experiments(results),
         *_of_watched(_last(results, "agentdress_watched", garment="tshirt-light")),
         *_of_times(results),
@@ -108,18 +107,6 @@ def _of_errors(row: Row) -> list[tuple[Row, str, str, str, str, str]]:
             page,
         ),
     ]
-
-
-def _of_model_file(row: Row) -> tuple[Row, str, str, str, str, str]:
-    random, mean = row["random_bodies_mm"], row["mean_body_mm"]
-    return (
-        row,
-        "the model that ships, which knows the mirror images of its drapes: random bodies; mean body",
-        "",
-        "<= 8; 5 mm",
-        f"{random['AgentDress']:.1f}; {mean['kernel regression']:.1f} mm",
-        "[mirror images](../../src/hemline/animators/agentdress/README.md#mirror-images)",
-    )
 
 
 def _of_experiments(results: Path) -> list[tuple[Row, str, str, str, str, str]]:
