@@ -11,7 +11,10 @@ from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.binding import Binding
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit import fit
-from hemline.animators.agentdress.mirrored import mirror_image, with_images
+from hemline.animators.agentdress.material_fit import MaterialChanges
+from hemline.animators.agentdress.mirrored import changes_with_images, mirror_image, with_images
+from hemline.animators.agentdress.pose_fit import PoseModelFit, best_pose_fit
+from hemline.animators.agentdress.regions import region_weights
 from hemline.animators.agentdress.shape_model import ShapeModel
 from hemline.learning.mirror import MirrorImage, mirrored_rotations, partners
 from hemline.motions import Pose
@@ -108,6 +111,35 @@ def test_what_one_arm_was_seen_to_do_is_known_of_the_other(dataset, betas):
     assert both.figures["mirrored_poses"] == both.figures["poses"] == plain.figures["poses"] == 12
     assert len(both.tables.rotations) == 24
     assert errors_mm(both, betas) < 0.6 * errors_mm(plain, betas)
+
+
+def test_what_another_material_changes_is_mirrored_with_its_pose():
+    skirt, random = garments.load("skirt-light"), np.random.default_rng(1)
+    image, count = MirrorImage.on(skirt.vertices, skirt.faces), skirt.vertices.size
+    added = random.normal(size=(3, count))
+    where = random.normal(size=(3, 3))
+    plain = MaterialChanges(skirt.material, ("silk",), np.array([0, 2, 2]), where, added)
+    both = changes_with_images(plain, image)
+    assert both.poses.tolist() == [0, 1, 4, 4, 5, 5]
+    np.testing.assert_array_equal(both.where, where[[0, 0, 1, 2, 1, 2]])
+    np.testing.assert_array_equal(both.added[[0, 2, 3]], added)
+    images = image.of(added.reshape(3, -1, 3)).reshape(3, -1)
+    np.testing.assert_allclose(both.added[[1, 4, 5]], images)
+    assert np.abs(images - added).max() > 1
+
+
+def test_of_two_ways_to_mirror_the_one_that_misses_less_is_taken(dataset):
+    anchors, garment = AnchorSet.of(dataset), made.shirt()
+    regions, axes = region_weights(anchors.binding), np.ones((1, 72))
+    axes = np.repeat(axes, regions.shape[1], axis=0)
+    image = mirror_image(garment)
+    each = [
+        PoseModelFit.fitted(with_images(anchors, image, rest_too=way), axes, regions, MIRRORED).left_out_mm
+        for way in (False, True)
+    ]
+    assert best_pose_fit(anchors, image, axes, regions, MIRRORED).left_out_mm == min(each) < max(each)
+    plain = best_pose_fit(anchors, None, axes, regions, PLAIN)
+    assert len(plain.rotations) == len(anchors.together)
 
 
 def test_a_garment_that_is_wider_on_one_side_has_no_mirror_image():

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from hemline.animators.agentdress.distance_kernels import mix
 from hemline.animators.agentdress.distances import anchor_weights, axes_between, axis_weights, region_distances
 from hemline.animators.agentdress.pose_model import fit_kernel, kernel
 from hemline.animators.agentdress.regions import region_weights
@@ -146,3 +147,20 @@ def test_every_kernel_of_the_distances_can_be_inverted():
     for width in (0.5, 2.0, 20.0):
         for region in range(2):
             assert np.linalg.eigvalsh(kernel(distances[:, region], width)).min() > -1e-9
+
+
+@pytest.mark.parametrize("poses, anchors", [(0, 3), (1, 8), (11, 6), (16, 1)])
+def test_regions_mix_what_poses_and_shapes_say_as_plain_numpy_does(poses, anchors):
+    """However many rows there are; shares of 0 in some of them, weights large and of both signs."""
+    random = np.random.default_rng(5)
+    shares, others = random.normal(size=(2, poses)), random.normal(size=(2, anchors))
+    others[:, 1:5] = 0
+    weights = (1e4 * random.normal(size=(2, poses, 5))).astype(np.float32)
+    effects = random.normal(size=(1, anchors, 3)).astype(np.float32)
+    modes, scales = np.array([0, 7, 3, 4, 4, 5, 6], np.int32), random.uniform(size=7).astype(np.float32)
+    mixed = np.empty((2, 7), np.float32)
+    mix(shares, weights, others, effects, modes, scales, mixed)
+    told = [
+        np.concatenate([shares[g] @ weights[g].astype(float), others[g] @ effects[0].astype(float)]) for g in (0, 1)
+    ]
+    np.testing.assert_allclose(mixed, np.array(told)[:, modes] * scales, rtol=1e-5, atol=1e-6)
