@@ -37,14 +37,14 @@ def problem():
 
 def told(found, changes, distances, betas):
     """What a fit says of shapes in one pose, by region."""
-    shares = kernel(distances[:, changes.poses], WIDTH)[:, None] * over_shapes(betas, changes.betas, REACH)
+    shares = kernel(distances[:, changes.poses], WIDTH)[:, None] * over_shapes(betas, changes.where, REACH)
     return np.einsum("gti,gik->gtk", shares, found.weights)
 
 
 def without(changes, pose):
     """The bodies that are in other poses."""
     kept = changes.poses != pose
-    return ShapeChanges(changes.poses[kept], changes.betas[kept], changes.outputs[kept], changes.together[kept])
+    return ShapeChanges(changes.poses[kept], changes.where[kept], changes.outputs[kept], changes.together[kept])
 
 
 def by_the_book(one, other):
@@ -63,10 +63,10 @@ def test_it_is_the_dense_kernel_ridge_regression(problem):
     betas = np.array([[0.3, -1.1], [2.0, 0.4]])
     for region in range(2):
         between = np.array([[distances[p, region, q] for q in changes.poses] for p in changes.poses])
-        gram = by_the_book(changes.betas, changes.betas) / (1 + between / WIDTH**2)
+        gram = by_the_book(changes.where, changes.where) / (1 + between / WIDTH**2)
         solved = np.linalg.solve(gram + RIDGE * np.eye(29), changes.outputs)
         for pose in (0, 4):
-            rows = by_the_book(betas, changes.betas) / (1 + distances[pose, region, changes.poses] / WIDTH**2)
+            rows = by_the_book(betas, changes.where) / (1 + distances[pose, region, changes.poses] / WIDTH**2)
             said = told(found, changes, distances[pose], betas)[region]
             np.testing.assert_allclose(said, rows @ solved, atol=1e-10)
 
@@ -80,14 +80,14 @@ def test_the_mean_shape_adds_nothing_and_reach_zero_is_linear_and_square():
 
 
 def test_a_model_keeps_what_the_fit_says(problem):
-    """By the bodies and weights that a file holds, in single precision."""
+    """By the bodies and weights that a file holds, in single precision; betas are scaled where bodies are compared."""
     distances, changes = problem
-    found = fit_shape_kernel(distances, changes, width=WIDTH, ridge=RIDGE)
-    samples = ShapeSamples(changes.poses.astype(np.int32), changes.betas, found.weights)
+    found, scale = fit_shape_kernel(distances, changes, width=WIDTH, ridge=RIDGE), np.array([[1.2, 0.3], [0.3, 0.5]])
+    samples = ShapeSamples(changes.poses.astype(np.int32), changes.where @ np.linalg.inv(scale), found.weights, scale)
     betas = np.array([[0.3, -1.1], [2.0, 0.4]])
     shares = kernel(distances[3, :, : samples.pose_count], WIDTH)
     kept = np.stack([np.einsum("gs,gsk->gk", shares, samples.effects(each)) for each in betas], axis=1)
-    np.testing.assert_allclose(kept, told(found, changes, distances[3], betas), atol=1e-5)
+    np.testing.assert_allclose(kept, told(found, changes, distances[3], betas @ scale), atol=1e-5)
 
 
 def test_what_a_pose_would_miss_is_what_a_fit_without_it_misses(problem):
@@ -95,17 +95,17 @@ def test_what_a_pose_would_miss_is_what_a_fit_without_it_misses(problem):
     whole = fit_shape_kernel(distances, changes, width=WIDTH, ridge=RIDGE)
     paired = fit_shape_kernel(distances, replace(changes, together=changes.poses // 2), width=WIDTH, ridge=RIDGE)
     pair = np.isin(changes.poses, (2, 3))
-    others = ShapeChanges(*(each[~pair] for each in (changes.poses, changes.betas, changes.outputs, changes.together)))
+    others = ShapeChanges(*(each[~pair] for each in (changes.poses, changes.where, changes.outputs, changes.together)))
     part = fit_shape_kernel(distances, others, width=WIDTH, ridge=RIDGE)
     for out in (2, 3):
         there = np.flatnonzero(changes.poses == out)
-        said = told(part, others, distances[out], changes.betas[there])
+        said = told(part, others, distances[out], changes.where[there])
         np.testing.assert_allclose(changes.outputs[there] - said, paired.left_out[:, there], atol=1e-10)
     for out in (0, 6):
         part = fit_shape_kernel(distances, without(changes, out), width=WIDTH, ridge=RIDGE)
         there = np.flatnonzero(changes.poses == out)
         assert len(there) > 1
-        said = told(part, without(changes, out), distances[out], changes.betas[there])
+        said = told(part, without(changes, out), distances[out], changes.where[there])
         np.testing.assert_allclose(changes.outputs[there] - said, whole.left_out[:, there], atol=1e-10)
 
 
@@ -113,8 +113,8 @@ def test_of_widths_and_ridges_the_best_in_poses_left_out_is_taken(problem):
     distances, changes = problem
     random = np.random.default_rng(1)
     # what a shape adds depends smoothly on the first coordinate, which both regions see
-    slope = np.cos(distances[0, 1])[changes.poses, None] * changes.betas[:, :1]
-    smooth = ShapeChanges(changes.poses, changes.betas, slope, changes.together)
+    slope = np.cos(distances[0, 1])[changes.poses, None] * changes.where[:, :1]
+    smooth = ShapeChanges(changes.poses, changes.where, slope, changes.together)
     basis = np.linalg.qr(random.normal(size=(12, 1)))[0].T
     regions = np.full((4, 2), 0.5)
     _, missed_mm = best_shape_kernel(distances, smooth, basis, regions)
@@ -141,7 +141,7 @@ def test_given_effects_are_what_samples_add():
 
 def test_samples_of_poses_are_repeated_with_them():
     random = np.random.default_rng(3)
-    samples = ShapeSamples(np.int32([0, 0, 2]), random.normal(size=(3, 2)), random.normal(size=(1, 3, 4)))
+    samples = ShapeSamples(np.int32([0, 0, 2]), random.normal(size=(3, 2)), random.normal(size=(1, 3, 4)), np.eye(2))
     effects = samples.effects(np.array([0.5, -1.0]))
     again = samples.repeated(np.array([2, 0, 2])).effects(np.array([0.5, -1.0]))
     np.testing.assert_allclose(again, effects[:, [2, 0, 2]], atol=1e-6)
@@ -158,6 +158,8 @@ def test_samples_of_poses_are_repeated_with_them():
         {"betas": np.zeros((2, 2), np.float32)},
         {"reach": np.float32([np.nan])},
         {"reach": np.float32([-1.0])},
+        {"scale": np.eye(3, dtype=np.float32)},
+        {"scale": np.full((2, 2), np.nan, np.float32)},
     ],
 )
 def test_samples_that_do_not_fit_the_model_are_refused(broken):
@@ -166,6 +168,7 @@ def test_samples_that_do_not_fit_the_model_are_refused(broken):
         "betas": np.zeros((3, 2), np.float32),
         "weights": np.zeros((2, 3, 4), np.float16),
         "reach": np.float32([10.0]),
+        "scale": np.eye(2, dtype=np.float32),
     }
     assert ShapeSamples.of(whole, poses=3, regions=2).pose_count == 2
     with pytest.raises(BadModel):

@@ -136,6 +136,7 @@ def agentdress_model() -> AnimatorAgentDress:
             np.int32([0, 0, 1, 2, 2, 2, 2]),
             random.normal(size=(7, 5)).astype(np.float32),
             (0.01 * random.normal(size=(count, 7, 4))).astype(np.float16).astype(np.float32),
+            np.diag(np.float32([1.5, 0.5, 1, 1, 1])),
         ),
         clearances=np.full(len(garment.vertices), 0.002, np.float32),
     )

@@ -10,6 +10,7 @@ from hemline.animators.agentdress.distances import anchor_weights, axes_between,
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.shape_fit import shape_models
 from hemline.animators.agentdress.shape_kernel import RIDGES, WIDTHS, ShapeChanges, fit_shape_kernel
+from hemline.animators.agentdress.shape_model import widened
 from hemline.arrays import Float
 from hemline.learning.pca import principal_of_rows
 
@@ -23,12 +24,13 @@ def shape_errors(model: AnimatorAgentDress, anchors: AnchorSet) -> dict[str, flo
     Width and ridge of the joint kernel are chosen at every other anchor, and judged at those between.
     """
     changes = (anchors.offsets[:, 1:] - anchors.offsets[:, :1]).astype(np.float64)
-    weights = model.tables.axes.astype(np.float64)
+    weights, scale = model.tables.axes.astype(np.float64), model.tables.shapes.scale.astype(np.float64)
     distances = region_distances(axes_between(anchors.rotations, anchors.rotations), weights)
     regions, count = model.tables.regions.astype(np.float64), len(changes)
     judged = range(1, count, 2)
     blended = _blended(anchors, distances, regions)
-    joint = _joint(anchors, changes, distances, regions, range(0, count, 2), judged)
+    where = widened(anchors.betas[1:], len(scale)) @ scale
+    joint = _joint(where, changes, distances, regions, range(0, count, 2), judged)
     return {
         "nothing": _mm([changes[number] for number in judged]),
         "mean over anchors": _mm([changes[n] - np.delete(changes, n, axis=0).mean(axis=0) for n in judged]),
@@ -53,7 +55,7 @@ def _blended(anchors: AnchorSet, distances: np.ndarray, regions: np.ndarray) -> 
 
 
 def _joint(
-    anchors: AnchorSet,
+    where: np.ndarray,
     changes: np.ndarray,
     distances: np.ndarray,
     regions: np.ndarray,
@@ -64,7 +66,7 @@ def _joint(
     basis, outputs = principal_of_rows(changes.reshape(changes.shape[0] * changes.shape[1], -1), MODES)
     count, shapes = changes.shape[:2]
     poses = np.repeat(np.arange(count), shapes)
-    given = ShapeChanges(poses, np.tile(anchors.betas[1:], (count, 1)), outputs, poses)
+    given = ShapeChanges(poses, np.tile(where, (count, 1)), outputs, poses)
     rows, best = basis.reshape(len(basis), -1, 3), None
     for width in WIDTHS:
         for ridge in RIDGES:

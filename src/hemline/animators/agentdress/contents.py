@@ -16,7 +16,7 @@ from .config import AgentDressConfig
 from .materials import Materials
 from .tables import Tables
 
-VERSION = 4
+VERSION = 5
 """Version of what model files hold of AgentDress, `agentdress.version`."""
 
 

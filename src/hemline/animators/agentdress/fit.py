@@ -26,6 +26,7 @@ from .pose_fit import best_pose_fit
 from .regions import region_weights
 from .rigged_anchors import RiggedAnchors, rows_with_derivatives
 from .rigged_model import with_rigging
+from .shape_distance import shape_scale
 from .shape_figures import shape_figures
 from .shape_fit import fit_shapes
 from .suitability import suitability, warn_unsuited
@@ -138,7 +139,8 @@ def fit_anchors(
         materials = materials and changes_with_images(materials, image)
     tell("pose model", 1, 1)
     tell("shapes", 0, 1)
-    shapes = fit_shapes(pose.given, pose.distances, regions, config, materials)
+    scale = shape_scale(shaped, binding.nearest)
+    shapes = fit_shapes(pose.given, pose.distances, scale, regions, config, materials)
     tell("shapes", 1, 1)
     deviations = np.concatenate([deviations_of(pose.outputs), shapes.deviations])
     tables = Tables(

@@ -104,7 +104,10 @@ def fit_materials(
     given = ShapeChanges(changes.poses, changes.where, outputs, together[changes.poses])
     found, missed_mm = best_shape_kernel(distances, given, basis, regions)
     samples = ShapeSamples(
-        changes.poses.astype(np.int32), changes.where.astype(np.float32), found.weights.astype(np.float32)
+        changes.poses.astype(np.int32),
+        changes.where.astype(np.float32),
+        found.weights.astype(np.float32),
+        np.eye(changes.where.shape[1], dtype=np.float32),
     )
     figures = {
         "materials": float(len(changes.known)),

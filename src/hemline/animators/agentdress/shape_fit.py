@@ -13,7 +13,7 @@ from .config import AgentDressConfig
 from .material_fit import MaterialChanges, fit_materials
 from .materials import Materials
 from .shape_kernel import ShapeChanges, best_shape_kernel
-from .shape_model import ShapeModel
+from .shape_model import ShapeModel, widened
 from .shape_samples import ShapeSamples
 
 
@@ -41,6 +41,7 @@ class ShapeFit:
 def fit_shapes(
     anchors: AnchorSet,
     distances: Float[np.ndarray, "poses regions poses"],
+    scale: Float[np.ndarray, "betas betas"],
     regions: Float[np.ndarray, "verts regions"],
     config: AgentDressConfig,
     materials: MaterialChanges | None = None,
@@ -50,13 +51,14 @@ def fit_shapes(
     Args:
         anchors: How the garment lies in each pose.
         distances: Between all poses, the anchors first, squared, in each region.
+        scale: What betas are multiplied by in distances between bodies, see `shape_scale`.
         regions: Share of each region in each vertex.
         config: Options; only a `kernel` takes in materials.
         materials: What other materials change; they share the basis.
     """
     if config.shape_model == "blended":
         return _by_anchor(anchors, config)
-    return _by_kernel(anchors, distances, regions, config, materials)
+    return _by_kernel(anchors, distances, scale, regions, config, materials)
 
 
 def shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeModel]:
@@ -75,6 +77,7 @@ def shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeMode
 def _by_kernel(
     anchors: AnchorSet,
     distances: np.ndarray,
+    scale: np.ndarray,
     regions: np.ndarray,
     config: AgentDressConfig,
     materials: MaterialChanges | None,
@@ -84,10 +87,15 @@ def _by_kernel(
     rows = changes if materials is None else np.concatenate([changes, materials.added])
     basis, every = principal_of_rows(rows, config.shape_modes)
     outputs = every[: len(changes)]
-    found, missed_mm = best_shape_kernel(
-        distances, ShapeChanges(poses, betas, outputs, anchors.together[poses]), basis, regions
+    known = widened(betas, len(scale))
+    given = ShapeChanges(poses, known @ scale, outputs, anchors.together[poses])
+    found, missed_mm = best_shape_kernel(distances, given, basis, regions)
+    samples = ShapeSamples(
+        poses.astype(np.int32),
+        known.astype(np.float32),
+        found.weights.astype(np.float32),
+        scale.astype(np.float32),
     )
-    samples = ShapeSamples(poses.astype(np.int32), betas.astype(np.float32), found.weights.astype(np.float32))
     figures = {
         "shape_kernel_width": found.width,
         "shape_kernel_ridge": found.ridge,

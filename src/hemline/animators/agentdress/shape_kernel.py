@@ -23,13 +23,13 @@ class ShapeChanges:
 
     Attributes:
         poses: In which pose each body was settled, rising.
-        betas: Its shape.
+        where: Its shape, as distances are taken of it: scaled betas, see `shape_scale`.
         outputs: What it adds to the mean one there, as coefficients of a basis [m].
         together: A number for each body: neighbours that share one are left out together, all in one pose at least.
     """
 
     poses: Int[np.ndarray, " samples"]
-    betas: Float[np.ndarray, "samples betas"]
+    where: Float[np.ndarray, "samples betas"]
     outputs: Float[np.ndarray, "samples outputs"]
     together: Int[np.ndarray, " samples"]
 
@@ -94,7 +94,7 @@ def fit_shape_kernel(
     from scipy.linalg import cho_factor, cho_solve
 
     poses, outputs, identity = changes.poses, changes.outputs, np.eye(len(changes.poses))
-    between = over_shapes(changes.betas, changes.betas, REACH)
+    between = over_shapes(changes.where, changes.where, REACH)
     weights, left_out = [], []
     for region in range(distances.shape[1]):
         gram = kernel(distances[:, region].astype(np.float64), width)[np.ix_(poses, poses)] * between

@@ -44,18 +44,20 @@ def over_shapes(
 
 @dataclass(frozen=True, eq=False)
 class ShapeSamples:
-    r"""$E_{g,s}(\beta) = \sum_{i: s_i = s} \alpha_{g,i}\, k(\beta_i, \beta)$.
+    r"""$E_{g,s}(\beta) = \sum_{i: s_i = s} \alpha_{g,i}\, k(S \beta_i, S \beta)$.
 
     Attributes:
         poses: In which pose each body was settled, rising.
         betas: Its shape.
         weights: $\alpha$, by region; one region stands for all where they do not differ.
+        scale: $S$, see `shape_scale`; the identity where betas count alike.
         reach: Of the kernel $k$, `over_shapes`.
     """
 
     poses: Int[np.ndarray, " samples"]
     betas: Float[np.ndarray, "samples betas"]
     weights: Float[np.ndarray, "shape_regions samples shape_modes"]
+    scale: Float[np.ndarray, "betas betas"]
     reach: float = REACH
 
     @property
@@ -74,6 +76,7 @@ class ShapeSamples:
             np.repeat(np.arange(poses, dtype=np.int32), 2 * known),
             np.tile(bodies, (poses, 1)).astype(np.float32),
             weights.transpose(1, 2, 0, 3).reshape(effects.shape[1], -1, effects.shape[3]).astype(np.float32),
+            np.eye(known, dtype=np.float32),
             reach=0.0,
         )
 
@@ -91,7 +94,7 @@ class ShapeSamples:
     def effects(self, betas: Float[np.ndarray, " betas"]) -> Float[np.ndarray, "shape_regions poses shape_modes"]:
         """What a shape adds to each direction at each pose, by region, float32."""
         query = widened(betas[None], self.betas.shape[1])
-        shares = over_shapes(self.betas, query, self.reach)[:, 0].astype(np.float32)
+        shares = over_shapes(self.betas @ self.scale, query @ self.scale, self.reach)[:, 0].astype(np.float32)
         firsts = np.flatnonzero(np.diff(self.poses, prepend=-1))
         found = np.zeros((len(self.weights), self.pose_count, self.weights.shape[2]), np.float32)
         found[:, self.poses[firsts]] = np.add.reduceat(self.weights * shares[:, None], firsts, axis=1)
@@ -99,7 +102,8 @@ class ShapeSamples:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What a model file holds; weights in half precision."""
-        held = {"poses": self.poses, "betas": self.betas, "weights": self.weights.astype(np.float16)}
+        weights = self.weights.astype(np.float16)
+        held = {"poses": self.poses, "betas": self.betas, "weights": weights, "scale": self.scale}
         return held | {"reach": np.array([self.reach], np.float32)}
 
     @classmethod
@@ -119,6 +123,7 @@ class ShapeSamples:
             array_of(arrays, "betas", "float32", (len(held), None)),
             array_of(arrays, "reach", "float32", (1,)),
         )
-        if not (np.isfinite(reach[0]) and reach[0] >= 0):
-            raise BadModel("the kernel over shapes has a finite reach", float(reach[0]), AGAIN)
-        return cls(held, betas, weights.astype(np.float32), float(reach[0]))
+        scale = array_of(arrays, "scale", "float32", (betas.shape[1], betas.shape[1]))
+        if not (np.isfinite(reach[0]) and reach[0] >= 0 and np.isfinite(scale).all()):
+            raise BadModel("the kernel over shapes has a finite reach and scale", float(reach[0]), AGAIN)
+        return cls(held, betas, weights.astype(np.float32), scale, float(reach[0]))
