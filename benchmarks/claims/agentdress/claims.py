@@ -1,9 +1,9 @@
 """All claims about AgentDress by one command: `python benchmarks/claims/agentdress/claims.py FOLDER --motion FILE...`.
 
 FOLDER takes the data, made and continued: the drapes of the light T-shirt that the shipped model is fitted to
-(`anchors`), and what each command settles beside them. Then the commands of this folder run one after the other, each
-in a process of its own, and `hemline bench` for the times. What has a row of this commit in benchmarks/results is not
-run again, so that a killed run goes on.
+(`anchors`), and what each command settles beside them. Then the commands of this folder run, as many beside each other
+as `--jobs` says; what they print goes to FOLDER/logs. At last `hemline bench` takes the times, alone. What has a row of
+this commit in benchmarks/results is not run again, so that a killed run goes on.
 
 Writes docs/agentdress/claims.md: what the paper says, what was asked, what was measured. With `--page` it writes this
 page alone, from the rows that are there.
@@ -13,6 +13,9 @@ import argparse
 import json
 import subprocess
 import sys
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -62,31 +65,34 @@ class Step:
         return [sys.executable, str(HERE / f"{self.name}.py"), *self.words]
 
 
-def steps(folder: Path, clips: list[str]) -> list[Step]:
-    """All commands, in order.
+def chains(folder: Path, clips: list[str], pairs: int) -> list[list[Step]]:
+    """All commands but those that take times. Chains can run beside each other; in one each uses data of those before.
 
     Args:
         folder: Of the data.
         clips: That the poses of the fit are taken from.
+        pairs: Of the test set.
     """
     anchors, test = str(folder / "anchors"), str(folder / "test")
     others = [str(Path(clips[0]).parent / f"{name}.bvh") for name in WATCHED]
     watched = ("-o", str(folder / f"watched-{commit()}"), "--shapes", str(BODIES), "--seconds", str(SECONDS))
     return [
-        Step("errors", (anchors, test, "--pairs", "96", "--others", *others_of(folder))),
-        Step("beyond", (anchors, test, "--pairs", "96")),
-        Step("materials", (anchors, *others_of(folder), "--test", str(folder / "materials"))),
-        Step("sampling", (GARMENT, anchors, "--draws", "1")),
-        Step("shape_models", (anchors, str(folder / "shapes"), "--poses", "8", "--shapes", "20")),
-        Step("limits", (GARMENT, anchors, str(folder / "limits"), "--poses", "3")),
-        Step("separability", (GARMENT, anchors, str(folder / "near"), "--walked", "2", "--followed", "3")),
-        Step("damping", (GARMENT, str(folder / "truth"))),
-        Step("loose_shapes", (str(folder / "skirt"), str(folder / "skirt-test"), "--motion", *clips)),
-        Step("watched", (GARMENT, *TRUTH, "turn", *others, *watched)),
-        Step("tshirt", (), bench=True),
-        Step("tshirt-paper-size", (), bench=True),
-        Step("crowd-tshirt", (), bench=True),
+        [
+            Step("errors", (anchors, test, "--pairs", str(pairs), "--others", *others_of(folder))),
+            Step("beyond", (anchors, test, "--pairs", str(pairs))),
+        ],
+        [Step("loose_shapes", (str(folder / "skirt"), str(folder / "skirt-test"), "--motion", *clips))],
+        [Step("shape_models", (anchors, str(folder / "shapes"), "--poses", "8", "--shapes", "20"))],
+        [Step("watched", (GARMENT, *TRUTH, "turn", *others, *watched))],
+        [Step("materials", (anchors, *others_of(folder), "--test", str(folder / "materials")))],
+        [Step("separability", (GARMENT, anchors, str(folder / "near"), "--walked", "2", "--followed", "3"))],
+        [Step("limits", (GARMENT, anchors, str(folder / "limits"), "--poses", "3"))],
+        [Step("damping", (GARMENT, str(folder / "truth")))],
+        [Step("sampling", (GARMENT, anchors, "--draws", "1"))],
     ]
+
+
+TIMES = tuple(Step(name, (), bench=True) for name in ("tshirt", "tshirt-paper-size", "crowd-tshirt"))
 
 
 def others_of(folder: Path) -> list[str]:
@@ -100,23 +106,51 @@ def main() -> None:
     parser.add_argument("folder", type=Path, nargs="?", help="takes the data; made and continued")
     parser.add_argument("--motion", nargs="+", default=[], help="clips that the poses of the fit are taken from")
     parser.add_argument("--only", nargs="+", default=[], help="commands by name, such as errors; default: all")
-    parser.add_argument("--jobs", type=int, default=1, help="processes that settle anchors")
+    parser.add_argument("--jobs", type=int, default=1, help="processes that settle anchors, then commands")
+    parser.add_argument("--random", type=int, default=400, help="random bodies of the fit; fewer take less time")
+    parser.add_argument("--pairs", type=int, default=96, help="of a pose and a random body, to judge the fit by")
     parser.add_argument("--page", action="store_true", help="write the page from the rows that are there")
     asked = parser.parse_args()
     if not asked.page:
         if not asked.folder or not asked.motion:
             parser.error("a FOLDER for the data, and --motion with clips, are needed; or --page alone")
-        _make_data(asked.folder, asked.motion, asked.jobs)
-        for step in steps(asked.folder, asked.motion):
-            if (not asked.only or step.name in asked.only) and not step.done:
-                print(f"--- {step.name}", flush=True)
-                subprocess.run(step.command, check=True, cwd=HERE)
+        _make_data(asked.folder, asked.motion, asked.random, asked.jobs)
+        failed = _run(chains(asked.folder, asked.motion, asked.pairs), asked.folder / "logs", asked.only, asked.jobs)
+        if failed:
+            raise SystemExit(f"failed: {', '.join(failed)}; what they printed is in {asked.folder / 'logs'}")
     print(write_page(RESULTS))
 
 
-def _make_data(folder: Path, clips: list[str], jobs: int) -> None:
+def _run(commands: Sequence[Sequence[Step]], logs: Path, only: Sequence[str], jobs: int) -> list[str]:
+    """Run those that are asked for and not done, then take times.
+
+    Returns:
+        Names of the commands that failed; the others ran to their end.
+    """
+    logs.mkdir(exist_ok=True)
+
+    def run_chain(steps: Sequence[Step]) -> list[str]:
+        for number, step in enumerate(steps):
+            if step.done or (only and step.name not in only):
+                continue
+            begun = time.monotonic()
+            with (logs / f"{step.name}.txt").open("w") as log:
+                code = subprocess.run(
+                    step.command, cwd=HERE, stdout=log, stderr=subprocess.STDOUT, check=False
+                ).returncode
+            print(f"--- {step.name}: {time.monotonic() - begun:.0f} s, exit status {code}", flush=True)
+            if code:
+                return [each.name for each in steps[number:]]
+        return []
+
+    with ThreadPoolExecutor(jobs) as pool:
+        failed = sum(pool.map(run_chain, commands), [])
+    return failed + [name for step in TIMES for name in run_chain([step])]
+
+
+def _make_data(folder: Path, clips: list[str], random: int, jobs: int) -> None:
     """The drapes that ship, and simulated clips; both commands continue what is there."""
-    drape = ["drape", GARMENT, "--anchors", "16", "--poses", "150", "--random", "400", "--derivatives"]
+    drape = ["drape", GARMENT, "--anchors", "16", "--poses", "150", "--random", str(random), "--derivatives"]
     simulate = ["simulate", GARMENT, "-m", *TRUTH, "-o", str(folder / "truth")]
     again = ["drape", GARMENT, "--poses-of", str(folder / "anchors"), "--poses", "48", "--jobs", str(jobs)]
     others = [[*again, "--material", name, "-o", str(folder / name)] for name in MATERIALS]
