@@ -60,10 +60,8 @@ class Walked:
 class Followed:
     """The garment that lies settled at the anchor, kept in balance while the body goes from there to each place."""
 
-    name = "followed from the anchor"
-
-    def __init__(self, folder: Path, rest: Rest):
-        self.dataset, self.rest = create(folder, rest.garment), rest
+    def __init__(self, folder: Path, rest: Rest, name: str = "followed from the anchor"):
+        self.dataset, self.rest, self.name = create(folder, rest.garment), rest, name
 
     def at(self, place: Place) -> Vertices | None:
         """The garment [m]; None where no balance is found."""
@@ -81,6 +79,15 @@ class Followed:
             self.dataset.add(take)
         take = self.dataset.take(name)
         return None if take.failed else take.vertices[0]
+
+
+def without_friction(rest: Rest) -> Rest | None:
+    """The garment of a Rest walked into the same place and balanced there without friction; None where it is not."""
+    slippery = rest.garment.in_material(replace(rest.garment.material, name="without friction", friction=0.0))
+    try:
+        return balanced(settle(slippery, rest.shaped, rest.pose, method="walked"))
+    except SimulationFailed:
+        return None
 
 
 def balanced(rest: Rest) -> Rest | None:

@@ -5,9 +5,10 @@ settled here, made and continued. From one anchor on the mean shape a number of 
 betas together (unit vectors of three numbers a joint and four betas, times a distance r). There the garment is settled
 from two starts, and compared with Eq. 3 of the paper: with three simulated garments (theoretical), and with the models
 in their place (practical). The anchor is the first one, in random order, whose garment finds a balance where it lies.
+From there it is also followed without friction, where that has a balance, too: friction holds cloth where it was led.
 
-Two JSON lines go to benchmarks/results/agentdress_separability.jsonl; the page docs/agentdress/separability.md and its
-picture are made anew.
+A JSON line for each goes to benchmarks/results/agentdress_separability.jsonl; the page docs/agentdress/separability.md
+and its picture are made anew.
 """
 
 import argparse
@@ -16,7 +17,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from neighbours import Followed, Place, Walked, balanced, directions, moved
+from neighbours import Followed, Place, Walked, balanced, directions, moved, without_friction
 from separability_page import write
 from synthesis import Synthesis
 
@@ -94,7 +95,12 @@ def main() -> None:
     number, tried, rest = chosen(anchors, model.garment, asked.seed)
     print(f"anchor {number}, {tried} tried", file=sys.stderr, flush=True)
     synthesis, rows = Synthesis(model, dataset, anchors), []
-    for way, count in ((Walked(asked.test, rest), asked.walked), (Followed(asked.test, rest), asked.followed)):
+    ways = [(Walked(asked.test, rest), asked.walked), (Followed(asked.test, rest), asked.followed)]
+    slippery = without_friction(rest)
+    if slippery is not None:
+        name = "followed without friction"
+        ways.append((Followed(asked.test / "without-friction", slippery, name), asked.followed))
+    for way, count in ways:
         errors: dict[str, dict[float, float]] = {}
         settled = {}
         for r in (*DISTANCES, NEAR):
