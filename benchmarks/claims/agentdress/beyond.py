@@ -2,7 +2,8 @@
 
 ANCHORS is what `hemline drape GARMENT --anchors ...` made, TEST the test set of `errors.py`. Sensitivities of the
 body's own shape, and a kernel over pose and shape together, are judged beside what ships; so are the paper's
-sensitivities (with what skinning does), and a fit without the random bodies. Rows of `materials.py` stand beside them.
+sensitivities (with what skinning does), bodies compared by their betas instead of the skin under the garment, and a fit
+without the random bodies. Rows of `materials.py` stand beside them.
 
 One JSON line goes to benchmarks/results/agentdress_beyond.jsonl; the page docs/agentdress/beyond.md is written anew.
 """
@@ -80,9 +81,11 @@ def without_random_bodies(dataset: Dataset, anchors: AnchorSet) -> AnimatorAgent
     return _fitted(dataset, AnchorSet.of(fewer))
 
 
-def _fitted(dataset: Dataset, anchors: AnchorSet, config: AgentDressConfig | None = None) -> AnimatorAgentDress:
+def _fitted(
+    dataset: Dataset, anchors: AnchorSet, config: AgentDressConfig | None = None, scale: np.ndarray | None = None
+) -> AnimatorAgentDress:
     options = config or AgentDressConfig()
-    return fit_anchors(dataset.garment, anchors, options, progress=lambda stage, done, total: None)
+    return fit_anchors(dataset.garment, anchors, options, scale=scale, progress=lambda stage, done, total: None)
 
 
 def error_mm(model_of, pairs: list[Pair], body: bodies.Body) -> float:
@@ -110,6 +113,7 @@ def main() -> None:
     whole = _fitted(dataset, replace(anchors, sensitivity=(anchors.sensitivity[0],) * 2))
     fewer = without_random_bodies(dataset, anchors)
     blended = _fitted(dataset, anchors, AgentDressConfig(shape_model="blended"))
+    alike = _fitted(dataset, anchors, scale=np.eye(len(body.shapedirs)))
     row = {
         "garment": dataset.garment.name,
         "anchors": len(anchors.rotations),
@@ -117,6 +121,7 @@ def main() -> None:
         "random_bodies_mm": {
             "as it ships": error_mm(lambda pair: model, pairs, body),
             "shape models of five anchors, blended (Eq. 4)": error_mm(lambda pair: blended, pairs, body),
+            "bodies compared by betas alike": error_mm(lambda pair: alike, pairs, body),
             "sensitivities of the body's own shape": error_mm(lambda pair: own[pair.betas], pairs, body),
             "sensitivities with what skinning does (the paper's)": error_mm(lambda pair: whole, pairs, body),
             "without random bodies in the fit": error_mm(lambda pair: fewer, pairs, body),

@@ -11,13 +11,16 @@ PAGE = """\
 
 Written by `python benchmarks/claims/agentdress/beyond.py ANCHORS TEST` at commit {commit}, on {machine}, one thread:
 `{garment}`, {anchors} anchors, judged on {pairs} pairs of a random body and a pose of people who are in no fit. Mean
-distance of vertices to the simulation. Random bodies and the kernel over pose and shape ship. Sensitivities by shape
-are no better, and are not kept. Material is better, and is not part of what `hemline fit` makes yet.
+distance of vertices to the simulation. Random bodies, the kernel over pose and shape, bodies compared by the skin under
+the garment, and material ship. Sensitivities by shape are not kept, where they are no better.
 
 ## On random bodies
 | what | error, mm |
 |---|---|
 {random}
+
+"As it ships" compares two bodies by how far the skin under the garment lies apart (`shape_distance.shape_scale`);
+"betas alike" by their sixteen betas, of which some hardly move that skin.
 
 The paper's future work asks for sensitivities as a function of the shape: here a ridge regression of the norms of Eq. 7
 on the betas and their squares, and a fit with what that says of each body.

@@ -121,7 +121,7 @@ def _of_experiments(results: Path) -> list[tuple[Row, str, str, str, str, str]]:
     decay = next(row for row in reversed(_rows(results, "agentdress_damping")) if row["decay_seconds"] == DECAY)
     beyond, jerks = _last(results, "agentdress_beyond"), [clip["jerk_ratio"] for clip in decay["clips"]]
     explained, by_body = shape["explained_percent"], limits["by_body"]
-    left_out = beyond["shape_left_out_mm"]
+    left_out, random = beyond["shape_left_out_mm"], beyond["random_bodies_mm"]
     blended, kernel = (
         left_out[name] for name in ("shape models of five anchors, blended (Eq. 4)", "kernel over pose and shape")
     )
@@ -200,6 +200,14 @@ def _of_experiments(results: Path) -> list[tuple[Row, str, str, str, str, str]]:
             "future work",
             "kept if better",
             f"{blended:.1f}; {kernel:.1f} mm",
+            "[beyond](beyond.md)",
+        ),
+        (
+            beyond,
+            "random bodies: compared by betas alike; by the skin under the garment",
+            "left out",
+            "kept if better",
+            f"{random['bodies compared by betas alike']:.1f}; {random['as it ships']:.1f} mm",
             "[beyond](beyond.md)",
         ),
         *(

@@ -117,6 +117,7 @@ def fit_anchors(
     config: AgentDressConfig,
     *,
     materials: MaterialChanges | None = None,
+    scale: Float[np.ndarray, "betas betas"] | None = None,
     progress: Progress,
 ) -> AnimatorAgentDress:
     """Fit AgentDress to anchors that were read, with a kernel as pose model; see `fit`.
@@ -126,6 +127,7 @@ def fit_anchors(
         anchors: How it lies in each anchor.
         config: Options.
         materials: What other materials change.
+        scale: What betas are multiplied by before bodies are compared; left out: `shape_scale`.
         progress: Called with stage, steps done and steps in all.
     """
     body, binding, tell = bodies.load(garment.body_name), anchors.binding, progress
@@ -139,7 +141,7 @@ def fit_anchors(
         materials = materials and changes_with_images(materials, image)
     tell("pose model", 1, 1)
     tell("shapes", 0, 1)
-    scale = shape_scale(shaped, binding.nearest)
+    scale = shape_scale(shaped, binding.nearest) if scale is None else scale
     shapes = fit_shapes(pose.given, pose.distances, scale, regions, config, materials)
     tell("shapes", 1, 1)
     deviations = np.concatenate([deviations_of(pose.outputs), shapes.deviations])
