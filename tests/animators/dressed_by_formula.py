@@ -17,8 +17,8 @@ from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 ELBOW, SHOULDER, SPINE, RIGHT_SHOULDER = (
     JOINT_NAMES.index(name) for name in ("left_elbow", "left_shoulder", "spine2", "right_shoulder")
 )
-BEYOND = 7
-"""A beta that is 0 in all shapes of anchors, and moves the garment."""
+BEYOND = 4
+"""A beta that is 0 in all shapes of anchors, and moves the skin under the garment, and the garment."""
 SHAPES = [(), (-2.0,), (-1.0,), (1.0,), (2.0,), (0.0, -2.0), (0.0, -1.0), (0.0, 1.0), (0.0, 2.0)]
 
 
