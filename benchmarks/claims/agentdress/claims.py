@@ -87,6 +87,7 @@ def chains(folder: Path, clips: list[str], pairs: int) -> list[list[Step]]:
         [Step("materials", (anchors, *others_of(folder), "--test", str(folder / "materials")))],
         [Step("separability", (GARMENT, anchors, str(folder / "near"), "--walked", "2", "--followed", "3"))],
         [Step("limits", (GARMENT, anchors, str(folder / "limits"), "--poses", "3"))],
+        [Step("bodies_apart", (GARMENT,))],
         [Step("damping", (GARMENT, str(folder / "truth")))],
         [Step("sampling", (GARMENT, anchors, "--draws", "1"))],
     ]
