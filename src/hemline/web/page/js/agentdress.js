@@ -49,11 +49,12 @@ export class AgentDress {
   #effects(betas) {
     const poses = this.tables["shapes.poses"], bodies = this.tables["shapes.betas"];
     const weights = this.tables["shapes.weights"], [regions, samples, modes] = weights.shape;
-    const known = bodies.shape[1], query = features(betas, known).slice(0, known), [reach] = this.tables["shapes.reach"];
+    const known = bodies.shape[1], scale = this.tables["shapes.scale"], [reach] = this.tables["shapes.reach"];
+    const query = scaled(features(betas, known).slice(0, known), scale);
     this.shapePoses = poses[samples - 1] + 1;
     const out = new Float32Array(regions * this.shapePoses * modes);
     for (let i = 0; i < samples; i++) {
-      const share = overShapes(bodies.subarray(i * known, (i + 1) * known), query, reach);
+      const share = overShapes(scaled(bodies.subarray(i * known, (i + 1) * known), scale), query, reach);
       for (let g = 0; g < regions; g++) {
         const from = (g * samples + i) * modes, to = (g * this.shapePoses + poses[i]) * modes;
         for (let k = 0; k < modes; k++) out[to + k] += share * weights[from + k];
@@ -208,6 +209,12 @@ function overShapes(one, other, reach) {
   if (reach === 0) return sum((a, b) => a * b + SQUARES * SQUARES * a * a * b * b);
   const area = reach * reach, k = (square) => 1 / (1 + square / area);
   return area * (k(sum((a, b) => (a - b) ** 2)) - k(sum((a) => a * a)) * k(sum((_, b) => b * b)));
+}
+
+/** Betas as bodies are compared by them: times a symmetric matrix; animators/agentdress/shape_distance. */
+function scaled(betas, scale) {
+  const count = betas.length;
+  return Float64Array.from(betas, (_, j) => betas.reduce((sum, beta, i) => sum + beta * scale[i * count + j], 0));
 }
 
 /** (beta, beta^2) of so many betas, zeros where there are fewer. */
