@@ -3,11 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+from compared import told_by
 from drape_baseline import DrapeShapeModel, Poisson
 from shape_drapes import Drapes, Shapes, Worn
 
 from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.binding import Binding
+from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.shape_model import ShapeModel
 from hemline.arrays import Faces, Float
 from hemline.bodies import Body, PosedBody
@@ -28,6 +30,7 @@ class Ways:
         drapes: The pose and its simulated garments.
         anchors: All anchors.
         body: The body.
+        model: What `hemline fit` makes of all of their drapes.
         faces: Triangles of the garment.
         poisson: From deformation gradients of the mean shape's garment to vertices.
     """
@@ -35,13 +38,15 @@ class Ways:
     drapes: Drapes
     anchors: AnchorSet
     body: Body
+    model: AnimatorAgentDress
     faces: Faces
     poisson: Poisson
 
     @classmethod
-    def of(cls, drapes: Drapes, anchors: AnchorSet, body: Body, faces: Faces) -> "Ways":
+    def of(cls, drapes: Drapes, anchors: AnchorSet, body: Body, model: AnimatorAgentDress) -> "Ways":
         """The mean shape is the anchors' first."""
-        return cls(drapes, anchors, body, faces, Poisson.of(drapes.fitted[0], faces))
+        faces = model.garment.faces
+        return cls(drapes, anchors, body, model, faces, Poisson.of(drapes.fitted[0], faces))
 
     def posed(self, betas: Float[np.ndarray, " betas"]) -> PosedBody:
         """A body in the pose."""
@@ -62,7 +67,7 @@ class Ways:
         return DrapeShapeModel.fitted(self.poisson, worn, betas, components=components, ridge=RIDGE, **options)
 
     def turned(self, betas: Shapes) -> Worn:
-        """As it is played: of what the anchor adds to skinning, in the turned frames of the vertices [m]."""
+        """The same of what the anchor adds to skinning, in the turned frames of the vertices, where it blends [m]."""
         offsets = self.anchors.offsets[self.drapes.anchor].astype(np.float64).reshape(len(self.anchors.betas), -1)
         model = ShapeModel.fitted(offsets, self.anchors.betas, components=COMPONENTS, ridge=RIDGE)
         added = model.at(self.known(betas)).reshape(len(betas), -1, 3)
@@ -70,6 +75,11 @@ class Ways:
         rests = rests.at(betas[:, : len(rests.effects) // 2]).reshape(len(betas), -1, 3)
         each = zip(betas, rests, added, strict=True)
         return np.array([self.anchors.binding.posed(self.posed(b).transforms, rest, more) for b, rest, more in each])
+
+    def played(self, betas: Shapes) -> Worn:
+        """What the model says that the shape adds, to the simulated garment of the mean shape [m]."""
+        told = told_by(self.model, self.anchors.offsets[self.drapes.anchor, 0])
+        return np.array([told.settled(self.posed(each)) for each in betas])
 
     def following(self, betas: Shapes) -> Worn:
         """The mean shape's garment, each vertex moved as far as the closest vertex of the body [m]."""
@@ -92,7 +102,8 @@ class Ways:
         return {
             "coordinates": self.coordinates().at(known).reshape(len(betas), -1, 3),
             "coordinates, without squares": self.coordinates(squares=False).at(known).reshape(len(betas), -1, 3),
-            "in turned frames, as played": self.turned(betas),
+            "coordinates, in turned frames": self.turned(betas),
+            "kernel over pose and shape, as played": self.played(betas),
             "DRAPE": drape.at(known),
             "DRAPE, with squares": self.drape(squares=True).at(known),
             "DRAPE, triangles of any size alike": self.drape(by_area=False).at(known),
