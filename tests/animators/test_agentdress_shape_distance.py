@@ -2,12 +2,16 @@
 
 from dataclasses import replace
 
+import dressed_by_formula as made
 import numpy as np
 import pytest
 from scipy.linalg import fractional_matrix_power
 
 from hemline import bodies, garments
+from hemline.animators.agentdress.anchor_set import AnchorSet
 from hemline.animators.agentdress.binding import Binding
+from hemline.animators.agentdress.config import AgentDressConfig
+from hemline.animators.agentdress.fit import fit_anchors
 from hemline.animators.agentdress.shape_distance import shape_scale
 
 
@@ -62,3 +66,11 @@ def test_where_no_beta_moves_the_skin_they_count_alike(body, nearest):
     shapedirs = body.shapedirs.copy()
     shapedirs[:, nearest] = 0
     np.testing.assert_array_equal(scale_of(body, nearest, shapedirs), np.eye(16))
+
+
+@pytest.mark.parametrize("given", [None, np.diag(np.arange(16.0))])
+def test_a_fit_compares_bodies_so_unless_it_is_told_another_way(tmp_path, given):
+    anchors = AnchorSet.of(made.dataset(tmp_path / "anchors", 4))
+    model = fit_anchors(made.shirt(), anchors, AgentDressConfig(), scale=given, progress=lambda *told: None)
+    expected = shape_scale(made.body(), model.tables.nearest) if given is None else given
+    np.testing.assert_allclose(model.tables.shapes.scale, expected, atol=1e-6)
