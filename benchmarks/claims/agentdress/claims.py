@@ -150,13 +150,18 @@ def _run(commands: Sequence[Sequence[Step]], logs: Path, only: Sequence[str], jo
 
 
 def _make_data(folder: Path, clips: list[str], random: int, jobs: int) -> None:
-    """The drapes that ship, and simulated clips; both commands continue what is there."""
+    """The drapes that ship, and simulated clips; all commands continue what is there.
+
+    Status 1 of `drape` says that the garment came to rest in fewer poses than asked; rows count those that it did in.
+    """
     drape = ["drape", GARMENT, "--anchors", "16", "--poses", "150", "--random", str(random), "--derivatives"]
     simulate = ["simulate", GARMENT, "-m", *TRUTH, "-o", str(folder / "truth")]
     again = ["drape", GARMENT, "--poses-of", str(folder / "anchors"), "--poses", "48", "--jobs", str(jobs)]
     others = [[*again, "--material", name, "-o", str(folder / name)] for name in MATERIALS]
     for words in ([*drape, "--motion", *clips, "-o", str(folder / "anchors"), "--jobs", str(jobs)], simulate, *others):
-        subprocess.run([sys.executable, "-m", "hemline", *words], check=True)
+        code = subprocess.run([sys.executable, "-m", "hemline", *words], check=False).returncode
+        if code not in (0, 1 if words[0] == "drape" else 0):
+            raise SystemExit(f"hemline {words[0]} ended with status {code}; run this again to go on")
 
 
 if __name__ == "__main__":
