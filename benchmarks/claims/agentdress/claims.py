@@ -66,7 +66,7 @@ class Step:
 
 
 def chains(folder: Path, clips: list[str], pairs: int) -> list[list[Step]]:
-    """All commands but those that take times. Chains can run beside each other; in one each uses data of those before.
+    """All commands but those that take times, in chains that can run beside each other; each uses what those before made.
 
     Args:
         folder: Of the data.
@@ -79,12 +79,12 @@ def chains(folder: Path, clips: list[str], pairs: int) -> list[list[Step]]:
     return [
         [
             Step("errors", (anchors, test, "--pairs", str(pairs), "--others", *others_of(folder))),
+            Step("materials", (anchors, *others_of(folder), "--test", str(folder / "materials"))),
             Step("beyond", (anchors, test, "--pairs", str(pairs))),
         ],
         [Step("loose_shapes", (str(folder / "skirt"), str(folder / "skirt-test"), "--motion", *clips))],
         [Step("shape_models", (anchors, str(folder / "shapes"), "--poses", "8", "--shapes", "20"))],
         [Step("watched", (GARMENT, *TRUTH, "turn", *others, *watched))],
-        [Step("materials", (anchors, *others_of(folder), "--test", str(folder / "materials")))],
         [Step("separability", (GARMENT, anchors, str(folder / "near"), "--walked", "2", "--followed", "3"))],
         [Step("limits", (GARMENT, anchors, str(folder / "limits"), "--poses", "3"))],
         [Step("bodies_apart", (GARMENT,))],

@@ -117,6 +117,7 @@ def _of_experiments(results: Path) -> list[tuple[Row, str, str, str, str, str]]:
         for row in _rows(results, "agentdress_separability")
         if row["commit"] == near["commit"] and row["start"].startswith("followed")
     ]
+    slippery = "; without friction" if len(slopes) > 1 else ""
     sampling, loose = _last(results, "agentdress_sampling"), _last(results, "agentdress_loose_shapes")
     decay = next(row for row in reversed(_rows(results, "agentdress_damping")) if row["decay_seconds"] == DECAY)
     beyond, jerks = _last(results, "agentdress_beyond"), [clip["jerk_ratio"] for clip in decay["clips"]]
@@ -164,7 +165,7 @@ def _of_experiments(results: Path) -> list[tuple[Row, str, str, str, str, str]]:
         ),
         (
             near,
-            "separability near an anchor: exponent of the theoretical error; without friction (appendix, Fig. 1)",
+            f"separability near an anchor: exponent of the theoretical error{slippery} (appendix, Fig. 1)",
             "converges to zero",
             ">= 1.5",
             "; ".join(slopes),

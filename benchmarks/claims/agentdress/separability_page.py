@@ -31,7 +31,7 @@ brackets with the floor's square taken off, "none" where an error is not above t
 The paper: both errors converge to zero with r, the theoretical one is the smaller (100 directions, a randomly chosen
 anchor, curves without numbers). Asked here of the theoretical one: a slope of at least {asked}.
 
-Here: {verdict}
+Here: {verdict}{slippery}
 
 Differs: anchor {anchor} is the {tried} in random order, the first whose walked garment finds a balance where it lies.
 What an anchor adds to skinning is kept in turned frames of the vertices, one binding for all shapes.
@@ -83,6 +83,9 @@ def write(rows: list[dict], distances: tuple[float, ...], garment: str) -> None:
     page = PAGE.format(
         tables="\n\n".join(_table(row, distances) for row in rows),
         verdict="; ".join(_verdict(row, distances[-1]) for row in rows) + ".",
+        slippery=""
+        if len(rows) > 2
+        else "\nWithout friction, which holds cloth where it was led, the anchor's garment has no balance.",
         garment=garment,
         near=distances[-1],
         asked=ASKED,
