@@ -66,7 +66,7 @@ class Step:
 
 
 def chains(folder: Path, clips: list[str], pairs: int) -> list[list[Step]]:
-    """All commands but those that take times, in chains that can run beside each other; each uses what those before made.
+    """All commands but those that take times. Chains can run side by side; in one each uses what those before made.
 
     Args:
         folder: Of the data.
