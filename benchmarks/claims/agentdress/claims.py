@@ -79,6 +79,7 @@ def chains(folder: Path, clips: list[str], pairs: int) -> list[list[Step]]:
     return [
         [
             Step("errors", (anchors, test, "--pairs", str(pairs), "--others", *others_of(folder))),
+            Step("model_files", (test, GARMENT, "--pairs", str(pairs))),
             Step("materials", (anchors, *others_of(folder), "--test", str(folder / "materials"))),
             Step("beyond", (anchors, test, "--pairs", str(pairs))),
         ],

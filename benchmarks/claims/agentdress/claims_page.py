@@ -58,6 +58,7 @@ def _claims(results: Path, errors: Row) -> list[tuple[Row, str, str, str, str, s
     """Row, what, the paper's figure, the goal, ours, the page."""
     return [
         *_of_errors(errors),
+        _of_model_file(_last(results, "agentdress_model_files", model="tshirt-light")),
         *_of_experiments(results),
         *_of_watched(_last(results, "agentdress_watched", garment="tshirt-light")),
         *_of_times(results),
@@ -107,6 +108,18 @@ def _of_errors(row: Row) -> list[tuple[Row, str, str, str, str, str]]:
             page,
         ),
     ]
+
+
+def _of_model_file(row: Row) -> tuple[Row, str, str, str, str, str]:
+    random, mean = row["random_bodies_mm"], row["mean_body_mm"]
+    return (
+        row,
+        "the model that ships, of 388 random bodies: random bodies in new poses; mean body",
+        "",
+        "<= 8; 5 mm",
+        f"{random['AgentDress']:.1f}; {mean['kernel regression']:.1f} mm",
+        "[how far apart bodies are](../../src/hemline/animators/agentdress/README.md#how-far-apart-bodies-are)",
+    )
 
 
 def _of_experiments(results: Path) -> list[tuple[Row, str, str, str, str, str]]:
