@@ -37,8 +37,8 @@ Inside: vertices in the body before the player's projection, which takes them ou
 
 ![the body of Fig. 13](limits/fig13.png)
 
-The body of Fig. 13 in the pose that is missed most, before the player's cover and projection, and the mean body in the same
-pose.
+The body of Fig. 13 in the pose that is missed most, before the player's cover and projection, and the mean body in
+the same pose.
 
 ## Other garments
 
