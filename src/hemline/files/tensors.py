@@ -6,7 +6,8 @@ What the JSON must hold for each kind of file is specified in `docs/format.md`.
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,10 @@ import numpy as np
 from hemline.errors import BadInput
 
 from .atomic import written_whole
+from .container import Container, Untrue, opened
 
 FORMAT_VERSION = 1
 """Version of the container; a file with a higher one is refused."""
-
-_LARGEST_HEADER = 100_000_000
 
 
 def tensor_bytes(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> bytes:
@@ -48,47 +48,58 @@ def write_tensors(path: str | Path, arrays: Mapping[str, np.ndarray], metadata: 
         temporary.write_bytes(content)
 
 
-def read_metadata(path: str | Path, kind: str, *, error: type[BadInput] = BadInput) -> dict[str, Any]:
+def read_metadata(
+    path: str | Path, kind: str, *, error: type[BadInput] = BadInput, damaged: type[BadInput] | None = None
+) -> dict[str, Any]:
     """Read the metadata of a file of the given kind, without its arrays.
 
     Args:
         path: The file.
         kind: `body`, `motion`, `motions`, `garment`, `take` or `model`.
         error: The class to raise.
+        damaged: The class to raise where the file was read and is not whole; None: `error`.
 
     Raises:
-        error: The file is missing, truncated, of another kind or of a future version.
+        error: The file is missing, cannot be read, is of another kind or of a future version.
+        damaged: It is truncated, or nothing that hemline wrote.
     """
-    return _open(path, kind, error, whole=False)[0]
+    with _described(path, kind, error, damaged or error) as (metadata, _):
+        return metadata
 
 
 def read_tensors(
-    path: str | Path, kind: str, *, error: type[BadInput] = BadInput, finite: bool = True
+    path: str | Path,
+    kind: str,
+    *,
+    error: type[BadInput] = BadInput,
+    damaged: type[BadInput] | None = None,
+    finite: bool = True,
 ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Read a file of the given kind: its arrays (writable, C-contiguous) and its metadata.
+
+    No more memory is taken than the arrays need that the file holds.
 
     Args:
         path: The file.
         kind: As for `read_metadata`.
         error: The class to raise.
+        damaged: As for `read_metadata`.
         finite: Refuse NaN and infinity in any array.
 
     Raises:
-        error: As for `read_metadata`, or an array holds NaN or infinity.
+        error: As for `read_metadata`, or the arrays are larger than the memory.
+        damaged: As for `read_metadata`, or an array holds NaN or infinity.
     """
-    from safetensors import SafetensorError
-    from safetensors.numpy import load
-
-    metadata, content = _open(path, kind, error, whole=True)
-    try:
-        arrays = {name: np.array(array) for name, array in load(content).items()}
-    except (SafetensorError, ValueError, KeyError) as reason:
-        got = "arrays that do not fill it as its header says"
-        raise error(f"{path} is damaged", got, "copy it again from where it was made") from reason
-    if finite:
-        for name, array in arrays.items():
-            if array.dtype.kind == "f" and not np.isfinite(array).all():
-                raise error(f"{path}: array '{name}' must be finite", "NaN or infinity", "make the file again")
+    damaged = damaged or error
+    with _described(path, kind, error, damaged) as (metadata, container):
+        try:
+            arrays = container.arrays()
+        except Untrue as reason:
+            raise damaged(f"{path} is damaged", reason, "copy it again from where it was made") from reason
+        if finite:
+            for name, array in arrays.items():
+                if array.dtype.kind == "f" and not np.isfinite(array).all():
+                    raise damaged(f"{path}: array '{name}' must be finite", "NaN or infinity", "make the file again")
     return arrays, metadata
 
 
@@ -109,42 +120,38 @@ def content_hash(*parts: np.ndarray | str | bytes | Mapping[str, Any] | None) ->
     return digest.hexdigest()[:24]
 
 
-def _open(path: str | Path, kind: str, error: type[BadInput], *, whole: bool) -> tuple[dict[str, Any], bytes]:
-    path = Path(path)
+@contextmanager
+def _described(
+    path: str | Path, kind: str, error: type[BadInput], damaged: type[BadInput]
+) -> Iterator[tuple[dict[str, Any], Container]]:
+    """A file whose metadata is read and is of that kind, open where its arrays begin."""
     cure = f"name a {kind} file that hemline wrote (safetensors)"
     try:
-        with path.open("rb") as stream:
-            length = path.stat().st_size
-            content = stream.read(8)
-            size = int.from_bytes(content, "little")
-            has_header = len(content) == 8 and 2 <= size <= min(length - 8, _LARGEST_HEADER)
-            content += stream.read() if whole else stream.read(size) if has_header else b""
-    except OSError as reason:
-        raise error(f"cannot read {path}", reason.strerror or reason, cure) from reason
+        with opened(path, error, cure) as container:
+            yield _metadata(path, kind, container, error), container
+    except Untrue as reason:
+        raise damaged(f"{path} is no hemline {kind} file", reason, cure) from reason
+
+
+def _metadata(path: str | Path, kind: str, container: Container, error: type[BadInput]) -> dict[str, Any]:
     try:
-        if not has_header:
-            raise ValueError("no safetensors header")
-        header = json.loads(content[8 : 8 + size])
-        metadata = json.loads(header["__metadata__"]["hemline"])
+        metadata = json.loads(container.header["__metadata__"]["hemline"], parse_constant=_no_number)
         found, version = metadata["kind"], metadata["format"]
-        if not isinstance(version, int):
-            raise ValueError("format version is no number")
     except (ValueError, KeyError, TypeError, RecursionError) as reason:
-        raise error(f"{path} is no hemline {kind} file", _what_it_is(content), cure) from reason
+        raise Untrue("bytes without a readable header") from reason
+    if type(version) is not int:
+        raise Untrue("bytes without a readable header")
     if version > FORMAT_VERSION:
         raise error(
             f"{path} has a newer format", f"version {version}", f"this hemline reads up to {FORMAT_VERSION}; upgrade it"
         )
     if found != kind:
-        raise error(f"{path} must be a {kind} file", f"a {found} file", cure)
-    return metadata, content
+        raise error(
+            f"{path} must be a {kind} file", f"a {str(found)[:20]} file", f"name a {kind} file that hemline wrote"
+        )
+    return metadata
 
 
-def _what_it_is(content: bytes) -> str:
-    if not content:
-        return "an empty file"
-    if content[:2] in (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"):
-        return "a pickle, which is never read"
-    if content[:2] == b"PK":
-        return "a zip archive (npz, or a torch file)"
-    return "bytes without a readable header"
+def _no_number(name: str) -> None:
+    """Refuse NaN and infinity, which `write_tensors` never writes."""
+    raise ValueError(name)

@@ -1,0 +1,173 @@
+"""Open a safetensors file and read what its header promises, and never more than that.
+
+The header is read and checked before anything else: its length against the file's, the arrays that it lists against the
+bytes that follow. So a file that is not what it says costs no memory, however long it is.
+"""
+
+import json
+import math
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from hemline.errors import BadInput
+
+LARGEST_HEADER = 16_000_000
+"""Bytes of a header, at most; parsed, one takes about thirty times as much memory."""
+
+MOST_DIMENSIONS = 32
+"""Dimensions of an array, at most: what NumPy 1 can hold."""
+
+_DTYPES = {
+    "F64": "<f8",
+    "F32": "<f4",
+    "F16": "<f2",
+    "I64": "<i8",
+    "I32": "<i4",
+    "I16": "<i2",
+    "I8": "|i1",
+    "U64": "<u8",
+    "U32": "<u4",
+    "U16": "<u2",
+    "U8": "|u1",
+    "BOOL": "|b1",
+}
+"""NumPy's types by the names of the format; bfloat16 and eight-bit floats, which NumPy lacks, are refused."""
+
+
+class Untrue(ValueError):
+    """A file whose content is not what a header says; the text says what was found."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One array as the header lists it."""
+
+    name: str
+    dtype: np.dtype
+    shape: tuple[int, ...]
+    begin: int
+    """Where its bytes begin, counted from the end of the header."""
+
+    @property
+    def size(self) -> int:
+        """Its bytes."""
+        return math.prod(self.shape) * self.dtype.itemsize
+
+
+@dataclass(frozen=True)
+class Container:
+    """An open file whose header is read: it stands where the bytes of the arrays begin."""
+
+    stream: BinaryIO
+    header: dict[str, Any]
+    room: int
+    """Bytes after the header."""
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All arrays, writable and C-contiguous.
+
+        Raises:
+            Untrue: The header lists what no array can be, or its arrays do not fill the file one after the other.
+            OSError: The file cannot be read.
+            MemoryError: There is not enough memory.
+        """
+        entries = [_entry(name, value) for name, value in self.header.items() if name != "__metadata__"]
+        end = 0
+        for entry in sorted(entries, key=lambda entry: (entry.begin, entry.size)):
+            if entry.begin != end:
+                raise Untrue("arrays that do not follow each other as its header says")
+            end += entry.size
+        if end != self.room:
+            raise Untrue("arrays that do not fill it as its header says")
+        # in the order of their bytes, so that the file is read from its beginning to its end
+        return {entry.name: self._array(entry) for entry in sorted(entries, key=lambda each: (each.begin, each.size))}
+
+    def _array(self, entry: Entry) -> np.ndarray:
+        array = np.empty(entry.shape, entry.dtype)
+        content = array.reshape(-1).view(np.uint8)
+        if self.stream.readinto(memoryview(content)) != entry.size:  # type: ignore[attr-defined]
+            raise Untrue("a file that became shorter while it was read")
+        if entry.dtype.kind == "b" and content.size and content.max() > 1:
+            raise Untrue(f"truth values in '{entry.name}' that are neither 0 nor 1")
+        return array
+
+
+@contextmanager
+def opened(path: str | Path, error: type[BadInput], cure: str) -> Iterator[Container]:
+    """Open a file of the format and read its header.
+
+    Args:
+        path: The file.
+        error: The class to raise where the file cannot be read.
+        cure: What to do about it.
+
+    Raises:
+        error: The file is missing, is a folder, a pipe or a device, or cannot be read.
+        Untrue: It has no header that can be read.
+    """
+    path = Path(path)
+    try:
+        mode = path.stat().st_mode  # before it is opened: a pipe would wait for who writes into it
+        if not stat.S_ISREG(mode):
+            raise error(f"cannot read {path}", _sort(mode), cure)
+        with path.open("rb") as stream:
+            yield _container(stream, path.stat().st_size)
+    except OSError as reason:
+        raise error(f"cannot read {path}", reason.strerror or reason, cure) from reason
+    except MemoryError as reason:
+        got, more = "arrays larger than the memory", "free memory, or take a machine with more"
+        raise error(f"cannot read {path}", got, more) from reason
+
+
+def _container(stream: BinaryIO, length: int) -> Container:
+    start = stream.read(8)
+    size = int.from_bytes(start, "little")
+    if len(start) < 8 or not 2 <= size <= min(length - 8, LARGEST_HEADER):
+        raise Untrue(_what_it_is(start))
+    text = stream.read(size)
+    try:
+        header = json.loads(text)
+    except (ValueError, RecursionError) as reason:
+        raise Untrue(_what_it_is(start)) from reason
+    if not isinstance(header, dict):
+        raise Untrue(_what_it_is(start))
+    return Container(stream, header, length - 8 - size)
+
+
+def _entry(name: str, value: Any) -> Entry:
+    try:
+        kind, shape, (begin, end) = value["dtype"], value["shape"], value["data_offsets"]
+    except (KeyError, TypeError, ValueError) as reason:
+        raise Untrue(f"a header that does not say what array '{name}' is") from reason
+    if not isinstance(kind, str) or kind not in _DTYPES:
+        raise Untrue(f"array '{name}' of numbers of another kind, {str(kind)[:20]}")
+    whole = isinstance(shape, list) and len(shape) <= MOST_DIMENSIONS
+    if not whole or not all(type(n) is int and 0 <= n < 2**40 for n in (*shape, begin, end)):
+        raise Untrue(f"array '{name}' with a shape that none can have")
+    entry = Entry(name, np.dtype(_DTYPES[kind]), tuple(shape), begin)
+    if entry.begin + entry.size != end or math.prod(n for n in shape if n) >= 2**60:
+        raise Untrue(f"array '{name}' with a shape that does not fit its bytes")
+    return entry
+
+
+def _sort(mode: int) -> str:
+    """What it is in the place of a file."""
+    sorts = {stat.S_ISDIR: "a folder", stat.S_ISFIFO: "a pipe", stat.S_ISSOCK: "a socket"}
+    return next((name for test, name in sorts.items() if test(mode)), "a device")
+
+
+def _what_it_is(start: bytes) -> str:
+    """What a file is that begins so."""
+    if not start:
+        return "an empty file"
+    if start[:2] in (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"):
+        return "a pickle, which is never read"
+    if start[:2] == b"PK":
+        return "a zip archive (npz, or a torch file)"
+    return "bytes without a readable header"
