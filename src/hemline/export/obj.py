@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from hemline.arrays import Faces, Vertices
+from hemline.files import written_together
 
 from .clip import Clip, Part
-from .together import written_together
 
 
 def write_obj(path: Path, clip: Clip) -> tuple[Path, ...]:

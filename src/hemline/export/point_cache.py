@@ -3,9 +3,10 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from hemline.files import written_together
+
 from .clip import Clip, Part
 from .obj import rest_obj
-from .together import written_together
 
 
 def write_caches(path: Path, clip: Clip, content: Callable[[Part, float], bytes]) -> tuple[Path, ...]:

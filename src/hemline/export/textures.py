@@ -8,12 +8,12 @@ import numpy as np
 
 from hemline.arrays import FramesOfVertices, UInt
 from hemline.errors import BadInput
+from hemline.files import written_together
 from hemline.version import VERSION
 
 from .clip import Clip
 from .glb import still_bytes
 from .shading import unit_normals
-from .together import written_together
 
 LARGEST = 8192
 """Side of the largest texture that common graphics hardware reads [pixels]."""

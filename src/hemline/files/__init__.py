@@ -2,7 +2,9 @@
 
 from .atomic import check_folder as check_folder
 from .atomic import check_writable as check_writable
+from .atomic import written_together as written_together
 from .atomic import written_whole as written_whole
+from .mapped import mapped_array as mapped_array
 from .npz import Unreadable as Unreadable
 from .npz import npz_arrays as npz_arrays
 from .tensors import content_hash as content_hash
@@ -16,10 +18,12 @@ __all__ = [
     "check_folder",
     "check_writable",
     "content_hash",
+    "mapped_array",
     "npz_arrays",
     "read_metadata",
     "read_tensors",
     "tensor_bytes",
     "write_tensors",
+    "written_together",
     "written_whole",
 ]

@@ -1,28 +1,42 @@
-"""Write a file whole or not at all."""
+"""Write files whole or not at all."""
 
 import os
+import stat
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from hemline.errors import BadOutput
 
+from .waiting import waiting_folder
+
+_CURE = "name a folder that exists, can be written and has room"
+_KINDS = {
+    stat.S_IFIFO: "a named pipe",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
+
 
 @contextmanager
 def written_whole(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path`; on success it takes the final name, on failure nothing is left.
+    """Yield a temporary path to write to; on success what lies there takes the final name, on failure nothing is left.
 
-    The temporary file has the same ending, since many writers choose their format by it.
+    At each moment, even if this process is killed or the power fails, the final name holds all that was there before or
+    all that is new. Where it is a link, the file that the link leads to is replaced. A file that is replaced hands on
+    its mode. What a killed process left is removed by the next one that writes into that folder.
 
     Args:
         path: The final name. Its folder must exist.
 
     Yields:
-        A path to write to.
+        A path to write to, with the same ending, since many writers choose their format by it.
 
     Raises:
-        BadOutput: The folder does not exist or cannot be written, or the disk is full.
+        BadOutput: The folder does not exist or cannot be written, the disk is full, or the name is a folder's, a
+            device's, a pipe's or a socket's.
 
     Example:
         >>> import tempfile
@@ -32,27 +46,57 @@ def written_whole(path: str | Path) -> Iterator[Path]:
         >>> Path(folder, "a.txt").read_text()
         'whole'
     """
-    path = Path(path)
-    cure = "name a folder that exists, can be written and has room"
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    except OSError as error:
-        raise BadOutput(f"cannot write {path}", error.strerror or error, cure) from error
-    os.close(handle)
-    temporary = Path(name)
-    try:
+    with written_together([path]) as (temporary,):
         yield temporary
-        with temporary.open("rb+") as stream:
-            os.fsync(stream.fileno())
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
-        temporary.replace(path)
+
+
+@contextmanager
+def written_together(paths: Sequence[str | Path], *, waiting_in: Path | None = None) -> Iterator[list[Path]]:
+    """Yield a temporary path for each of several files; when all are written, they take their final names in order.
+
+    Each file is there whole or not at all, as with `written_whole`. A process that is killed while names are given may
+    leave some files of before among the new ones.
+
+    Args:
+        paths: The final names. Their folders must exist.
+        waiting_in: The folder in which the files wait, on the same disk; left out: the folder of each.
+
+    Yields:
+        Paths to write to.
+
+    Raises:
+        BadOutput: As `written_whole`, or two of the names are the same file's.
+    """
+    targets = [_target(Path(path)) for path in paths]
+    _refuse_twins(paths, targets)
+    written: dict[str, str | Path] = {}
+    try:
+        with ExitStack() as stack:
+            beside = [waiting_in or target.parent for target in targets]
+            folders = {each: stack.enter_context(waiting_folder(each)) for each in dict.fromkeys(beside)}
+            waiting = [folders[each] / f"{place}{targets[place].suffix}" for place, each in enumerate(beside)]
+            written = dict(zip(map(str, waiting), paths, strict=True))
+            yield waiting
+            for temporary, target in zip(waiting, targets, strict=True):
+                _make_lasting(temporary)
+                _hand_on_mode(target, temporary)
+            for temporary, target in zip(waiting, targets, strict=True):
+                temporary.replace(target)
+            for folder in dict.fromkeys(target.parent for target in targets):
+                make_names_lasting(folder)
     except OSError as error:
-        raise BadOutput(f"cannot write {path}", error.strerror or error, cure) from error
-    finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
+        path = written.get(str(error.filename), paths[0])
+        raise BadOutput(f"cannot write {path}", error.strerror or error, _CURE) from error
+
+
+def make_names_lasting(folder: Path) -> None:
+    """Have the disk keep the names in a folder, so that a power failure does not undo a renaming; where it can."""
+    with suppress(OSError):  # Windows opens no folders, some network disks do not know it
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def check_folder(path: str | Path) -> None:
@@ -64,9 +108,10 @@ def check_folder(path: str | Path) -> None:
     path = Path(path)
     cure = "name a folder that can be made or written to"
     try:
-        there = next(each for each in (path.absolute(), *path.absolute().parents) if each.exists())
+        there = next(each for each in (path.absolute(), *path.absolute().parents) if os.path.lexists(each))
         if not there.is_dir():
-            raise BadOutput(f"cannot write to {path}", f"{there}, which is a file", cure)
+            kind = "a link that leads nowhere" if there.is_symlink() and not there.exists() else "a file"
+            raise BadOutput(f"cannot write to {path}", f"{there}, which is {kind}", cure)
         with tempfile.TemporaryFile(dir=there):
             return
     except OSError as error:
@@ -74,17 +119,60 @@ def check_folder(path: str | Path) -> None:
 
 
 def check_writable(path: str | Path) -> None:
-    """Refuse a path that could not be written, before hours of work.
+    """Refuse a path that could not be written, before hours of work; nothing is made.
 
     Raises:
-        BadOutput: Its folder does not exist or cannot be written, or the path is a folder.
+        BadOutput: Its folder does not exist or cannot be written, or the path is a folder's, a device's, a pipe's or a
+            socket's.
     """
     path = Path(path)
-    if path.is_dir():
-        raise BadOutput(f"cannot write {path}", "a folder of that name", "choose another name")
+    folder = _target(path).parent
     try:
-        with tempfile.TemporaryFile(dir=path.parent):
+        with tempfile.TemporaryFile(dir=folder):
             return
     except OSError as error:
-        cure = "name a folder that exists, can be written and has room"
-        raise BadOutput(f"cannot write {path}", error.strerror or error, cure) from error
+        raise BadOutput(f"cannot write {path}", error.strerror or error, _CURE) from error
+
+
+def _target(path: Path) -> Path:
+    """The file that a path leads to by way of links, there or not yet; refused where it is no regular file."""
+    try:
+        kind = stat.S_IFMT(path.stat().st_mode)
+    except FileNotFoundError:
+        kind = stat.S_IFREG  # to be made
+    except OSError as error:
+        raise BadOutput(f"cannot write {path}", error.strerror or error, _CURE) from error
+    if kind == stat.S_IFDIR:
+        raise BadOutput(f"cannot write {path}", "a folder of that name", "choose another name")
+    if kind != stat.S_IFREG:
+        got = f"{_KINDS.get(kind, 'no regular file')} of that name"
+        raise BadOutput(f"cannot write {path}", got, "name a file, which hemline replaces as a whole")
+    return Path(os.path.realpath(path))
+
+
+def _refuse_twins(paths: Sequence[str | Path], targets: Sequence[Path]) -> None:
+    """Refuse two names, of which one is a link, that lead to one file."""
+    first: dict[Path, str | Path] = {}
+    for path, target in zip(paths, targets, strict=True):
+        if target in first:
+            raise BadOutput(f"cannot write {path}", f"a link to the file of {first[target]}", "remove the link")
+        first[target] = path
+
+
+def _make_lasting(temporary: Path) -> None:
+    """Have the disk keep what was written, before a name leads to it."""
+    with temporary.open("rb+") as stream:
+        os.fsync(stream.fileno())
+
+
+def _hand_on_mode(target: Path, temporary: Path) -> None:
+    """Give a new file the mode of the one that it replaces, and its owner and group where that is allowed."""
+    try:
+        old = target.stat()
+    except FileNotFoundError:
+        return
+    new = temporary.stat()
+    if hasattr(os, "chown") and (old.st_uid, old.st_gid) != (new.st_uid, new.st_gid):
+        with suppress(OSError):
+            os.chown(temporary, old.st_uid, old.st_gid)
+    temporary.chmod(stat.S_IMODE(old.st_mode) & 0o777)
