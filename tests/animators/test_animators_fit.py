@@ -13,7 +13,7 @@ from hemline.animators.ropes.gather import Source, gather
 from hemline.animators.ropes.lay import ropes_for, spread_frames
 from hemline.animators.ropes.layout import lay_out
 from hemline.datasets import Take, create
-from hemline.errors import BadDataset, MissingExtra
+from hemline.errors import BadDataset, BadOutput, MissingExtra
 from hemline.learning.key_frame import to_key
 from hemline.motions import Motion
 from hemline.motions.quaternions import multiply
@@ -291,6 +291,33 @@ def test_a_killed_fit_goes_on_and_leaves_no_checkpoints(brief, dataset, tmp_path
     assert ("shape network", 5, 6) in seen
     for one, two in zip(brief.shape.weights, end.shape.weights, strict=True):
         np.testing.assert_array_equal(one, two)
+
+
+def stopped_at(stage: str):
+    """What stops a fit as soon as it is told of that stage."""
+
+    def stop(told, done, total):
+        if told == stage:
+            raise KeyboardInterrupt
+
+    return stop
+
+
+def test_a_fit_that_stops_leaves_no_mapped_frames_and_nothing_of_others_goes(dataset, tmp_path):
+    folder = tmp_path / "cape.fitting"
+    with pytest.raises(KeyboardInterrupt):
+        fit(dataset, BRIEF, seed=0, checkpoints=folder, progress=stopped_at("frames"))
+    assert not folder.exists()  # there was no checkpoint yet
+    folder.mkdir()
+    (folder / "notes.txt").write_text("mine")
+    fit(dataset, BRIEF, seed=0, checkpoints=folder)
+    assert [path.name for path in folder.iterdir()] == ["notes.txt"]
+
+
+def test_a_file_in_the_place_of_the_checkpoints_is_said(dataset, tmp_path):
+    (tmp_path / "cape.fitting").write_text("mine")
+    with pytest.raises(BadOutput, match="cannot make .*cape.fitting; got File exists"):
+        fit(dataset, BRIEF, seed=0, checkpoints=tmp_path / "cape.fitting")
 
 
 def test_a_dataset_without_takes_is_refused(tmp_path, garment):

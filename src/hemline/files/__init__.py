@@ -7,6 +7,8 @@ from .atomic import written_whole as written_whole
 from .mapped import mapped_array as mapped_array
 from .npz import Unreadable as Unreadable
 from .npz import npz_arrays as npz_arrays
+from .reading import read_bytes as read_bytes
+from .reading import read_text as read_text
 from .tensors import content_hash as content_hash
 from .tensors import read_metadata as read_metadata
 from .tensors import read_tensors as read_tensors
@@ -20,8 +22,10 @@ __all__ = [
     "content_hash",
     "mapped_array",
     "npz_arrays",
+    "read_bytes",
     "read_metadata",
     "read_tensors",
+    "read_text",
     "tensor_bytes",
     "write_tensors",
     "written_together",

@@ -2,10 +2,9 @@
 
 import importlib.util
 import math
-import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from hemline.animators.base import Progress
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
 from hemline.datasets.take import take_metadata
-from hemline.errors import MissingExtra
+from hemline.errors import BadOutput, MissingExtra
 from hemline.learning.mlp import Mlp
 
 from .bone_source import BoneSource
@@ -57,6 +56,7 @@ def fit(
 
     Raises:
         BadDataset: The dataset holds no take to train on, or no rest drape.
+        BadOutput: The folder of the checkpoints cannot be written, or its disk has too little room.
         BadModel: The training diverged.
         MissingExtra: torch is not installed.
 
@@ -149,14 +149,28 @@ def _named_own(figures: dict[str, float], chosen: str) -> dict[str, float]:
 
 @contextmanager
 def _kept(checkpoints: Path | None) -> Iterator[Path]:
-    """A folder that stays if the work is broken off, and goes when it is done."""
+    """A folder whose checkpoints stay if the work is broken off, and go when it is done."""
     if checkpoints is None:
         with tempfile.TemporaryDirectory(prefix="hemline-fit-") as folder:
             yield Path(folder)
         return
-    checkpoints.mkdir(parents=True, exist_ok=True)
-    yield checkpoints
-    shutil.rmtree(checkpoints)
+    try:
+        checkpoints.mkdir(parents=True, exist_ok=True)
+    except OSError as reason:
+        cure = "name a model in a folder that can be written"
+        raise BadOutput(f"cannot make {checkpoints}", reason.strerror or reason, cure) from reason
+    done = False
+    try:
+        yield checkpoints
+        done = True
+    finally:
+        # mapped frames, which may be gigabytes, are made anew each time; what else lies there is not of a fit
+        for pattern in ("*.npy", "*.safetensors", "*.damaged*") if done else ("*.npy",):
+            for file in checkpoints.glob(pattern):
+                with suppress(OSError):
+                    file.unlink()
+        with suppress(OSError):
+            checkpoints.rmdir()
 
 
 def _licences(source: Source, shaped: ShapedBody) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from hemline.arrays import Float, FramesOfVertices, Int, Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset, Row, Take
 from hemline.errors import BadDataset
-from hemline.files import content_hash
+from hemline.files import content_hash, mapped_array
 from hemline.learning.collision import Clearances, clearances
 from hemline.learning.key_frame import to_key
 from hemline.learning.mirror import mirror_of, mirrored_motion, mirrored_transforms, mirrored_vertices
@@ -116,12 +116,15 @@ def gather(
 
     Returns:
         The frames, and where the body is for the collision term.
+
+    Raises:
+        BadOutput: The disk of that folder has too little room.
     """
     partner = mirror_of(source.dataset.garment, source.shaped[0]) if mirror else None
     count, vertices = source.shown_count(mirrored=partner is not None), len(source.dataset.garment.vertices)
-    displacements = _mapped(folder / "displacements.npy", np.float32, (count, 3 * vertices))
-    normals = _mapped(folder / "normals.npy", np.float16, (count, vertices, 3))
-    heights = _mapped(folder / "heights.npy", np.float16, (count, vertices))
+    displacements = mapped_array(folder / "displacements.npy", np.float32, (count, 3 * vertices))
+    normals = mapped_array(folder / "normals.npy", np.float16, (count, vertices, 3))
+    heights = mapped_array(folder / "heights.npy", np.float16, (count, vertices))
     bones, rope_bones = (np.empty((count, ropes.node_count, 3), np.float32) for _ in range(2))
     sides = np.empty(count, np.int32)
     rests = [rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)]
@@ -151,10 +154,6 @@ def gather(
         mark=content_hash(source.mark, bones),
     )
     return frames, Clearances(normals, heights)
-
-
-def _mapped(path: Path, kind: type, shape: tuple[int, ...]) -> np.ndarray:
-    return np.lib.format.open_memmap(path, mode="w+", dtype=kind, shape=shape)
 
 
 def _all_shown(source: Source, ropes: Ropes, partner: np.ndarray | None) -> Iterator[_Shown]:
