@@ -22,7 +22,7 @@ class Unchecked(MetaPathFinder):
 
     def find_spec(self, fullname, path=None, target=None):
         """The plain module, or None: the next finder is asked."""
-        if fullname.startswith("hemline.") and fullname.endswith(("kernels", ".compiled", ".options")):
+        if fullname.startswith("hemline.") and (".compiled" in fullname or fullname.endswith(("kernels", ".options"))):
             return PathFinder.find_spec(fullname, path, target)
         return None
 

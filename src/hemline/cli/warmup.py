@@ -38,4 +38,11 @@ def _seconds(names: list[str], jobs: int) -> Iterator[float]:
         yield from map(run_stage, names)
         return
     with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        yield from pool.map(run_stage, names)
+        try:
+            yield from pool.map(run_stage, names)
+        except BaseException:
+            # a compiler does not hear Ctrl-C until it is done with a function, which may take a minute
+            for process in list((pool._processes or {}).values()):
+                process.terminate()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
-from hemline.compiled import threads
+from hemline.compiled import at_most, threads
 from hemline.errors import BadInput
 from hemline.motions.motion import Pose
 
@@ -15,10 +15,11 @@ from .player import Player, PlayerState
 def crowd(
     players: Sequence[Player], states: Sequence[PlayerState], poses: Sequence[Pose], dt: float
 ) -> tuple[list[PlayerState], list[Frame]]:
-    """The next frame of each player; players share the threads that kernels may use.
+    """The next frame of each player; each thread that kernels may use steps one player at a time.
 
     Compiled code runs without Python's lock, so that two players take two cores. Each frame has the bits that
-    `Player.step` alone gives.
+    `Player.step` alone gives. Within a step kernels use one thread, so that this works on every machine, whichever
+    pool of threads numba has there.
 
     Args:
         players: Garments on bodies, all alike or all different.
@@ -38,8 +39,12 @@ def crowd(
             f"{len(players)} players, {len(states)} states, {len(poses)} poses",
             "give one of each",
         )
-    moments = zip(players, states, poses, strict=True)
-    done = list(_pool(threads()).map(lambda moment: moment[0].step(moment[1], moment[2], dt), moments))
+
+    def stepped(player: Player, state: PlayerState, pose: Pose) -> tuple[PlayerState, Frame]:
+        with at_most(1):
+            return player.step(state, pose, dt)
+
+    done = list(_pool(threads()).map(stepped, players, states, poses))
     return [state for state, _ in done], [frame for _, frame in done]
 
 

@@ -1,0 +1,37 @@
+"""The one door to numba: `kernel` compiles a function and keeps the machine code on disk for the next process.
+
+Kernels live in files named `*kernels.py`, whose stems differ, and import `kernel` from here; nothing else imports
+numba. Where the machine code is kept, and who may write there, is decided in `folder`; when it is compiled anew, in
+`sources` and `cache`; how many threads kernels use, in `threads`.
+"""
+
+from numba import prange as prange
+from numba import types as types
+from numba.core import cgutils as cgutils
+from numba.extending import intrinsic as intrinsic
+
+from .decorator import kernel as kernel
+from .folder import cache_folder as cache_folder
+from .sources import kernel_files as kernel_files
+from .sources import source_hash as source_hash
+from .threads import at_most as at_most
+from .threads import available as available
+from .threads import real_time_threads as real_time_threads
+from .threads import threads as threads
+from .threads import use_threads as use_threads
+
+__all__ = [
+    "at_most",
+    "available",
+    "cache_folder",
+    "cgutils",
+    "intrinsic",
+    "kernel",
+    "kernel_files",
+    "prange",
+    "real_time_threads",
+    "source_hash",
+    "threads",
+    "types",
+    "use_threads",
+]

@@ -1,0 +1,58 @@
+"""The decorator that compiles a function over plain arrays."""
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numba
+
+from .cache import KernelCache
+from .threads import call_parallel, threads
+
+
+def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
+    """Decorator: compile a function over plain arrays with numba when it is first called, and keep the result on disk.
+
+    Division by zero gives inf or nan as NumPy does. The function must be free of objects: arrays, scalars and named
+    tuples of arrays in, then out.
+
+    Args:
+        function: The function.
+        options: Options of `numba.njit`, such as `fastmath=True` or `inline="always"`. With `parallel=True` a
+            `ParallelKernel` is made, which other kernels cannot call.
+    """
+    if function is None:
+        return functools.partial(kernel, **options)
+    if options.get("parallel"):
+        return ParallelKernel(function, options)
+    return _compiled(function, options)
+
+
+class ParallelKernel:
+    """A kernel with parallel loops, called from Python: on one thread its loops run as plain ones.
+
+    The plain version needs no pool of threads, so that it never waits for one, and can be called from several threads
+    at once on any machine.
+    """
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]):
+        functools.update_wrapper(self, function)
+        self.py_func, self._options = function, options
+
+    @functools.cached_property
+    def _plain(self) -> Any:
+        return _compiled(self.py_func, self._options | {"parallel": False})
+
+    @functools.cached_property
+    def _parallel(self) -> Any:
+        return _compiled(self.py_func, self._options)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._plain(*arguments) if threads() == 1 else call_parallel(self._parallel, arguments)
+
+
+def _compiled(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    whole = {"error_model": "numpy", "nogil": True} | options
+    made = numba.njit(**whole)(function)
+    made._cache = KernelCache(function, whole)
+    return made
