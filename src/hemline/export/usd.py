@@ -48,8 +48,20 @@ def write_usd(path: Path, clip: Clip) -> tuple[Path, ...]:
         else:
             _add_points(stage, part)
     with written_whole(path) as temporary:
-        layer.Export(str(temporary))
+        _export(layer, temporary)
     return (path,)
+
+
+def _export(layer, path: Path) -> None:
+    """Write a layer; what USD says of a full disk is an `OSError`, as it is of any other writer."""
+    from pxr import Tf
+
+    try:
+        whole = layer.Export(str(path))
+    except Tf.ErrorException as error:
+        raise OSError(error.args[0].commentary) from error
+    if not whole:
+        raise OSError("USD could not write the stage")
 
 
 def _add_points(stage, part: Part) -> None:

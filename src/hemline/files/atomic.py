@@ -110,7 +110,7 @@ def check_folder(path: str | Path) -> None:
     try:
         there = next(each for each in (path.absolute(), *path.absolute().parents) if os.path.lexists(each))
         if not there.is_dir():
-            kind = "a link that leads nowhere" if there.is_symlink() and not there.exists() else "a file"
+            kind = _KINDS.get(stat.S_IFMT(there.stat().st_mode), "a file") if there.exists() else "a link to nothing"
             raise BadOutput(f"cannot write to {path}", f"{there}, which is {kind}", cure)
         with tempfile.TemporaryFile(dir=there):
             return
