@@ -6,6 +6,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from PIL import Image, ImageDraw
 
@@ -71,7 +72,15 @@ def serving(asked, **options) -> Iterator[Viewer]:
 
 
 def sent(viewer: Viewer, path: str, body=None, **headers: str) -> tuple[int, bytes, dict[str, str]]:
-    """Status, content and headers of one request; with a body, a POST of it as JSON, or as it is where it is bytes."""
+    """What is answered to one request beneath the page's address: status, content and headers.
+
+    With a body, it is a POST of it as JSON, or as it is where it is bytes.
+    """
+    return knocked(viewer, urlsplit(viewer.url).path.rstrip("/") + path, body, **headers)
+
+
+def knocked(viewer: Viewer, path: str, body=None, **headers: str) -> tuple[int, bytes, dict[str, str]]:
+    """The same, of a whole path."""
     connection = http.client.HTTPConnection("127.0.0.1", viewer.server_address[1], timeout=30)
     try:
         content = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()

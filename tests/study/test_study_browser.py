@@ -77,10 +77,13 @@ def test_a_participant_leaves_and_comes_back_after_the_server_was_stopped(page, 
     assert page.text("fault").startswith("The page is not reached; tell the person who runs the study")
     assert len(read_answers(study.answers)) == 4
     with serving(study, port=port) as viewer:
-        page.answer(2)
-        assert page.text("place") == "Pair 2 of 3, question 3 of 3"
+        page.press("2")
+        page.press("\n")
+        page.until("document.getElementById('fault').innerText.includes('Open the address that hemline shows')")
+        assert len(read_answers(study.answers)) == 4, "a page of an earlier start is not let in"
         page.begin(viewer.url, " p1 ")
-        assert page.text("place") == "Pair 2 of 3, question 3 of 3"
+        assert page.text("place") == "Pair 2 of 3, question 2 of 3"
+        page.answer(2)
         page.begin(viewer.url, "P2")
         assert page.text("place") == "Pair 1 of 3, question 1 of 3"
     assert len(read_answers(study.answers)) == 5

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from contextlib import contextmanager
+from urllib.parse import urlsplit
 
 import pytest
 from study_samples import answer, make_folders
@@ -130,9 +131,10 @@ def test_the_browser_is_opened_unless_it_is_not_wanted(browser, folder, monkeypa
     assert main(["compare", "ours", "skinned", *([] if browser else ["--no-browser"])]) == 0
     seen.set()
     out, err = capsys.readouterr()
-    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\n", out)
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/[0-9a-f]{32}/\n", out)
     assert err.splitlines() == ["Ctrl-C ends it", "ended"]
-    assert opened == ([out.strip()] if browser else [])
+    assert len(opened) == browser
+    assert all(url[:-34] == out.strip()[:-34] and url != out.strip() for url in opened), "an address that works once"
 
 
 @contextmanager
@@ -155,8 +157,9 @@ def running(*words: str):
 
 
 def posted(url: str, path: str, body: dict) -> dict:
-    connection = http.client.HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=30)
-    connection.request("POST", path, json.dumps(body))
+    parts = urlsplit(url)
+    connection = http.client.HTTPConnection(parts.netloc, timeout=30)
+    connection.request("POST", parts.path.rstrip("/") + path, json.dumps(body))
     reply = json.loads(connection.getresponse().read())
     connection.close()
     return reply
@@ -176,7 +179,11 @@ def test_a_study_that_is_killed_keeps_every_answer_and_goes_on(folder):
         assert process.wait(60) == 2
         assert "answers.csv holds answers of another study; got seed 0" in process.stderr.read()
     with running(*study) as (process, url):
-        # the page that was left open sends its answer, with addresses of clips that are gone
+        # the page that was left open has another address, and its answer is not known here
+        refused = posted(url, "/answer", person | {"token": reply["item"]["token"], "point": 2, "seconds": 1})
+        assert refused["error"].startswith("there is no such question in this study")
+        reply = posted(url, "/next", person)
+        assert (reply["item"]["pair"], reply["item"]["ordinal"]) == (2, 2)
         reply = posted(url, "/answer", person | {"token": reply["item"]["token"], "point": 2, "seconds": 1})
         assert (reply["item"]["pair"], reply["item"]["ordinal"]) == (2, 3)
         while reply["item"]:

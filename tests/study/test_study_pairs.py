@@ -67,6 +67,8 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "empty").mkdir()
     (tmp_path / "two\nlines.webp").write_bytes(b"")
     make_clip(tmp_path / "other" / "turn.webp", RED)
+    make_clip(tmp_path / "sums" / "=1+1.webp", RED)
+    make_clip(tmp_path / "-sums" / "walk.webp", RED)
     return tmp_path
 
 
@@ -89,6 +91,12 @@ CASES = {
     "text as a video": (["text.webm", "text.webm"], "text.webm is no .webm video"),
     "one name twice": (["ours", "skinned", "ours", "ours"], "two pairs have the name 'walk'"),
     "a name of two lines in a folder": (["bad names/a", "bad names/a"], "must be one line of text"),
+    "a formula in a folder": (
+        ["sums", "sums"],
+        "the name of a clip would be a formula in a spreadsheet; got '=1+1.webp'",
+    ),
+    "a formula": (["sums/=1+1.webp", "one.webp"], "the name of a clip would be a formula in a spreadsheet"),
+    "a path that is one": (["-sums", "ours"], "a path of a clip would be a formula in a spreadsheet; got '-sums'"),
     "a name of two lines": (["one.webp", "two\nlines.webp"], "must be one line of text"),
 }
 

@@ -1,15 +1,20 @@
 """The page's server: this machine alone reaches it, it serves what it must and nothing else, and tells no name."""
 
+import contextlib
 import json
+import re
 import socket
 import threading
+import time
 from dataclasses import replace
+from urllib.parse import quote, urlsplit
 
 import pytest
-from study_samples import BLUE, RED, make_clip, make_folders, sent, serving
+from study_samples import BLUE, RED, knocked, make_clip, make_folders, sent, serving
 
+from hemline.doors import WAITING
 from hemline.errors import BadInput
-from hemline.study import Study, Viewer, pairs_of
+from hemline.study import Study, Viewer, pairs_of, server
 
 CODE = {"participant": "P1"}
 
@@ -28,7 +33,7 @@ def asked(viewer: Viewer, path: str, body=None, **headers: str):
 def test_it_listens_on_this_machine_only(study):
     with serving(study) as viewer:
         assert viewer.server_address[0] == "127.0.0.1"
-        assert viewer.url == f"http://127.0.0.1:{viewer.server_address[1]}/"
+        assert re.fullmatch(rf"http://127\.0\.0\.1:{viewer.server_address[1]}/[0-9a-f]{{32}}/", viewer.url)
 
 
 @pytest.mark.parametrize(
@@ -118,16 +123,83 @@ def test_no_other_file_is_served(path, study):
         {"Origin": "http://evil.example"},
         {"Origin": "null"},
         {"Origin": "http://127.0.0.1:1"},
+        {"Host": "127.0.0.1.evil.example"},
+        {"Host": "evil.example", "Origin": "http://evil.example"},
     ],
     ids=str,
 )
 def test_pages_of_other_origins_are_refused(headers, study):
     with serving(study) as viewer:
         for path, body in (("/", None), ("/study", None), ("/next", CODE)):
-            assert asked(viewer, path, body, **headers) == (403, {"error": f"this page is at {viewer.url}"})
+            status, reply = asked(viewer, path, body, **headers)
+            assert (status, reply) == (
+                403,
+                {"error": "This page answers neither other hosts nor pages of other origins."},
+            )
         port = viewer.server_address[1]
         own = {"Host": f"localhost:{port}", "Origin": f"http://localhost:{port}"}
         assert asked(viewer, "/next", CODE, **own)[0] == 200
+
+
+@pytest.mark.parametrize("key", ["", "/", "/0123", "/..", "/\u00e9", "/{other}", "/{half}", "/?{key}", "x{key}"])
+def test_who_has_not_the_address_is_turned_away(key, study):
+    """Another user of this machine finds the port, but not the key; nothing that is answered tells it."""
+    with serving(study) as viewer, serving(study) as other:
+        ours, theirs = (urlsplit(each.url).path.strip("/") for each in (viewer, other))
+        start = key.format(key=ours, half=ours[:31], other=theirs)
+        for path, body in (("/", None), ("/viewer.js", None), ("/study", None), ("/next", CODE), ("/answer", CODE)):
+            place = quote(start + path, safe="/?")
+            status, content, headers = knocked(viewer, place if place.startswith("/") else f"/{place}", body)
+            assert status == 403 and b"Open the address that hemline shows in its terminal" in content
+            assert ours not in content.decode() + str(headers)
+    assert not study.answers.exists()
+
+
+def test_an_address_for_once_leads_to_the_page_once(study):
+    with serving(study) as viewer:
+        path = urlsplit(viewer.door.address_for_once()).path
+        elsewhere, _, _ = knocked(viewer, path, Origin="http://evil.example")
+        assert elsewhere == 403, "a page of another origin does not use it up"
+        status, _, headers = knocked(viewer, path)
+        assert (status, headers["Location"]) == (303, urlsplit(viewer.url).path)
+        assert knocked(viewer, path)[0] == 403
+        status, _, headers = knocked(viewer, urlsplit(viewer.url).path.rstrip("/"))
+        assert (status, headers["Location"]) == (303, viewer.url), "the page's parts lie beneath its address"
+
+
+def half_open(viewer: Viewer) -> socket.socket:
+    """A request that does not end."""
+    connection = socket.create_connection(viewer.server_address)
+    connection.sendall(b"GET / HTTP/1.1\r\nHost: ")
+    return connection
+
+
+def test_requests_that_do_not_end_hold_few_threads_and_keep_nobody_out(study):
+    with serving(study) as viewer, contextlib.ExitStack() as held:
+        before = threading.active_count()
+        connections = [held.enter_context(half_open(viewer)) for _ in range(300)]
+        assert sent(viewer, "/study")[0] == 200
+        until = time.monotonic() + 10
+        while threading.active_count() > before + WAITING and time.monotonic() < until:
+            time.sleep(0.02)
+        assert threading.active_count() <= before + WAITING
+        for connection in connections[: 300 - WAITING - 2]:
+            connection.settimeout(10)
+            assert connection.recv(1) == b"", "the oldest are closed"
+
+
+def test_a_request_that_trickles_in_is_given_up(study, monkeypatch):
+    monkeypatch.setattr(server, "HEARD_WITHIN", 0.5)
+    with serving(study) as viewer, half_open(viewer) as connection:
+        connection.settimeout(0.05)
+        began = time.monotonic()
+        with contextlib.suppress(ConnectionError):
+            while time.monotonic() - began < 10:
+                with contextlib.suppress(TimeoutError):
+                    if not connection.recv(1):
+                        break
+                connection.sendall(b"a")
+        assert 0.4 < time.monotonic() - began < 5
 
 
 BODIES = {

@@ -1,5 +1,8 @@
 """What each participant is asked next, and that every answer is filed under what was asked, once."""
 
+import hashlib
+import hmac
+import json
 import threading
 from collections import Counter
 from pathlib import Path
@@ -62,13 +65,13 @@ def test_each_point_of_the_scale_is_turned_round_where_b_is_on_the_left(point, s
 
 
 def test_a_participant_may_leave_and_come_back_however_they_write_their_code(study):
-    whole = [item.token for item in study.items("P1")]
+    whole = [(item.shown, item.question) for item in study.items("P1")]
     for expected, code in zip(whole, ("P1", "p1", " P1 ", "p1\n"), strict=False):
         again = Study(study.pairs, study.answers)
         item = again.following(code)
-        assert item.token == expected
+        assert (item.shown, item.question) == expected
         again.answer(code, item.token, 4, 2)
-    assert [item.token for item in finish(study, "P1")] == whole[4:]
+    assert [(item.shown, item.question) for item in finish(study, "P1")] == whole[4:]
     assert {answer.participant for answer in study.given()} == {"P1"}
 
 
@@ -99,12 +102,25 @@ def test_a_page_that_was_left_open_files_nothing_under_another_item(study, tmp_p
     larger = Study((*study.pairs, *pairs_of(more)), tmp_path / "larger.csv")
     other = Study(study.pairs, tmp_path / "other.csv", seed=1)
     assert item.token not in [each.token for each in other.items("P1")]
-    for each in larger.items("P1"):
-        assert (each.token == item.token) == ((each.shown, each.question) == (item.shown, item.question))
+    assert item.token not in [each.token for each in larger.items("P1")]
     assert item.token not in [each.token for each in study.items("P2")], "nor under another participant"
-    with pytest.raises(BadAnswer, match="no such question in this study; got '[0-9a-f]{16}'; load the page again"):
-        other.answer("P1", item.token, 4, 1)
-    assert other.given() == []
+    for elsewhere in (larger, other):
+        with pytest.raises(BadAnswer, match="no such question in this study; got '[0-9a-f]{32}'; load the page again"):
+            elsewhere.answer("P1", item.token, 4, 1)
+        assert elsewhere.given() == []
+
+
+def test_what_an_answer_is_sent_with_tells_nobody_which_side_a_is_on(study):
+    """Whoever has both clips, the code, the seed and the names knows all that it stands for, but not the secret."""
+    item = study.following("P1")
+    pair = item.shown.pair
+    for a_left in (False, True):
+        what = json.dumps([0, "P1", pair.name, pair.contents, a_left, item.question]).encode()
+        for guess in (hashlib.sha256(what), hmac.new(b"", what, "sha256"), hmac.new(b"0", what, "sha256")):
+            assert not guess.hexdigest().startswith(item.token[:8])
+    again = Study(study.pairs, study.answers)
+    assert not {each.token for each in again.items("P1")} & {each.token for each in study.items("P1")}
+    assert again == study and "secret" not in repr(study)
 
 
 WRONG = {
@@ -116,6 +132,7 @@ WRONG = {
     "half a letter": ({"participant": "\ud800"}, "that is no participant code"),
     "no token": ({"token": None}, "there is no such question in this study; got None"),
     "a list": ({"token": ["x"]}, "there is no such question in this study"),
+    "no letters": ({"token": "\ud800é"}, "there is no such question in this study"),
     "a later item": ({"token": 3}, "not asked now; it may be answered already; got number 4"),
     "no point": ({"point": None}, "an answer must be on the scale; got None; choose from 1 to 7"),
     "0": ({"point": 0}, "an answer must be on the scale; got 0"),
@@ -184,6 +201,13 @@ def test_a_file_that_was_damaged_meanwhile_is_left_as_it_is(study):
 def test_questions_must_be_lines_that_differ(questions, got, pairs, tmp_path):
     with pytest.raises(BadInput, match=f"questions must be lines of text that differ; got {got}; ask each one once"):
         Study(pairs, tmp_path / "answers.csv", questions=questions)
+
+
+@pytest.mark.parametrize("question", ["=1+1", "+1", "-1", "@SUM(A1)", " =1+1", "\uff1d1+1"])
+def test_a_question_that_is_a_formula_is_refused(question, pairs, tmp_path):
+    with pytest.raises(BadInput, match="a question would be a formula in a spreadsheet; got .*begin it with a letter"):
+        Study(pairs, tmp_path / "answers.csv", questions=("Which?", question))
+    assert not (tmp_path / "answers.csv").exists()
 
 
 def test_where_nothing_can_be_written_nothing_is_asked(pairs, tmp_path):

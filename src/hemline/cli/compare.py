@@ -27,7 +27,7 @@ class Arguments:
     seed: int = 0
     """Of the order and of the sides."""
     port: int = 0
-    """Of the page, which this machine alone reaches; 0: one that is free."""
+    """Where the page listens on this machine; 0: a port that is free."""
     browser: bool = True
     """Open the page in the browser."""
     summary: Path | None = None
@@ -57,7 +57,8 @@ def run(arguments: Arguments) -> int:
         print(viewer.url, flush=True)
         note("Ctrl-C ends it" + (f"; answers are kept in {arguments.output}" if arguments.blind else ""))
         if arguments.browser:
-            threading.Thread(target=webbrowser.open, args=(viewer.url,), daemon=True).start()  # some wait for its end
+            address = viewer.door.address_for_once()
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()  # some wait for its end
         try:
             viewer.serve_forever()
         except KeyboardInterrupt:

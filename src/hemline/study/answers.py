@@ -59,6 +59,8 @@ COLUMNS = tuple(field.name for field in fields(Answer))
 _REMOVE = "mend that row, or remove it"
 _CODE = re.compile(r"\w[\w.-]{0,39}")
 _CLIPS = re.compile(r"sha256:[0-9a-f]{12}")
+_FORMULA = tuple("=+-@\t\r\n\uff1d\uff0b\uff0d\uff20")
+"""With these letters, of which the last four are wide ones, spreadsheets let a formula begin."""
 
 
 def checked_code(participant: Any) -> str:
@@ -72,6 +74,21 @@ def checked_code(participant: Any) -> str:
         cure = "use 1 to 40 letters, digits, dots, dashes or underscores, the first no dot or dash"
         raise BadAnswer("that is no participant code", repr(participant)[:60], cure)
     return code
+
+
+def check_cell(what: str, text: str) -> None:
+    """Refuse what a spreadsheet would take for a formula when the CSV is opened: such a cell can run programs.
+
+    Args:
+        what: What the text is.
+        text: What would be written.
+
+    Raises:
+        BadInput: It begins as a formula does.
+    """
+    if text.lstrip(" ").startswith(_FORMULA):
+        cure = "begin it with a letter, or a digit"
+        raise BadInput(f"{what} would be a formula in a spreadsheet", repr(text)[:80], cure)
 
 
 def read_answers(path: str | Path) -> list[Answer]:

@@ -9,6 +9,7 @@ from typing import Literal
 
 from hemline.errors import BadInput, HemlineWarning
 
+from .answers import check_cell
 from .clip_files import KINDS, measured
 
 Side = Literal["A", "B"]
@@ -52,7 +53,8 @@ def pairs_of(paths: Sequence[str | Path]) -> tuple[Pair, ...]:
 
     Raises:
         BadInput: An odd number of paths, a file that is missing or that browsers do not play, folders without a common
-            name, a pair of different kinds, sizes, lengths or repeats, or two pairs of one name.
+            name, a pair of different kinds, sizes, lengths or repeats, two pairs of one name, or a name that would be a
+            formula in a spreadsheet.
     """
     if not paths or len(paths) % 2:
         raise BadInput("clips are compared in twos", f"{len(paths)} paths", "name A and B, two files or two folders")
@@ -99,6 +101,8 @@ def _clips_in(folder: Path) -> set[str]:
 def _check_name(path: Path) -> None:
     if not str(path).isprintable():
         raise BadInput("a path of a clip must be one line of text", repr(str(path)), "rename it")
+    for what, text in (("a path of a clip", str(path)), ("the name of a clip", path.name)):
+        check_cell(what, text)
 
 
 def _checked(a: Path, b: Path) -> Pair:

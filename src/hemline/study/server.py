@@ -1,22 +1,27 @@
-"""The local page: a server of the standard library that this machine alone can reach."""
+"""The local page: a server of the standard library that lets in who comes by its address."""
 
-import errno
+import contextlib
+import io
 import json
 import secrets
+import socket
 import sys
+import threading
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
-from socketserver import TCPServer
 from typing import Any
 
+from hemline.doors import WAITING, Door, TurnedAway, listening
 from hemline.errors import BadAnswer, BadInput
 
 from .clip_files import KINDS
 from .pairs import Pair, Side
 from .study import Item, Study
+from .timed_reads import TimedReads
 
-HOST = "127.0.0.1"
+HEARD_WITHIN = 10.0
+"""How long a request may take to arrive [s]."""
 _PAGE = {
     "/": ("viewer.html", "text/html; charset=utf-8"),
     "/viewer.css": ("viewer.css", "text/css; charset=utf-8"),
@@ -34,7 +39,10 @@ _STOPPED = {"error": "The study cannot go on. Please tell the person who runs it
 
 
 class Viewer(ThreadingHTTPServer):
-    """A page on which clips are compared, at `url`. Clips have random names there, new ones at each start.
+    """A page on which clips are compared. Clips have random names there, new ones at each start.
+
+    Whoever has the address `url` is let in; it holds a key that is new at each start. Others are turned away, and of
+    connections that were not let in yet only a few are kept open, for ten seconds.
 
     Args:
         asked: A study, whose page shows no name of a clip; or pairs only, shown with their names, A on the left, and
@@ -44,6 +52,10 @@ class Viewer(ThreadingHTTPServer):
 
     Raises:
         BadInput: The port is none, in use, or not allowed.
+
+    Attributes:
+        url: The address, with the key that lets a browser in.
+        door: Whom it lets in; it gives an address that works once, too.
 
     Example:
         >>> with Viewer((), port=0) as viewer:
@@ -56,28 +68,42 @@ class Viewer(ThreadingHTTPServer):
     def __init__(
         self, asked: Study | tuple[Pair, ...], *, port: int = 0, report: Callable[[str], None] = lambda line: None
     ):
-        if not 0 <= port <= 65535:
-            raise BadInput("a port lies from 0 to 65535", port, "0 takes one that is free")
         self.study, self.pairs = (asked, asked.pairs) if isinstance(asked, Study) else (None, asked)
         self.report = report
-        try:
-            super().__init__((HOST, port), _Handler)
-        except OSError as reason:
-            said = "it is in use" if reason.errno == errno.EADDRINUSE else reason.strerror or reason
-            raise BadInput(
-                f"cannot listen on port {port}", said, "choose another one; 0 takes one that is free"
-            ) from None
-        self.url = f"http://{HOST}:{self.server_address[1]}/"
+        self._waiting: dict[socket.socket, None] = {}
+        self._lock = threading.Lock()
+        listener = listening(port)
+        super().__init__(listener.getsockname(), _Handler, bind_and_activate=False)
+        self.socket.close()
+        self.socket, self.server_address = listener, listener.getsockname()
+        self.door = Door(self.server_address[1])
+        self.url = self.door.url
         sides: tuple[Side, ...] = ("A", "B")
         self.clips: dict[str, tuple[Pair, Side]] = {
             f"/clips/{secrets.token_hex(12)}": (pair, side) for pair in self.pairs for side in sides
         }
         self.addresses = {(pair.name, side): address for address, (pair, side) in self.clips.items()}
 
-    def server_bind(self) -> None:
-        """Bind without asking a name server for the name of this machine, which may take seconds."""
-        TCPServer.server_bind(self)
-        self.server_name, self.server_port = HOST, self.server_address[1]
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer in a thread; where too many wait that were not let in, the oldest of them is closed."""
+        with self._lock:
+            self._waiting[request] = None
+            oldest = next(iter(self._waiting)) if len(self._waiting) > WAITING else None
+        if oldest is not None:
+            self.let_in(oldest)
+            with contextlib.suppress(OSError):  # it may be closed already
+                oldest.shutdown(socket.SHUT_RDWR)
+        super().process_request(request, client_address)
+
+    def let_in(self, request: Any) -> None:
+        """A connection waits no more."""
+        with self._lock:
+            self._waiting.pop(request, None)
+
+    def shutdown_request(self, request: Any) -> None:
+        """A connection was answered."""
+        self.let_in(request)
+        super().shutdown_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A browser that goes away while it is answered is no error."""
@@ -113,29 +139,35 @@ class _Handler(BaseHTTPRequestHandler):
     server_version, sys_version = "hemline", ""
     timeout = 60
 
+    def setup(self) -> None:
+        """Read no longer than a request may take."""
+        super().setup()
+        self.rfile = io.BufferedReader(TimedReads(self.connection, HEARD_WITHIN))
+
     def do_GET(self) -> None:
-        if not self._is_local():
+        path = self._entered()
+        if path is None:
             return
-        if self.path in _PAGE:
-            name, kind = _PAGE[self.path]
+        if path in _PAGE:
+            name, kind = _PAGE[path]
             self._send(200, files("hemline.study").joinpath("page", name).read_bytes(), kind)
-        elif self.path == "/study":
+        elif path == "/study":
             self._say(200, self.server.labelled())
-        elif self.path in self.server.clips:
-            self._send_clip(*self.server.clips[self.path])
+        elif path in self.server.clips:
+            self._send_clip(*self.server.clips[path])
         else:
             self._say(404, {"error": "there is no such page"})
 
     def do_POST(self) -> None:
-        study = self.server.study
-        if not self._is_local():
+        study, path = self.server.study, self._entered()
+        if path is None:
             return
-        if study is None or self.path not in ("/next", "/answer"):
+        if study is None or path not in ("/next", "/answer"):
             self._say(404, {"error": "there is no such page"})
             return
         try:
             asked = self._body()
-            if self.path == "/answer":
+            if path == "/answer":
                 study.answer(*(asked.get(name) for name in ("participant", "token", "point", "seconds")))
             self._say(200, self.server.following(study, asked.get("participant")))
         except BadAnswer as error:
@@ -144,13 +176,18 @@ class _Handler(BaseHTTPRequestHandler):
             self.server.report(str(error))
             self._say(500, _STOPPED)
 
-    def _is_local(self) -> bool:
-        """Refuse what a page of another origin sends: it has another host's name, or says where it comes from."""
-        host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
-        local = host.split(":")[0] in (HOST, "localhost") and origin in (None, f"http://{host}")
-        if not local:
-            self._say(403, {"error": f"this page is at {self.server.url}"})
-        return local
+    def _entered(self) -> str | None:
+        """The path behind the key; None: they were turned away, and it was said."""
+        hosts, origins = (self.headers.get_all(name, []) for name in ("Host", "Origin"))
+        try:
+            path = self.server.door.entered(self.path, hosts, origins)
+            if not path:  # without the last slash, the page would look for its parts in another place
+                raise TurnedAway("The page is here.", self.server.url)
+        except TurnedAway as why:
+            self._say(why.status, {"error": why.said}, why.location)
+            return None
+        self.server.let_in(self.connection)
+        return path
 
     def _body(self) -> dict[str, Any]:
         try:
@@ -173,12 +210,14 @@ class _Handler(BaseHTTPRequestHandler):
         else:
             self._send(200, content, KINDS[pair.a.suffix.lower()])
 
-    def _say(self, status: int, content: dict[str, Any]) -> None:
-        self._send(status, json.dumps(content).encode(), "application/json")
+    def _say(self, status: int, content: dict[str, Any], location: str | None = None) -> None:
+        self._send(status, json.dumps(content).encode(), "application/json", location)
 
-    def _send(self, status: int, content: bytes, kind: str) -> None:
+    def _send(self, status: int, content: bytes, kind: str, location: str | None = None) -> None:
+        self.connection.settimeout(self.timeout)
         self.send_response(status)
-        for name, value in {"Content-Type": kind, "Content-Length": str(len(content)), **_RULES}.items():
+        place = {} if location is None else {"Location": location}
+        for name, value in {"Content-Type": kind, "Content-Length": str(len(content)), **place, **_RULES}.items():
             self.send_header(name, value)
         self.end_headers()
         self.wfile.write(content)

@@ -1,9 +1,10 @@
 """A study: which pair and question each participant sees next, and their answers."""
 
-import hashlib
+import hmac
 import json
+import secrets
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 from hemline.errors import BadAnswer, BadInput
 from hemline.files import check_writable
 
-from .answers import POINTS, Answer, add_answer, checked_code, read_answers
+from .answers import POINTS, Answer, add_answer, check_cell, checked_code, read_answers
 from .appending import locked
 from .order import Shown, shown_to
 from .pairs import Pair
@@ -35,7 +36,8 @@ class Item:
         shown: The pair as this participant sees it.
         question: What is asked.
         token: What an answer to it is sent with. It stands for this participant, these clips on these sides and this
-            question, so that no answer is filed under another item, whatever has changed since the page was loaded.
+            question, so that no answer is filed under another item, whatever has changed since the page was loaded. It
+            is made with a secret of the `Study`: it can be guessed by nobody, and does not tell which side A is on.
     """
 
     number: int
@@ -60,7 +62,8 @@ class Study:
         seed: Of the order and of the sides.
 
     Raises:
-        BadInput: No question, one that is asked twice or is no line of text, or the CSV holds answers of another study.
+        BadInput: No question, one that is asked twice, is no line of text or would be a formula in a spreadsheet, or
+            the CSV holds answers of another study.
         BadOutput: The CSV cannot be written.
     """
 
@@ -68,12 +71,15 @@ class Study:
     answers: Path
     questions: tuple[str, ...] = QUESTIONS
     seed: int = 0
+    _secret: bytes = field(default_factory=lambda: secrets.token_bytes(32), init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         good = [each.strip() and each.isprintable() and self.questions.count(each) == 1 for each in self.questions]
         if not good or not all(good):
             got = repr(next((each for each, fine in zip(self.questions, good, strict=True) if not fine), "none"))
             raise BadInput("questions must be lines of text that differ", got, "ask each one once")
+        for question in self.questions:
+            check_cell("a question", question)
         check_writable(self.answers)
         if self.answers.exists():
             with locked(self.answers):
@@ -123,7 +129,8 @@ class Study:
         timed = isinstance(seconds, int | float) and not isinstance(seconds, bool)
         if not timed or not 0 <= seconds < _LONGEST:
             raise BadAnswer("seconds must be a number of at least 0", repr(seconds)[:60], "load the page again")
-        item = next((item for item in self.items(code) if item.token == token), None)
+        sent = token.encode(errors="replace") if isinstance(token, str) else b""
+        item = next((item for item in self.items(code) if hmac.compare_digest(item.token.encode(), sent)), None)
         if item is None:
             raise BadAnswer("there is no such question in this study", repr(token)[:60], "load the page again")
         pair, a_left = item.shown.pair, item.shown.a_left
@@ -158,7 +165,7 @@ class Study:
 
     def _token(self, code: str, shown: Shown, question: str) -> str:
         what = [self.seed, code, shown.pair.name, shown.pair.contents, shown.a_left, question]
-        return hashlib.sha256(json.dumps(what).encode()).hexdigest()[:16]
+        return hmac.digest(self._secret, json.dumps(what).encode(), "sha256").hex()[:32]
 
     def _check(self, answers: Sequence[Answer]) -> None:
         """Refuse answers that were given to other clips, to other questions or in another order."""

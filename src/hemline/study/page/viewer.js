@@ -1,5 +1,6 @@
 "use strict";
-// Shows two clips in step and sends each answer at once. All that is remembered is on the server.
+// Shows two clips in step and sends each answer at once. All that is remembered is on the server. The address of the
+// page holds the key that lets it in, so all that it asks for lies beneath that address.
 
 const SCALE = ["left much better", "left better", "left slightly better", "no preference",
   "right slightly better", "right better", "right much better"];
@@ -19,7 +20,7 @@ async function asked(path, body) {
   const sent = body && { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
   let reply;
   try {
-    reply = await fetch(path, sent);
+    reply = await fetch(`.${path}`, sent);
   } catch {
     throw new Error("The page is not reached; tell the person who runs the study, then try again.");
   }
@@ -45,7 +46,7 @@ async function once(work) {
 // Clips. A picture begins anew with each address, so each replay makes one; a video is set back.
 
 async function loaded(address, video) {
-  const reply = await fetch(address);
+  const reply = await fetch(`.${address}`);
   if (!reply.ok) throw new Error((await reply.json()).error);
   return { bytes: await reply.blob(), video, element: null };
 }
