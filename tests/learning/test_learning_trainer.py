@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from hemline.errors import BadModel
-from hemline.files import read_tensors
+from hemline.errors import BadModel, HemlineWarning
+from hemline.files import read_tensors, write_tensors
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 from hemline.learning.trainer import Checkpoint, Schedule, Trainer  # noqa: E402  # after the skip
@@ -122,12 +122,76 @@ def test_a_checkpoint_with_another_mark_is_not_used(straight, tmp_path):
     assert trained(Line(), Checkpoint(path, "mark", 1)).bits() == straight
 
 
-def test_a_damaged_checkpoint_is_refused(tmp_path):
-    path = tmp_path / "line.safetensors"
-    trained(Line(), Checkpoint(path, "mark", 1))
+def _cut(path) -> None:
     path.write_bytes(path.read_bytes()[:-9])
-    with pytest.raises(BadModel, match="is damaged"):
+
+
+def _changed(path, arrays=(), **numbers) -> None:
+    kept, metadata = read_tensors(path, "training")
+    write_tensors(path, kept | dict(arrays), metadata | numbers)
+
+
+DAMAGES = {
+    "cut off": _cut,
+    "empty": lambda path: path.write_bytes(b""),
+    "pickled": lambda path: torch.save({"weight": torch.zeros(2)}, path),
+    "of another shape": lambda path: _changed(path, {"parameter0": np.zeros((1, 2), np.float32)}),
+    "of another type": lambda path: _changed(path, {"first1": np.zeros(2)}),
+    "without one of a pair": lambda path: _changed(path, {"first2": np.zeros(2, np.float32), "best1": np.zeros(0)}),
+    "with a word for a number": lambda path: _changed(path, done="all"),
+    "with less than nothing done": lambda path: _changed(path, done=-1),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_a_damaged_checkpoint_is_put_aside_and_the_training_begins_anew(straight, tmp_path, name):
+    path = tmp_path / "line.safetensors"
+    for _ in range(2):
         trained(Line(), Checkpoint(path, "mark", 1))
+        DAMAGES[name](path)
+        damaged = path.read_bytes()
+        seen: list[int] = []
+        with pytest.warns(HemlineWarning, match="the checkpoint .*line.safetensors is damaged; .*begins anew"):
+            end = trained(Line(), Checkpoint(path, "mark", 1), lambda done, total, told=seen: told.append(done))
+        assert end.bits() == straight and len(seen) == EPOCHS
+        assert (tmp_path / "line.safetensors.damaged").read_bytes() == damaged
+        assert trained(Line(), Checkpoint(path, "mark", 1)).bits() == straight
+
+
+def test_a_checkpoint_that_cannot_be_read_stays_and_the_cure_is_said(tmp_path):
+    path = tmp_path / "line.safetensors"
+    path.mkdir()
+    with pytest.raises(BadModel, match=r"the checkpoint .* cannot be used; got a folder; make it readable, or delete"):
+        trained(Line(), Checkpoint(path, "mark", 1))
+    path.rmdir()
+    write_tensors(path, {}, {"kind": "training", "mark": "mark", "format": 99})
+    before = path.read_bytes()
+    with pytest.raises(BadModel, match="cannot be used; got version 99; .* delete .*line.safetensors"):
+        trained(Line(), Checkpoint(path, "mark", 1))
+    assert path.read_bytes() == before
+
+
+def test_single_numbers_and_parameters_without_a_gradient_outlive_a_kill(tmp_path):
+    class Scaled(Line):
+        def __init__(self):
+            super().__init__()
+            self.scale, self.unused = torch.ones((), requires_grad=True), torch.ones(3, requires_grad=True)
+
+        @property
+        def parameters(self):
+            return [self.weight, self.offset, self.scale, self.unused]
+
+        def loss(self, chosen, random, mine):
+            return self.scale**2 * super().loss(chosen, random, mine)
+
+    def stopped(done, total):
+        if done == 5:
+            raise KeyboardInterrupt
+
+    checkpoint, whole = Checkpoint(tmp_path / "line.safetensors", "mark", 1), trained(Scaled())
+    with pytest.raises(KeyboardInterrupt):
+        trained(Scaled(), checkpoint, stopped)
+    assert trained(Scaled(), checkpoint).bits() == whole.bits()
 
 
 def test_every_sample_is_shown_once_an_epoch_in_another_order_each_time():

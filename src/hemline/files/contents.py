@@ -1,4 +1,4 @@
-"""What a model file holds, checked piece by piece before anything runs on it."""
+"""What a file holds, a model above all, checked piece by piece before anything runs on it."""
 
 from collections.abc import Mapping
 from contextlib import contextmanager
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hemline.errors import BadModel, HemlineError
+from hemline.errors import BadInput, BadModel, HemlineError
 
 AGAIN = "copy the file again, or make it with 'hemline fit'"
 """The cure for a model file that is damaged."""
@@ -17,21 +17,39 @@ def part(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]
     return {name.removeprefix(f"{prefix}."): array for name, array in arrays.items() if name.startswith(f"{prefix}.")}
 
 
-def array_of(arrays: Mapping[str, np.ndarray], name: str, dtype: str, shape: tuple[int | None, ...]) -> np.ndarray:
-    """One array of a model file, of exactly that dtype and shape (None: any length).
+def array_of(
+    arrays: Mapping[str, np.ndarray],
+    name: str,
+    dtype: str | tuple[str, ...],
+    shape: tuple[int | None, ...],
+    *,
+    owner: str = "the model",
+    error: type[BadInput] = BadModel,
+    cure: str = AGAIN,
+) -> np.ndarray:
+    """One array of a file, of exactly that dtype (or one of several) and shape (None: any length).
+
+    Args:
+        arrays: All arrays of the file.
+        name: The one that is looked for.
+        dtype: Its type, or those that it may have.
+        shape: Its lengths.
+        owner: What an error calls the file.
+        error: The class to raise.
+        cure: What to do about it.
 
     Raises:
-        BadModel: It is missing, differs, or holds NaN or infinity.
+        error: It is missing, differs, or holds NaN or infinity.
     """
     if name not in arrays:
-        raise BadModel(f"the model lacks array '{name}'", f"{len(arrays)} others", AGAIN)
-    array = arrays[name]
+        raise error(f"{owner} lacks array '{name}'", f"{len(arrays)} others", cure)
+    array, kinds = arrays[name], (dtype,) if isinstance(dtype, str) else dtype
     fits = array.ndim == len(shape) and all(n in (None, m) for n, m in zip(shape, array.shape, strict=True))
-    if array.dtype != np.dtype(dtype) or not fits:
-        wanted = f"{dtype} {tuple('any' if n is None else n for n in shape)}".replace("'", "")
-        raise BadModel(f"array '{name}' of the model must be {wanted}", f"{array.dtype} {array.shape}", AGAIN)
+    if array.dtype not in [np.dtype(kind) for kind in kinds] or not fits:
+        wanted = f"{' or '.join(kinds)} {tuple('any' if n is None else n for n in shape)}".replace("'", "")
+        raise error(f"array '{name}' of {owner} must be {wanted}", f"{array.dtype} {array.shape}", cure)
     if array.dtype.kind == "f" and not np.isfinite(array).all():
-        raise BadModel(f"array '{name}' of the model must be finite", "NaN or infinity", AGAIN)
+        raise error(f"array '{name}' of {owner} must be finite", "NaN or infinity", cure)
     return array
 
 

@@ -2,7 +2,9 @@
 
 import json
 import math
+import os
 import time
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +13,9 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import torch
 
-from hemline.errors import BadCluster, BadModel
+from hemline.errors import BadCluster, BadModel, HemlineWarning
 from hemline.files import read_tensors, tensor_bytes, write_tensors
+from hemline.files.contents import array_of
 
 from .group import Group
 
@@ -71,6 +74,10 @@ class Schedule:
     """It ends once the validation loss has not fallen by `gain` in so many epochs; 0: never before its end."""
     gain: float = 0.02
     """What counts as falling, as a share."""
+
+
+class _Damaged(BadModel):
+    """A checkpoint that was read and is not whole."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +140,7 @@ class Trainer:
             progress: Called with the epochs done and in all; what it raises stops the training.
 
         Raises:
-            BadModel: The loss is no longer finite, or the checkpoint is damaged.
+            BadModel: The loss is no longer finite, or the checkpoint cannot be read.
         """
         if not self.group.first:
             checkpoint = None
@@ -228,14 +235,56 @@ class Trainer:
         self._kept_at = time.monotonic()
 
     def _restored(self, checkpoint: Checkpoint) -> bool:
-        """Go on from a checkpoint of the same training; whether there was one."""
-        if not checkpoint.path.exists():
+        """Go on from a checkpoint of the same training; whether there was one.
+
+        One that is damaged is put aside, with a warning, and the training begins anew: all that it could still tell is
+        lost already.
+        """
+        path = checkpoint.path
+        if not os.path.lexists(path):
             return False
-        arrays, metadata = read_tensors(checkpoint.path, "training", error=BadModel)
-        if metadata.get("mark") != checkpoint.mark:
+        try:
+            arrays, metadata = read_tensors(path, "training", error=BadModel, damaged=_Damaged)
+            if metadata.get("mark") != checkpoint.mark:
+                return False
+            self._check(arrays, metadata)
+        except _Damaged as reason:
+            self._put_aside(path, reason)
             return False
+        except BadModel as reason:
+            cure = f"make it readable, or delete {path}: the training then begins anew"
+            raise BadModel(f"the checkpoint {path} cannot be used", reason.got, cure) from reason
         self._take(arrays, metadata)
         return True
+
+    def _put_aside(self, path: Path, reason: BadModel) -> None:
+        aside = path.with_name(f"{path.name}.damaged")
+        try:
+            path.replace(aside)
+        except OSError as error:
+            cure = f"delete {path}: the training then begins anew"
+            raise BadModel(f"the damaged checkpoint {path} cannot be renamed", error.strerror or error, cure) from error
+        cure = f"it is kept as {aside.name}, and the training of the {self.objective.name} begins anew"
+        warnings.warn(HemlineWarning(f"the checkpoint {path} is damaged", reason.got, cure), stacklevel=2)
+
+    def _check(self, arrays: dict[str, np.ndarray], metadata: dict[str, Any]) -> None:
+        """Refuse a checkpoint that does not hold what `_state` writes for these parameters."""
+        steps, best, done = (metadata.get(name) for name in ("steps", "best", "done"))
+        numbers = type(steps) in (int, float) and (best is None or type(best) in (int, float))
+        if not isinstance(done, int) or done < 0 or not numbers:
+            raise _Damaged("the checkpoint", "numbers that no training has", "begin anew")
+
+        def of(name: str, dtype: str, shape: tuple[int, ...]) -> None:
+            array_of(arrays, name, dtype, shape, owner="the checkpoint", error=_Damaged)
+
+        for i, parameter in enumerate(self.parameters):
+            moments = f"first{i}" in arrays or f"second{i}" in arrays
+            for kind in ("parameter", "best", "first", "second") if moments else ("parameter", "best"):
+                # a single number is written as an array of one
+                of(f"{kind}{i}", parameter.detach().numpy().dtype.name, tuple(parameter.shape) or (1,))
+        for name, count in (("losses", done + 1), ("trained", done)):
+            if name in arrays:
+                of(name, "float64", (count,))
 
     def _state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """All that the next epoch depends on."""
@@ -252,16 +301,20 @@ class Trainer:
 
     def _take(self, arrays: dict[str, np.ndarray], metadata: dict[str, Any]) -> None:
         """Go on from a state."""
+
+        def tensor(name: str, like: torch.Tensor) -> torch.Tensor:
+            return torch.from_numpy(arrays[name]).reshape(like.shape)
+
         with torch.no_grad():
             for i, parameter in enumerate(self.parameters):
-                parameter.copy_(torch.from_numpy(arrays[f"parameter{i}"]))
-                if metadata["steps"]:
+                parameter.copy_(tensor(f"parameter{i}", parameter))
+                if metadata["steps"] and f"first{i}" in arrays:
                     self.adam.state[parameter] = {
                         "step": torch.tensor(metadata["steps"]),
-                        "exp_avg": torch.from_numpy(arrays[f"first{i}"]),
-                        "exp_avg_sq": torch.from_numpy(arrays[f"second{i}"]),
+                        "exp_avg": tensor(f"first{i}", parameter),
+                        "exp_avg_sq": tensor(f"second{i}", parameter),
                     }
-        self.best = [torch.from_numpy(arrays[f"best{i}"]) for i in range(len(self.parameters))]
+        self.best = [tensor(f"best{i}", parameter) for i, parameter in enumerate(self.parameters)]
         self.best_loss = math.inf if metadata["best"] is None else metadata["best"]
         self.losses, self.trained = (arrays[name].tolist() if name in arrays else [] for name in ("losses", "trained"))
         self.done = int(metadata["done"])
