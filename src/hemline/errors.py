@@ -9,6 +9,7 @@ HemlineError
 │   ├── BadGarment    mesh + TOML, pins, chains, materials
 │   │   └── OffBody   a garment that does not sit on the body
 │   ├── BadDataset    folders of takes
+│   │   └── DamagedTake  a take that was read to its end and is not whole: it can be made again
 │   ├── BadModel      model files
 │   ├── BadAnswer     what the page of a study sent
 │   ├── BadCluster    a scheduler, its workers, the processes of a training
@@ -68,6 +69,14 @@ class BadDataset(BadInput):
     """A dataset that is damaged, or that was made for something else."""
 
 
+class DamagedTake(BadDataset):
+    """A take that was read and is not whole: cut off, or other bytes than a take's.
+
+    What could not be read at all (no permission, a disk that fails), what a newer hemline wrote and what is another
+    take than its name says is a `BadDataset` and never this: it may be whole.
+    """
+
+
 class BadModel(BadInput):
     """A model file that is damaged, of a future version, or not one."""
 
@@ -109,14 +118,14 @@ class HemlineWarning(UserWarning):
     """What can be used, though the result will be worse for it.
 
     Args:
-        what: What is doubtful.
+        what: What is doubtful; or the whole line, where a library that held a warning back gives it again by its text.
         got: What was found.
         cure: What the user can do about it.
     """
 
-    def __init__(self, what: str, got: object, cure: str):
+    def __init__(self, what: str, got: object = "", cure: str = ""):
         self.what, self.got, self.cure = what, got, cure
-        super().__init__(_one_line(what, got, cure))
+        super().__init__(_one_line(what, got, cure) if cure else what)
 
     def __reduce__(self):
         return type(self), (self.what, self.got, self.cure)

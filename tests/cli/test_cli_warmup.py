@@ -1,8 +1,10 @@
 """`hemline warmup`: what it compiles is not compiled again."""
 
 import os
+import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -28,6 +30,21 @@ def test_what_two_processes_compiled_is_there_for_a_third(tmp_path):
     command = [sys.executable, "-m", "hemline", "warmup", "--jobs", "2"]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     assert all(name in done.stderr for name in STAGES) and done.stdout.strip() == str(tmp_path)
-    compiled = set(tmp_path.rglob("*.nbc"))
+    compiled = set(tmp_path.rglob("*.kernel"))
     subprocess.run([sys.executable, "-c", PLAY], env=environment, check=True)
-    assert compiled and set(tmp_path.rglob("*.nbc")) == compiled
+    assert compiled and set(tmp_path.rglob("*.kernel")) == compiled
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="a terminal's Ctrl-C is a signal to a group of processes")
+def test_ctrl_c_ends_it_at_once_while_compilers_are_at_work(tmp_path):
+    command = [sys.executable, "-m", "hemline", "warmup", "--jobs", "2"]
+    environment = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path)}
+    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True) as run:
+        while not any(tmp_path.rglob("*.kernel")):
+            assert run.poll() is None
+            time.sleep(0.1)
+        began = time.monotonic()
+        os.killpg(run.pid, signal.SIGINT)
+        _, said = run.communicate(timeout=60)
+    assert time.monotonic() - began < 5
+    assert run.returncode == 130 and "interrupted" in said.splitlines()[-1]

@@ -11,7 +11,6 @@ import hashlib
 import pickle
 import warnings
 from collections.abc import Callable, Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from .sources import source_hash
 
 _MAGIC = b"hemline kernel 1\n"
 _DIGEST = hashlib.sha256().digest_size
+_unkept: set[Path] = set()
 
 
 class KernelCache:
@@ -71,10 +71,11 @@ class KernelCache:
         content = dumps(compiled._reduce())
         try:
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            path.unlink(missing_ok=True)  # what is there is damaged or another user's
             with written_whole(path) as temporary:
                 temporary.write_bytes(_MAGIC + hashlib.sha256(key + content).digest() + key + content)
         except (OSError, BadOutput) as reason:
-            _say_unkept(str(path.parent.parent), str(reason))
+            _say_unkept(path.parent.parent, reason)
 
     def enable(self) -> None:
         """Do nothing: the cache is always on."""
@@ -118,7 +119,10 @@ def _read(path: Path, key: bytes) -> bytes | None:
     return rest[len(key) :]
 
 
-@cache
-def _say_unkept(folder: str, reason: str) -> None:
+def _say_unkept(folder: Path, reason: Exception) -> None:
+    """Warn that compiled versions cannot be kept, once a process for each folder."""
+    if folder in _unkept:
+        return
+    _unkept.add(folder)
     cure = f"make room there, or let {VARIABLE} name another folder; until then kernels are compiled in each process"
     warnings.warn(HemlineWarning(f"compiled kernels cannot be kept in {folder}", reason, cure), stacklevel=2)

@@ -53,6 +53,6 @@ class ParallelKernel:
 
 def _compiled(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     whole = {"error_model": "numpy", "nogil": True} | options
-    made = numba.njit(**whole)(function)
+    made: Any = numba.njit(**whole)(function)
     made._cache = KernelCache(function, whole)
     return made

@@ -16,6 +16,7 @@ from typing import Any
 
 import numba
 import numba.core.config
+from numba.np.ufunc.parallel import threading_layer
 
 _config: Any = numba.core.config
 _here = threading.local()
@@ -114,7 +115,7 @@ def _short_spins() -> Iterator[None]:
 @cache
 def _layer() -> str:
     """Numba's threading layer: `omp`, `tbb` or `workqueue`; called when its threads run."""
-    return numba.threading_layer()
+    return threading_layer()
 
 
 def _allowed_cores() -> int:
