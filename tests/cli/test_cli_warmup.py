@@ -48,3 +48,27 @@ def test_ctrl_c_ends_it_at_once_while_compilers_are_at_work(tmp_path):
         _, said = run.communicate(timeout=60)
     assert time.monotonic() - began < 5
     assert run.returncode == 130 and "interrupted" in said.splitlines()[-1]
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="a kill that cannot be heard is a signal")
+def test_its_processes_end_with_it_when_it_is_killed(tmp_path):
+    command = [sys.executable, "-m", "hemline", "warmup", "--jobs", "2"]
+    environment = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path)}
+    run = subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL, start_new_session=True)
+    while not any(tmp_path.rglob("*.kernel")):
+        assert run.poll() is None
+        time.sleep(0.1)
+    run.kill()
+    run.wait()
+    deadline = time.monotonic() + 20
+    while _is_alive(run.pid):
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+
+
+def _is_alive(group: int) -> bool:
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True

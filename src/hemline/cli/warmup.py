@@ -1,11 +1,14 @@
 """`hemline warmup`."""
 
-import multiprocessing
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from .progress import note
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hemline.sim.takes.jobs import Job, Tell
 
 
 @dataclass(frozen=True)
@@ -17,32 +20,32 @@ class Arguments:
 
 
 def run(arguments: Arguments) -> int:
-    """Run each stage once, on what ships, so that numba compiles and caches it."""
+    """Run each stage once, on what ships, so that numba compiles it and it is kept on disk."""
     from hemline.compiled import cache_folder
     from hemline.errors import BadInput
     from hemline.playback.warmup import STAGES
+    from hemline.sim.takes.jobs import run_jobs
+    from hemline.sim.takes.workers import workers
 
     if arguments.jobs < 1:
         raise BadInput("--jobs must be at least 1", arguments.jobs, "give the number of cores")
-    for name, seconds in zip(STAGES, _seconds(list(STAGES), arguments.jobs), strict=True):
-        note(f"{name:<14}{seconds:6.1f} s")
+    with workers(arguments.jobs) as those:
+        run_jobs(map(_warmed, STAGES), those)
     print(cache_folder())
     return 0
 
 
-def _seconds(names: list[str], jobs: int) -> Iterator[float]:
-    """How long each stage took, in order."""
+def _warmed(stage: str) -> "Job[None]":
+    """Have a stage run by a worker, and say how long it took."""
     from hemline.playback.warmup import run_stage
+    from hemline.sim.takes.jobs import Call
 
-    if jobs == 1:
-        yield from map(run_stage, names)
-        return
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        try:
-            yield from pool.map(run_stage, names)
-        except BaseException:
-            # a compiler does not hear Ctrl-C until it is done with a function, which may take a minute
-            for process in list((pool._processes or {}).values()):
-                process.terminate()
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    seconds = yield Call(_run, run_stage, stage)
+    note(f"{stage:<24}{seconds:6.1f} s")
+
+
+def _run(run_stage: "Callable[[str], float]", stage: str, tell: "Tell") -> float:
+    from hemline.compiled import use_threads
+
+    use_threads(None)  # for the loops on all threads, too
+    return run_stage(stage)

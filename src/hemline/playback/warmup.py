@@ -1,4 +1,4 @@
-"""Run each stage once on what ships, so that numba compiles and caches it."""
+"""Run each stage once on what ships, so that numba compiles it and it is kept on disk."""
 
 import tempfile
 import time
@@ -9,6 +9,7 @@ from pathlib import Path
 from hemline import animators, bodies, export, garments, motions, sim
 from hemline.animators import Animator
 from hemline.collide.winding.numbers import inside
+from hemline.compiled import at_most
 
 from .play import play
 from .player import Player
@@ -65,8 +66,14 @@ def _warm(animator: Animator | animators.Wearable) -> None:
     Player.prepare(animator, bodies.load("anny24").shaped()).warm_up(motions.load("run")[0])
 
 
+def _simulation_on_one_thread() -> None:
+    with at_most(1):
+        _simulation()
+
+
 STAGES: dict[str, Callable[[], None]] = {
     "simulation": _simulation,
+    "simulation, one thread": _simulation_on_one_thread,
     "playback": _playback,
     "pictures": _pictures,
     "close-fitting": _close_fitting,

@@ -11,6 +11,8 @@ from multiprocessing import get_context
 from typing import Any
 from weakref import WeakKeyDictionary
 
+from hemline.compiled import available
+
 from .jobs import Call, Tell, kept_setup, nothing_told
 
 
@@ -65,14 +67,15 @@ def processes(jobs: int) -> Iterator[Processes]:
     # numba's threads and fork do not mix: spawn
     context = get_context("spawn")
     progress = context.SimpleQueue()
-    threads = max(1, (os.cpu_count() or 1) // jobs)
+    threads = max(1, available() // jobs)
     with ProcessPoolExecutor(jobs, context, _start_worker, (os.getpid(), threads, progress)) as pool:
         try:
             yield Processes(pool, jobs, progress)
         except BaseException:
+            # they are ended, not asked: a compiler does not hear Ctrl-C before it is done with a function
+            for process in list((pool._processes or {}).values()):
+                process.terminate()
             pool.shutdown(wait=False, cancel_futures=True)
-            for process in list(getattr(pool, "_processes", None) or {}):
-                os.kill(process, 15)
             raise
 
 
