@@ -2,11 +2,13 @@
 
 import gzip
 import json
+import os
 import re
 import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -125,11 +127,10 @@ def test_paths_that_hold_no_page_are_refused(tmp_path):
         write_page(tmp_path / "page.txt", made(), title="")
     with pytest.raises(BadOutput, match="cannot write"):
         write_page(tmp_path / "none" / "page.html", made(), title="")
-    (tmp_path / "full").mkdir()
-    (tmp_path / "full" / "mine.txt").write_text("mine")
-    with pytest.raises(BadOutput, match="something else"):
-        write_page(tmp_path / "full", made(), title="")
-    assert [each.name for each in tmp_path.rglob("*")] == ["full", "mine.txt"]
+    (tmp_path / "mine").write_text("mine")
+    with pytest.raises(BadOutput, match="which is a file"):
+        write_page(tmp_path / "mine", made(), title="")
+    assert [each.name for each in tmp_path.rglob("*")] == ["mine"]
 
 
 def test_export_and_animate_name_the_verb_that_writes_pages(tmp_path, capsys):
@@ -137,16 +138,62 @@ def test_export_and_animate_name_the_verb_that_writes_pages(tmp_path, capsys):
     assert "hemline page" in capsys.readouterr().err
 
 
-def test_a_folder_is_replaced_as_a_whole(tmp_path):
-    folder = tmp_path / "page"
-    write_page(folder, made(), title="one")
-    (folder / "js" / "old.js").write_text("")
-    paths = write_page(folder, made(), title="two")
-    assert sorted(paths) == sorted(each for each in folder.rglob("*") if each.is_file())
+def test_a_folder_holds_what_the_page_plays(tmp_path):
+    paths = write_page(tmp_path / "page", made(), title="cape")
+    assert sorted(paths) == sorted(each for each in (tmp_path / "page").rglob("*") if each.is_file())
     content = made()
-    assert gzip.decompress((folder / "contents.bin").read_bytes()) == tensor_bytes(content.arrays, content.metadata)
-    assert "<title>two</title>" in (folder / "index.html").read_text()
-    assert [each.name for each in tmp_path.iterdir()] == ["page"]
+    held = next((tmp_path / "page").glob("*/contents.bin"))
+    assert gzip.decompress(held.read_bytes()) == tensor_bytes(content.arrays, content.metadata)
+
+
+class Markup(HTMLParser):
+    """What a reader of HTML finds: the title, and the names of all elements."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.title, self.within, self.elements = "", False, []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append(tag)
+        self.within |= tag == "title"
+
+    def handle_endtag(self, tag):
+        self.within &= tag != "title"
+
+    def handle_data(self, data):
+        self.title += data if self.within else ""
+
+
+TITLES = [
+    "</title><b>bold",
+    "<script>alert(1)</script>",
+    "Fish &amp; chips",
+    "{{boot}}",
+    "{{title}} {{style}}",
+    "{{x}}",
+    r"\1",
+]
+
+
+@pytest.mark.parametrize("title", TITLES)
+@pytest.mark.parametrize("name", ["page.html", "page"])
+def test_a_title_is_text_whatever_it_says(tmp_path, name, title):
+    (tmp_path / "plain").mkdir()
+    index, plain = (
+        write_page(tmp_path / name, made(), title=title)[-1],
+        write_page(tmp_path / "p.html", made(), title=""),
+    )
+    if name == "page":
+        plain = write_page(tmp_path / "plain", made(), title="")
+    found, expected = Markup(index.read_text()), Markup(plain[-1].read_text())
+    assert found.title == title and found.elements == expected.elements
+    assert index.stat().st_size < plain[-1].stat().st_size + 200
+
+
+def test_a_title_of_bytes_that_are_no_text_is_written(tmp_path):
+    write_page(tmp_path / "page.html", made(), title=os.fsdecode(b"T-shirt \xff"))
+    assert Markup((tmp_path / "page.html").read_text()).title == "T-shirt ?"
 
 
 def test_the_verb_says_what_it_wrote(tmp_path, capsys):

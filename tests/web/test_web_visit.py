@@ -15,6 +15,7 @@ from hemline import bodies, web
 from hemline.motions import load
 
 MODELS = ("tshirt-light", "trousers-light")
+TITLE = "</title><b>Shirts &amp; more {{boot}}"
 TALLEST = "return hemline.body.vertices.reduce((most, y, i) => (i % 3 === 1 ? Math.max(most, y) : most), 0)"
 
 
@@ -27,7 +28,7 @@ def contents():
 @pytest.fixture(scope="module")
 def visited(contents, tmp_path_factory):
     path = tmp_path_factory.mktemp("visit") / "page.html"
-    web.write_page(path, contents, title="<Shirts> & more")
+    web.write_page(path, contents, title=TITLE)
     with opened(path.as_uri()) as page:
         yield page
 
@@ -56,7 +57,9 @@ def test_it_shows_body_and_garment_and_says_whose_they_are(visited):
     seen = settled_picture(visited)
     red, green, blue = np.moveaxis(seen, -1, 0)
     assert ((red > 90) & (red > 2 * green) & (red > 2 * blue)).sum() > 2000  # the shirt
-    assert visited.driver.title == "<Shirts> & more"
+    assert visited.driver.title == TITLE
+    elements = "return ['b', 'title'].map((each) => document.getElementsByTagName(each).length)"
+    assert visited.driver.execute_script(elements) == [0, 1]
     notices = visited.driver.execute_script("return document.getElementById('notices').textContent")
     assert "CC0-1.0" in notices and "CMU" in notices
     said = [each["message"] for each in visited.driver.get_log("browser") if each["level"] == "SEVERE"]

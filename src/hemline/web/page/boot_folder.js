@@ -1,4 +1,4 @@
-// A page in a folder: data, kernels and modules are files beside it, which a web host serves.
+// A page in a folder: data, kernels and modules are files in a folder beside it, which a web host serves.
 async function fetched(name) {
   const answer = await fetch(name);
   if (!answer.ok) throw new Error(`${name}: ${answer.status}`);
@@ -12,7 +12,7 @@ async function unzipped(name) {
 
 async function begin() {
   const { open } = await import("hemline/main.js");
-  await open(await unzipped("contents.bin"), await fetched("kernels.wasm"));
+  await open(await unzipped("{{parts}}/contents.bin"), await fetched("{{parts}}/kernels.wasm"));
 }
 
 begin().catch((error) => {

@@ -1,0 +1,110 @@
+"""The files of a page as bytes: all in one `.html`, or an index and the parts that it loads."""
+
+import base64
+import gzip
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from html import escape
+from importlib.resources import files
+
+_PAGE = files("hemline.web") / "page"
+_CORE = "./three.core.min.js"
+_MODULES = {
+    "three": "three.module.min.js",
+    "three/core": "three.core.min.js",
+    "three/OrbitControls.js": "OrbitControls.js",
+}
+"""Names by which modules import three.js, and its files."""
+PARTS = "hemline-"
+"""How the name of a folder of parts begins; twelve digits follow, which depend on all that the page holds."""
+
+
+@dataclass(frozen=True)
+class FolderPage:
+    """A page for a folder.
+
+    Attributes:
+        index: Content of `index.html`.
+        place: The folder in which the parts lie, beside `index.html`; no other page has one of this name.
+        parts: Content of each part, by its path in that folder.
+    """
+
+    index: bytes
+    place: str
+    parts: Mapping[str, bytes]
+
+
+def one_file(title: str, data: bytes) -> bytes:
+    """Make a page that opens by itself.
+
+    Args:
+        title: Its title, in plain text.
+        data: What it plays, zipped.
+    """
+    modules = json.dumps(_sources(), sort_keys=True).encode()
+    held = {"modules": zipped(modules), "contents": data, "kernels": zipped((_PAGE / "kernels.wasm").read_bytes())}
+    scripts = [
+        f'<script type="application/octet-stream" id="{name}">{base64.b64encode(content).decode()}</script>'
+        for name, content in held.items()
+    ]
+    return _html(title, "\n".join([*scripts, f"<script>\n{_text('boot_file.js')}</script>"]))
+
+
+def folder_page(title: str, data: bytes) -> FolderPage:
+    """Make a page for a static web host.
+
+    Args:
+        title: Its title, in plain text.
+        data: What it plays, zipped.
+    """
+    own = {
+        f"js/{name.removeprefix('hemline/')}": text for name, text in _sources().items() if name.startswith("hemline/")
+    }
+    parts = {name: text.encode() for name, text in own.items()}
+    parts |= {f"three/{name}": (_PAGE / "three" / name).read_bytes() for name in (*_MODULES.values(), "LICENSE")}
+    parts |= {"contents.bin": data, "kernels.wasm": (_PAGE / "kernels.wasm").read_bytes()}
+    digest = sha256()
+    for name, content in (("index.html", _index(title, PARTS)), *sorted(parts.items())):
+        digest.update(f"{name} {len(content)}\n".encode() + content)
+    place = PARTS + digest.hexdigest()[:12]
+    return FolderPage(_index(title, place), place, parts)
+
+
+def zipped(content: bytes) -> bytes:
+    """Zip bytes; equal bytes give equal ones."""
+    return gzip.compress(content, 9, mtime=0)
+
+
+def _index(title: str, place: str) -> bytes:
+    imports = {"hemline/": f"./{place}/js/"} | {name: f"./{place}/three/{file}" for name, file in _MODULES.items()}
+    maps = f'<script type="importmap">{json.dumps({"imports": imports})}</script>'
+    boot = _filled(_text("boot_folder.js"), {"parts": f"./{place}"})
+    return _html(title, f'{maps}\n<script type="module">\n{boot}</script>')
+
+
+def _sources() -> dict[str, str]:
+    """All modules by the names that import them."""
+    own = {
+        f"hemline/{each.name}": each.read_text("utf-8")
+        for each in (_PAGE / "js").iterdir()
+        if each.name.endswith(".js")
+    }
+    three = {name: (_PAGE / "three" / file).read_text("utf-8") for name, file in _MODULES.items()}
+    return own | three | {"three": three["three"].replace(_CORE, "three/core")}
+
+
+def _html(title: str, boot: str) -> bytes:
+    held = {"title": escape(title), "style": _text("page.css"), "boot": boot}
+    return _filled(_text("page.html"), held).encode("utf-8", "replace")  # a title from undecodable bytes has "?"
+
+
+def _filled(template: str, held: Mapping[str, str]) -> str:
+    """Fill in what a template names in double braces, once: braces in what is filled in stay as they are."""
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: held[found[1]], template)
+
+
+def _text(name: str) -> str:
+    return (_PAGE / name).read_text("utf-8")
