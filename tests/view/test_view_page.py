@@ -1,6 +1,7 @@
 """The page in a real browser: it shows the garment, plays, stops, takes what hands ask for; and how it ends."""
 
 import io
+import re
 import signal
 import socket
 import subprocess
@@ -19,9 +20,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "study"))
 from browser import browsing  # noqa: E402
 
 from hemline.cli import main  # noqa: E402
+from hemline.doors import HOST  # noqa: E402
 from hemline.errors import BadInput, MissingExtra  # noqa: E402
 from hemline.view import Page  # noqa: E402
-from hemline.view import page as page_module  # noqa: E402
 
 DEADLINE = 90.0
 
@@ -122,7 +123,7 @@ def test_what_cannot_be_done_is_said_and_what_was_shown_stays(tmp_path):
     with serving(Page(shelf(tmp_path / "takes"), playing=False, report=said.append)) as page:
         choice, source = page.choice, page.stage.source
         page.wishes.put("clip", "walk")
-        until(lambda: said, "a clip without a model is refused")
+        until(lambda: page.trouble, "a clip without a model is refused")
         assert said == [page.trouble] and "a clip alone moves no garment" in page.trouble
         assert page.choice == choice and page.stage.source is source
         page.wishes.put("model", "shirt")
@@ -156,7 +157,7 @@ def test_the_worst_frames_are_found_and_gone_to():
 @pytest.mark.parametrize("port, said", [(70000, "a port lies from 0 to 65535; got 70000"), (None, "got it is in use")])
 def test_a_port_that_cannot_be_had_is_refused(port, said):
     with socket.socket() as other:
-        other.bind((page_module.HOST, 0))
+        other.bind((HOST, 0))
         other.listen()
         with pytest.raises(BadInput, match=said):
             Page(shelf(), port=other.getsockname()[1] if port is None else port)
@@ -164,7 +165,7 @@ def test_a_port_that_cannot_be_had_is_refused(port, said):
 
 def test_a_taken_port_is_one_line_and_status_two(capsys):
     with socket.socket() as other:
-        other.bind((page_module.HOST, 0))
+        other.bind((HOST, 0))
         other.listen()
         port = str(other.getsockname()[1])
         assert main(["view", "tshirt-light", "-m", "walk", "--port", port, "--no-browser"]) == 2
@@ -211,7 +212,7 @@ def test_ctrl_c_ends_it_cleanly():
     ) as process:
         try:
             assert process.stdout is not None
-            assert process.stdout.readline().startswith("http://127.0.0.1:")
+            assert re.fullmatch(r"http://127\.0\.0\.1:[0-9]+/[0-9a-f]{32}/\n", process.stdout.readline())
             process.send_signal(signal.SIGINT)
             out, err = process.communicate(timeout=DEADLINE)
         finally:

@@ -34,7 +34,7 @@ class Arguments:
     betas: tuple[float, ...] = ()
     """Shape of the body at the start."""
     port: int = 8080
-    """Of the page, which this machine alone reaches; 0: one that is free."""
+    """Where the page listens on this machine; 0: a port that is free."""
     browser: bool = True
     """Open the page in the browser."""
 
@@ -52,7 +52,8 @@ def run(arguments: Arguments) -> int:
             note("Ctrl-C ends it")
             print(page.url, flush=True)
             if arguments.browser:
-                threading.Thread(target=webbrowser.open, args=(page.url,), daemon=True).start()  # some wait for its end
+                address = page.door.address_for_once()
+                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()  # some wait for its end
             page.serve_forever()
         except KeyboardInterrupt:
             note("ended")

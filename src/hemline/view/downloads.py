@@ -8,6 +8,9 @@ from hemline.playback import record
 
 from .stage import Stage
 
+ENDINGS = ("glb", "webp")
+"""Kinds of files that the page offers, each of which is one file."""
+
 
 def clip_of(stage: Stage) -> export.Clip:
     """The frames that a stage keeps, in their order, finished.
@@ -30,7 +33,7 @@ def file_of(clip: export.Clip, ending: str) -> bytes:
 
     Args:
         clip: Frames.
-        ending: `glb`, `webp`, or another that is one file.
+        ending: One of `ENDINGS`.
     """
     with tempfile.TemporaryDirectory() as folder:
         (path,) = export.write(Path(folder) / f"clip.{ending}", clip)

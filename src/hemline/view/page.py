@@ -1,32 +1,30 @@
 """The page: a viser server that this machine alone reaches, and the loop that plays."""
 
 import contextlib
-import errno
 import io
-import socket
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any, Self
 
 import numpy as np
 
-from hemline.errors import BadInput, HemlineError, MissingExtra
-
+from . import asked, words
 from .bands import STRETCH
-from .downloads import clip_of, file_of
-from .measures import Judged, judged, worst_frames
+from .downloads import ENDINGS, clip_of, file_of
+from .measures import SHOWN, Judged, judged, worst_frames
 from .pace import Pace
-from .panel import NONE_YET, Panel
-from .scene import PAINTS, Look, Scene
+from .panel import BETA, BREEZE, NONE_YET, OWN, SPEEDS, Panel
+from .scene import BODIES, PAINTS, Look, Scene
+from .server import served
 from .shelf import Choice, Shelf
 from .shift import Shift
 from .source import Played
 from .stage import Stage
 from .wishes import Wishes
 
-HOST = "127.0.0.1"
 SAID_EVERY = 0.25
 """Time from one line of figures to the next [s]."""
 SWINGS = 2.0
@@ -35,11 +33,16 @@ QUIET = 0.5
 """So long after a hand was on the slider of frames the program leaves it alone [s]."""
 IDLE, SOON, LATE = 0.1, 0.004, 0.1
 """How long it waits for wishes where nothing moves, and for a browser; how much lost time is made up for [s]."""
-LOOKS = tuple(Look.__dataclass_fields__)
+LOOKS: dict[str, tuple[str, ...] | None] = dict.fromkeys(Look.__dataclass_fields__)
+LOOKS |= {"shown": SHOWN, "paint": tuple(PAINTS), "body": BODIES}
+"""The names that each part of a look can have; None: it is on or off."""
 
 
 class Page:
-    """Garments on a page at `url`, played until `close`.
+    """Garments on a page, played until `close`.
+
+    Whoever has the address `url` plays with them; a browser that has not is turned away, and so are pages of other
+    origins. What a browser asks for is checked, and what goes wrong is said on the page and to `report`; it goes on.
 
     Args:
         shelf: What can be chosen.
@@ -51,6 +54,11 @@ class Page:
     Raises:
         MissingExtra: viser is not installed.
         BadInput: The port is none, in use, or not allowed; or the choice cannot be shown.
+        HemlineError: This version of viser is not known, and could not be guarded.
+
+    Attributes:
+        url: The address, with the key that lets a browser in.
+        door: Whom it lets in; it gives an address that works once, too.
     """
 
     def __init__(
@@ -62,27 +70,27 @@ class Page:
         playing: bool = True,
         report: Callable[[str], None] = lambda line: None,
     ):
-        viser = _viser()
-        port = free_port(port)
         self.shelf, self.choice, self.report = shelf, choice or shelf.first(), report
-        self.stage, self.look = Stage(shelf.source(self.choice)), Look()
         self.playing, self.speed, self.trouble = playing, 1.0, ""
         self.wishes, self._ended, self._turn = Wishes(), threading.Event(), threading.Lock()
         self._held: tuple[np.ndarray, Shift] | None = None
         self._judged: list[Judged] | None = None
+        self._worst: dict[str, int] = {}
+        self._wind = 0.0, 0.0
         self._swings_until = self._slid = self._said = 0.0
-        with contextlib.redirect_stdout(io.StringIO()):
-            self._server = viser.ViserServer(HOST, port, label="hemline", verbose=False)
+        self._server, self.door = served(port, report)
+        self.url = self.door.url
         self.pace, self._stale = Pace(self._server), True
-        if self._server.get_port() != port:
+        try:
+            self.stage, self.look = Stage(shelf.source(self.choice)), Look()
+            self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
+            self.scene = Scene(self._server)
+            self.panel = Panel(self._server, shelf, self.choice, self.wishes.put)
+            self.scene.handle.on_update(self._dragged)
+            self._renew()
+        except BaseException:
             self.close()
-            raise _taken(port, "another program took it")
-        self.url = f"http://{HOST}:{port}/"
-        self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
-        self.scene = Scene(self._server)
-        self.panel = Panel(self._server, shelf, self.choice, self.wishes.put)
-        self.scene.handle.on_update(self._dragged)
-        self._renew()
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -100,13 +108,13 @@ class Page:
                 if self._ended.is_set():
                     return
                 for name, value in wishes.items():
-                    self._try(lambda name=name, value=value: self._fulfil(name, value))
+                    self._try(partial(self._fulfil, name, value), wish=name)
                 if self._busy and (time.perf_counter() >= due or not self.stage.arrived):
                     due = max(due + 1 / (self.stage.fps * self.speed), time.perf_counter() - LATE)
                     self._try(self._on)
                 if self._stale and self.pace.clear:
-                    self._draw()
-                self._say()
+                    self._try(self._draw)
+                self._try(self._say)
 
     def close(self) -> None:
         """End, from any thread; a browser that still looks keeps the last picture."""
@@ -145,25 +153,35 @@ class Page:
         self._server.flush()
         self.pace.sent()
 
-    def _try(self, do: Callable[[], None]) -> None:
-        """What cannot be done is said; what was shown stays."""
+    def _try(self, do: Callable[[], None], *, wish: str = "") -> None:
+        """What fails is said in a line, and what was shown stays, whoever sent or wrote what it failed on.
+
+        Args:
+            do: What is to be done.
+            wish: The name of the wish that it is, after which all plays on as before; empty: none, and playing stops.
+        """
         try:
             do()
-        except HemlineError as error:
-            self.trouble = str(error)
-            self.playing, self._judged = False, None
-            self.stage.go(self.stage.index)
+        except Exception as error:
+            self.trouble = words.one_line(error)
             self.report(self.trouble)
-            self._say(now=True)
+            if not wish:
+                self.playing, self._judged = False, None
+                self.stage.go(self.stage.index)
+            with contextlib.suppress(Exception):  # it is said in the terminal, even where the page fails
+                self._put_back(wish)
+                self._say(now=True)
 
     def _dragged(self, event: Any) -> None:
         if event.client is not None:
-            moves = event.phase == "update"
-            self.wishes.put(*(("hand", _place(event.target)) if moves else ("grip", event.phase == "start")))
+            handle = np.array(event.target.position), np.array(event.target.wxyz)
+            self.wishes.put(*(("hand", handle) if event.phase == "update" else ("grip", event.phase == "start")))
 
     def _fulfil(self, name: str, value: Any) -> None:
         if name in LOOKS:
-            self.look = replace(self.look, **{name: value})
+            known = LOOKS[name]
+            checked = asked.switch(name, value) if known is None else asked.one_of(f"choice for '{name}'", value, known)
+            self.look = replace(self.look, **{name: checked})
             self._legend()
         else:
             self.trouble = ""
@@ -171,42 +189,67 @@ class Page:
         self._stale = True
         self._say(now=True)
 
+    def _put_back(self, wish: str) -> None:
+        """Where a wish was refused, its control shows what holds."""
+        materials = self.shelf.materials(self.choice)
+        holds = {
+            **vars(self.look),
+            "frame": self.stage.index,
+            "speed": f"{self.speed:g}",
+            "model": self.choice.model,
+            "clip": self.choice.clip,
+            "material": self.choice.material or next(iter(materials), OWN),
+            "betas": self.stage.source.body.betas.tolist(),
+            "wind": self._wind,
+            "worst": next(iter(self._worst), NONE_YET),
+        }
+        self.panel.put_back(wish, holds.get(wish))
+
     def _wish_toggle(self, _: None) -> None:
         self.playing = not self.playing
 
-    def _wish_frame(self, index: int) -> None:
+    def _wish_frame(self, index: Any) -> None:
+        last = self.stage.count - 1
+        index = int(asked.number("the number of a frame", index, (0, last)))
         self._slid = time.perf_counter()
-        self.stage.go(int(index))
+        self.stage.go(index)
 
-    def _wish_speed(self, speed: str) -> None:
-        self.speed = float(speed)
+    def _wish_speed(self, speed: Any) -> None:
+        self.speed = float(asked.one_of("speed", speed, SPEEDS))
 
-    def _wish_model(self, model: str) -> None:
+    def _wish_model(self, model: Any) -> None:
+        model = asked.one_of("garment", model, self.shelf.model_names)
         self._choose(replace(self.choice, model=model, material=None))
 
-    def _wish_clip(self, clip: str) -> None:
-        self._choose(replace(self.choice, clip=clip))
+    def _wish_clip(self, clip: Any) -> None:
+        self._choose(replace(self.choice, clip=asked.one_of("motion", clip, self.shelf.clip_names)))
 
-    def _wish_betas(self, betas: tuple[float, ...]) -> None:
-        self.stage.reshape(self.stage.source.body.body.shaped(betas))
+    def _wish_betas(self, betas: Any) -> None:
+        body = self.stage.source.body
+        betas = asked.numbers("the shape of a body", betas, len(body.betas), (-BETA, BETA))
+        self.stage.reshape(body.body.shaped(betas))
         self.choice = replace(self.choice, betas=betas)
 
-    def _wish_material(self, material: str) -> None:
+    def _wish_material(self, material: Any) -> None:
+        material = asked.one_of("material", material, self.shelf.materials(self.choice))
         self._choose(replace(self.choice, material=material))
 
-    def _wish_wind(self, wind: tuple[float, float, float]) -> None:
-        self.stage.blow(wind)
+    def _wish_wind(self, wind: Any) -> None:
+        left, forward = asked.numbers("wind", wind, 2, (-BREEZE, BREEZE))
+        self.stage.blow((left, 0.0, forward))
+        self._wind = left, forward
         self._swings_until = time.perf_counter() + SWINGS
 
-    def _wish_grip(self, held: bool) -> None:
-        self.scene.held = held
+    def _wish_grip(self, held: Any) -> None:
+        self.scene.held = asked.switch("the grip", held)
         here = self.stage.frame.body.joints[0].astype(np.float64)
         self._held = (here, self.stage.shift) if held else None
 
-    def _wish_hand(self, place: tuple[np.ndarray, np.ndarray]) -> None:
+    def _wish_hand(self, place: Any) -> None:
+        at, turn = asked.place(place)
         if self._held is not None:
             here, before = self._held
-            self.stage.drag(before.dragged(here, *place))
+            self.stage.drag(before.dragged(here, at, turn))
             self._swings_until = time.perf_counter() + SWINGS
 
     def _wish_back(self, _: None) -> None:
@@ -217,29 +260,32 @@ class Page:
         self._judged, self.playing = [], False
         self.stage.go(0)
 
-    def _wish_worst(self, words: str) -> None:
-        if words != NONE_YET:
+    def _wish_worst(self, row: Any) -> None:
+        row = asked.one_of("frame", row, (NONE_YET, *self._worst))
+        if row != NONE_YET:
             self.playing = False
-            self.stage.go(int(words.split(":")[0].removeprefix("frame ")))
+            self.stage.go(self._worst[row])
 
-    def _wish_save(self, asked: tuple[str, Any]) -> None:
+    def _wish_save(self, wanted: tuple[str, Any]) -> None:
         """Frames are gathered here and written aside, so that playing goes on."""
-        ending, client = asked
+        ending, client = asked.one_of("kind of file", wanted[0], ENDINGS), wanted[1]
         clip = clip_of(self.stage)
         name = f"{self.stage.source.garment.name}-{self.stage.source.motion.name or 'clip'}.{ending}"
-        threading.Thread(target=lambda: client.send_file_download(name, file_of(clip, ending)), daemon=True).start()
+
+        def write() -> None:
+            try:
+                client.send_file_download(name, file_of(clip, ending))
+            except Exception as error:
+                self.trouble = words.one_line(error)
+                self.report(self.trouble)
+
+        threading.Thread(target=write, daemon=True).start()
 
     def _choose(self, choice: Choice) -> None:
-        if choice == self.choice:
-            return
-        try:
-            source = self.shelf.source(choice)
-            stage = Stage(source)
-        except HemlineError:
-            self.panel.model.value, self.panel.clip.value = self.choice.model, self.choice.clip
-            raise
-        self.choice, self.stage = choice, stage
-        self._renew()
+        if choice != self.choice:
+            stage = Stage(self.shelf.source(choice))
+            self.choice, self.stage = choice, stage
+            self._renew()
 
     def _renew(self) -> None:
         """What depends on model and clip."""
@@ -250,7 +296,7 @@ class Page:
         self.panel.windy(self.shelf.windy(self.choice))
         self.panel.of_materials(self.shelf.materials(self.choice), self.choice.material)
         self.panel.frame.max, self.panel.frame.value = self.stage.count - 1, 0
-        self.panel.worst.options = (NONE_YET,)
+        self._worst, self.panel.worst.options = {}, (NONE_YET,)
         self._legend()
         self._stale = True
         self._say(now=True)
@@ -265,15 +311,15 @@ class Page:
             return
         found = worst_frames(self._judged)
         self._judged = None
-        self.panel.worst.options = tuple(words for _, words in found)
+        self._worst = {row: index for index, row in found}
+        self.panel.worst.options = tuple(self._worst)
         stage.go(found[0][0])
 
     def _legend(self) -> None:
-        scale = PAINTS[self.look.paint]
-        rows = "" if scale is None else "".join(_chip(*row) for row in scale.legend)
+        scale, note = PAINTS[self.look.paint], ""
         if scale not in (None, STRETCH) and self.stage.truth is None:
-            rows = "There is no simulation of this clip here: choose a take."
-        self.panel.legend.content = f'<div style="padding:0 1em;font-size:0.85em">{rows}</div>'
+            note = "There is no simulation of this clip here: choose a take."
+        self.panel.legend.content = words.legend(() if scale is None else scale.legend, note)
 
     def _say(self, *, now: bool = False) -> None:
         """Figures, a few times a second."""
@@ -287,52 +333,14 @@ class Page:
         pictures, late = self.pace.figures()
         spans = stage.frame.milliseconds
         total = f"{sum(spans.values()):.1f} ms" if spans else "simulated"
-        panel.said.content = self.trouble or (
-            f"**{self.choice.model}**, {len(stage.frame.vertices):,} vertices  \n"
-            f"frame {stage.index} of {stage.count - 1}, made in {total}  \n"
-            + (f"the browser shows {pictures} a second, {late:.0f} ms after they are sent" if pictures else "paused")
+        rows = (
+            f"{self.choice.model}, {len(stage.frame.vertices):,} vertices",
+            f"frame {stage.index} of {stage.count - 1}, made in {total}",
+            f"the browser shows {pictures} a second, {late:.0f} ms after they are sent" if pictures else "paused",
         )
-        rows = "".join(f"| {name} | {ms:.2f} |\n" for name, ms in spans.items())
-        panel.times.content, panel.times.visible = f"| stage | ms |\n|---|---|\n{rows}", bool(spans)
-
-
-def free_port(port: int) -> int:
-    """A port on which one can listen: this one, or for 0 any.
-
-    Raises:
-        BadInput: It is none, in use, or not allowed.
-    """
-    if not 0 <= port <= 65535:
-        raise BadInput("a port lies from 0 to 65535", port, "0 takes one that is free")
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind((HOST, port))
-        except OSError as reason:
-            raise _taken(port, "it is in use" if reason.errno == errno.EADDRINUSE else reason.strerror) from None
-        return probe.getsockname()[1]
-
-
-def _taken(port: int, why: object) -> BadInput:
-    return BadInput(f"cannot listen on port {port}", why, "choose another one; 0 takes one that is free")
-
-
-def _viser() -> Any:
-    try:
-        import viser
-    except ImportError:
-        raise MissingExtra("viser", "view", "a page in the browser") from None
-    return viser
-
-
-def _place(handle: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Where a handle is (3,) [m], and how it is turned (4,), wxyz."""
-    return np.array(handle.position, np.float64), np.array(handle.wxyz, np.float64)
-
-
-def _chip(colour: tuple[int, int, int], words: str) -> str:
-    square = f"display:inline-block;width:1em;height:1em;margin-right:0.5em;background:rgb{colour}"
-    return f'<div><span style="{square}"></span>{words}</div>'
+        panel.said.content = words.lines(rows, first_bold=True, trouble=self.trouble)
+        times = ((name, f"{ms:.2f}") for name, ms in spans.items())
+        panel.times.content, panel.times.visible = words.table(("stage", "ms"), times), bool(spans)
 
 
 __all__ = ["Page"]

@@ -5,6 +5,7 @@ from typing import Any
 
 from hemline.bodies import ShapedBody
 
+from . import words
 from .measures import SHOWN
 from .scene import BODIES, PAINTS
 from .shelf import Choice, Shelf
@@ -28,8 +29,9 @@ class Panel:
 
     def __init__(self, server: Any, shelf: Shelf, choice: Choice, wish: Callable[[str, Any], None]):
         self._gui, self._wish = server.gui, wish
+        self._hands: dict[str, Any] = {}
         gui = self._gui
-        self.said = gui.add_markdown("")
+        self.said = gui.add_html("")
         self.play = gui.add_button("Pause")
         self.play.on_click(lambda _: wish("toggle", None))
         self.frame = self._hand("frame", gui.add_slider("Frame", 0, 1, 1, 0))
@@ -58,10 +60,10 @@ class Panel:
             gui.add_button("Look for them").on_click(lambda _: wish("look", None))
             self.worst = self._hand("worst", gui.add_dropdown("Go to", (NONE_YET,)))
         with gui.add_folder("Download", expand_by_default=False):
-            gui.add_markdown("The frames that were played since the last change, at most 300.")
-            for ending, words in (("glb", "GLB, for Blender and engines"), ("webp", "WebP, to look at")):
-                gui.add_button(words).on_click(lambda event, ending=ending: wish("save", (ending, event.client)))
-        self.times = gui.add_markdown("", visible=False)
+            gui.add_html(words.lines(["The frames that were played since the last change, at most 300."]))
+            for ending, label in (("glb", "GLB, for Blender and engines"), ("webp", "WebP, to look at")):
+                gui.add_button(label).on_click(lambda event, ending=ending: wish("save", (ending, event.client)))
+        self.times = gui.add_html("", visible=False)
 
     def of_body(self, body: ShapedBody | None) -> None:
         """Sliders for the shape of a body; none where it keeps its own.
@@ -77,8 +79,7 @@ class Panel:
             return
         with self.shape:
             for number, value in enumerate(body.betas.tolist()):
-                start = min(max(round(value, 1), -BETA), BETA)
-                slider = self._gui.add_slider(f"Shape {number + 1}", -BETA, BETA, 0.1, start)
+                slider = self._gui.add_slider(f"Shape {number + 1}", -BETA, BETA, 0.1, _on_slider(value))
                 slider.on_update(self._shaped)
                 self.betas.append(slider)
 
@@ -94,6 +95,20 @@ class Panel:
             self.material.options = names
             self.material.value = chosen or names[0]
 
+    def put_back(self, name: str, value: Any) -> None:
+        """Let a list or a slider show what holds, after a hand asked there for what cannot be.
+
+        Args:
+            name: That of the wish.
+            value: What holds; for the shape of a body its betas, for wind to the left and forward [m/s].
+        """
+        several = {"betas": self.betas, "wind": self.breeze}
+        if name in several:
+            for slider, one in zip(several[name], value, strict=False):
+                slider.value = _on_slider(one) if name == "betas" else one
+        elif name in self._hands:
+            self._hands[name].value = value
+
     def windy(self, windy: bool) -> None:
         """Whether there are sliders for wind."""
         self.wind.visible = windy
@@ -102,21 +117,26 @@ class Panel:
         self.wind = gui.add_folder("Wind", expand_by_default=False)
         with self.wind:
             self.breeze = [
-                gui.add_slider(words, -BREEZE, BREEZE, 0.5, 0.0) for words in ("To its left, m/s", "Forward, m/s")
+                gui.add_slider(label, -BREEZE, BREEZE, 0.5, 0.0) for label in ("To its left, m/s", "Forward, m/s")
             ]
         for slider in self.breeze:
             slider.on_update(self._blown)
 
     def _hand(self, name: str, control: Any) -> Any:
         """A control whose value is a wish where a hand, not the program, set it."""
+        self._hands[name] = control
         control.on_update(lambda event: event.client is not None and self._wish(name, event.target.value))
         return control
 
     def _shaped(self, event: Any) -> None:
         if event.client is not None:
-            self._wish("betas", tuple(float(slider.value) for slider in self.betas))
+            self._wish("betas", tuple(slider.value for slider in self.betas))
 
     def _blown(self, event: Any) -> None:
         if event.client is not None:
-            left, forward = (float(slider.value) for slider in self.breeze)
-            self._wish("wind", (left, 0.0, forward))
+            self._wish("wind", tuple(slider.value for slider in self.breeze))
+
+
+def _on_slider(beta: float) -> float:
+    """A beta, as a slider can show it."""
+    return min(max(round(beta, 1), -BETA), BETA)

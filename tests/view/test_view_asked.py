@@ -1,0 +1,201 @@
+"""What a browser may ask for, asked over the wire by somebody who sends anything: it is said, and it plays on."""
+
+import contextlib
+import math
+import time
+
+import numpy as np
+import pytest
+from PIL import Image
+from view_samples import clip, serving, shelf, shirt
+from visitor import ConnectionClosed, Visitor, visiting
+
+from hemline.errors import BadInput
+from hemline.view import Page, Shelf, asked
+
+LABELS = ("Frame", "Speed", "Garment", "Motion", "Material", "Stage", "Colours", "Body", "Bones", "Colliders")
+LABELS += ("Red: inside the body", "Camera follows", "Handle at the pelvis", "Shape 1", "Shape 16", "Go to")
+LABELS += ("To its left, m/s",)
+VALUES = ("0", "abc", "nope", "", "x" * 5000, "\x1b[2J", 0, -1, 1e9, -1e300, math.nan, math.inf, 2**63, None, True)
+VALUES += ([], ["a"], {}, {"a": [1]}, b"\x00", [math.nan] * 3)
+
+
+@pytest.fixture(scope="module")
+def told() -> list[str]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def page(told):
+    with serving(Page(shelf(), report=told.append)) as page:
+        yield page
+
+
+@pytest.fixture
+def visitor(page):
+    with visiting(page.url) as visitor:
+        visitor.until(lambda: visitor.control("Go to"), "the page's controls")
+        yield visitor
+
+
+def heard(page: Page, visitor: Visitor, control: str) -> None:
+    """A good wish is fulfilled, though an older one of the same control may just be put back."""
+    good = {"Speed": ("2", "1"), "Colours": ("stretch", "one colour")}[control]
+
+    def done(value: str) -> bool:
+        visitor.set(control, value)
+        ends = time.monotonic() + 1
+        while time.monotonic() < ends and value not in (f"{page.speed:g}", page.look.paint):
+            time.sleep(0.01)
+        return value in (f"{page.speed:g}", page.look.paint)
+
+    visitor.until(lambda: done(good[0]) and done(good[1]), "wish fulfilled")
+
+
+def plays(page: Page, visitor: Visitor) -> None:
+    """It plays, or does when a hand asks for it."""
+    if not page.playing:
+        visitor.set("Play", True)
+        visitor.until(lambda: page.playing, "playing again")
+    index = page.stage.index
+    visitor.until(lambda: page.stage.index != index, "the next frame")
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_any_value_of_any_control_leaves_it_playing(page, visitor, told, label, capfd):
+    told.clear()
+    for value in VALUES:
+        visitor.set(label, value)
+    for control in ("Speed", "Colours"):
+        heard(page, visitor, control)
+    plays(page, visitor)
+    assert page.choice.model == "shirt" and page.choice.clip == "walk"
+    assert all(line.isprintable() and len(line) <= 600 for line in told)
+    assert "Traceback" not in capfd.readouterr().err
+
+
+REFUSED = {
+    "Speed": ("0", "there is no such speed; got '0'; choose one of the list"),
+    "Garment": ("trousers", "there is no such garment; got 'trousers'"),
+    "Motion": ("nope", "there is no such motion; got 'nope'"),
+    "Material": ("paper", "there is no such material; got 'paper'"),
+    "Stage": ("nope", "there is no such choice for 'shown'; got 'nope'"),
+    "Colours": ("nope", "there is no such choice for 'paint'; got 'nope'"),
+    "Body": ("nope", "there is no such choice for 'body'; got 'nope'"),
+    "Go to": ("x", "there is no such frame; got 'x'"),
+    "Frame": (10**6, "the number of a frame lies from 0 to 19; got 1000000"),
+    "Shape 1": (1e6, "the shape of a body lies from -3 to 3; got 1000000.0"),
+}
+
+
+@pytest.mark.parametrize("label", REFUSED)
+def test_what_is_refused_is_said_and_the_control_is_put_back(page, visitor, told, label):
+    value, said = REFUSED[label]
+    playing = page.playing
+    told.clear()
+    visitor.set(label, value)
+    visitor.until(lambda: told, "a line in the terminal")
+    assert told[0].startswith(said) and page.playing == playing
+    visitor.until(lambda: any("color:#c92a2a" in each for each in visitor.html()), "line on the page")
+    control = visitor.control(label)
+
+    def held() -> bool:
+        sent = [each for each in visitor.heard if each.get("uuid") == control and "updates" in each]
+        return bool(sent) and sent[-1]["updates"].get("value") not in (None, value)
+
+    visitor.until(held, "the control put back")
+    plays(page, visitor)
+
+
+DRAGS = {
+    "nowhere": ([math.nan] * 3, [1, 0, 0, 0]),
+    "far away": ([1e9, 0, 0], [1, 0, 0, 0]),
+    "no turn": ([0, 1, 0], [0, 0, 0, 0]),
+    "an endless turn": ([0, 1, 0], [math.inf, 0, 0, 0]),
+    "two numbers": ([0, 1], [1, 0]),
+    "words": (["a", "b", "c"], ["d"] * 4),
+    "nothing": ([], []),
+}
+
+
+@pytest.mark.filterwarnings("ignore:.viser.")
+@pytest.mark.parametrize("name", DRAGS)
+def test_the_body_is_not_dragged_out_of_the_world(page, visitor, told, name):
+    position, wxyz = DRAGS[name]
+    told.clear()
+    handle = {"name": "/world/handle", "owner": "server"}
+    visitor.send({"type": "TransformControlsDragStartMessage", **handle})
+    visitor.send({"type": "TransformControlsUpdateMessage", **handle, "position": position, "wxyz": wxyz})
+    with contextlib.suppress(ConnectionClosed), visiting(page.url) as again:
+        visitor.send({"type": "TransformControlsDragEndMessage", **handle})
+        heard(page, again, "Speed")
+        plays(page, again)
+    assert np.isfinite(page.stage.frame.vertices).all() and page.stage.shift.still
+    assert page.stage.shift.still
+
+
+def test_a_picture_of_this_machine_is_read_by_nobody(tmp_path, told):
+    """viser's Markdown reads the files that a text names; ours is no Markdown."""
+    private = tmp_path / "private.png"
+    Image.new("RGB", (8, 8), (1, 2, 3)).save(private)
+    name = f"![x]({private})"
+    held = Shelf({"shirt": shirt, name: shirt}, {"walk": clip, name: clip})
+    with (
+        serving(Page(held, report=told.append)) as page,
+        visiting(page.url) as visitor,
+        visiting(page.url) as other,
+    ):
+        for label in ("Garment", "Motion", "Material", "Speed", "Colours", "Go to"):
+            visitor.set(label, f"{name}!")
+        visitor.set("Garment", name)
+        other.until(lambda: page.choice.model == name, "a garment of that name")
+        other.until(lambda: any(f"<b>{name}" in each for each in other.html()), "its name as it is")
+        for each in (visitor, other):
+            assert not any(message["type"] == "GuiMarkdownMessage" for message in each.heard)
+            assert b"data:image" not in each.raw and b"iVBORw0KGgo" not in each.raw
+
+
+def test_names_and_errors_are_text(told):
+    evil = '{alert(document.domain)}<img src=x onerror="alert(1)">'
+    with serving(Page(Shelf({evil: shirt}, {"walk": clip}), report=told.append)) as page, visiting(page.url) as visitor:
+        visitor.set("Garment", evil + "!")
+        visitor.until(lambda: any("alert(document.domain)}&lt;img" in each for each in visitor.html()), "the name")
+        visitor.until(lambda: page.trouble, "what was refused")
+        visitor.until(lambda: any("role=" in each for each in visitor.html()), "the refusal")
+        assert not any("<img" in each for each in visitor.html())
+
+
+def test_a_frame_that_fails_is_said_and_the_next_wish_is_fulfilled(monkeypatch):
+    said: list[str] = []
+    with serving(Page(shelf(), playing=False, report=said.append)) as page, visiting(page.url) as visitor:
+        monkeypatch.setattr(page.stage, "move", lambda: 1 / 0)
+        visitor.set("Play", True)
+        visitor.until(lambda: said, "a line in the terminal")
+        assert said[0] == "something failed; got ZeroDivisionError: division by zero" and not page.playing
+        monkeypatch.undo()
+        monkeypatch.setattr(page.scene, "draw", lambda *given: [][0])
+        visitor.set("Stage", "before the projection")
+        visitor.until(lambda: len(said) > 1, "a line in the terminal")
+        assert said[1] == "something failed; got IndexError: list index out of range"
+        monkeypatch.undo()
+        plays(page, visitor)
+
+
+@pytest.mark.parametrize(
+    "check",
+    [
+        lambda: asked.one_of("speed", 1, ("1",)),
+        lambda: asked.one_of("speed", ["1"], ("1",)),
+        lambda: asked.switch("bones", 1),
+        lambda: asked.number("wind", True, (0, 1)),
+        lambda: asked.number("wind", math.nan, (0, 1)),
+        lambda: asked.numbers("wind", "ab", 2, (0, 1)),
+        lambda: asked.numbers("wind", (1.0,), 2, (0, 1)),
+        lambda: asked.place(None),
+        lambda: asked.place((np.zeros(3), np.ones(4))),
+        lambda: asked.place((np.zeros(3), np.array([1.0, 0, 0, 0]), 3)),
+    ],
+)
+def test_what_is_no_wish_is_refused(check):
+    with pytest.raises(BadInput):
+        check()
