@@ -152,6 +152,14 @@ def test_dt_must_be_positive(dt):
         ropes().step(ropes().start(posed), posed, dt)
 
 
+@pytest.mark.parametrize("dt", [5e-324, 1e-300, 1e-9, 10.1, 3600.0, 1e300])
+def test_a_step_that_is_too_short_or_too_long_is_refused(dt):
+    """An hour would take minutes that nobody can stop, 1e-300 s was a division by zero; a `Player` takes both."""
+    posed = shaped().posed(clip("run")[0])
+    with pytest.raises(BadInput, match=r"a step of ropes takes from 1e-06 to 10 s; got dt = .*with a Player"):
+        ropes().step(ropes().start(posed), posed, dt)
+
+
 def test_a_body_that_is_not_finite_is_refused():
     class Broken:
         transforms = np.full((24, 3, 4), np.nan, np.float32)

@@ -49,7 +49,7 @@ def test_it_is_what_the_simulator_of_live_makes_of_its_proxy(frames, body, motio
     proxy = SimulatedProxy(animator.coarse[0], body, LEVELS["good"].settings(), animator.rest.astype(np.float64))
     state = proxy.start(body.posed(motion[0]))
     for frame in range(1, SIMULATED):
-        state = proxy.step(state, motion[frame], DT)
+        state = proxy.step(state, body.posed(motion[frame]), DT)
         np.testing.assert_array_equal(found[frame - 1][0].opening.simulated.positions, state.positions)
     assert all(each.opening is None for each, _ in found[SIMULATED - 1 :])
 

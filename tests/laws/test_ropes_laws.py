@@ -381,3 +381,25 @@ def test_a_rope_whose_node_above_is_buried_deeper_than_its_length_leaves_the_bod
     assert np.linalg.norm(path[1:, 1:], axis=-1).min() >= 0.5 - 2e-9
     # no place within the length is free; that of the node below is, as soon as the one above it is out
     assert chains.excess(path[1:])[:, 1].min() > 0.2 >= chains.excess(path[1:])[:, 2].max()
+
+
+@pytest.mark.parametrize("dt", [1 / 24, 1 / 8, 1 / 4])
+def test_a_long_frame_is_as_fine_as_the_short_ones_that_it_stands_for(dt):
+    """The number of substeps is limited for a frame of 1/24 s; a frame that stands for six of those may take six times
+    as many. With fewer, a chain whose root is shaken would be thrown about.
+    """
+    line = hanging(8, 0.05)
+    chains = RopeChains.free([line], RopeConstants(**QUIET))
+    shaken = 100 * GRAVITY
+    assert chains.substeps(1 / 24, shaken) == chains.constants.substep_limit  # or the limit is not what counts
+    assert chains.substeps(dt, shaken) == round(24 * dt) * chains.constants.substep_limit
+
+
+@pytest.mark.parametrize("dt", [1 / 8, 1 / 4])
+def test_a_long_frame_swings_as_many_short_ones_do(dt):
+    angle = np.radians(40)
+    rope = np.array([np.sin(angle), -np.cos(angle), 0.0])
+    start = 0.05 * np.arange(7)[:, None] * rope
+    chains = RopeChains.free([start], RopeConstants(**QUIET))
+    fine, long = (run(chains, start, step, round(0.5 / step))[0][-1] for step in (1 / 480, dt))
+    np.testing.assert_allclose(long, fine, atol=0.01)

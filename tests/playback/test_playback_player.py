@@ -175,8 +175,8 @@ def test_wrong_input_is_refused(cape, kick):
             player.step(state, kick[0], dt)
         with pytest.raises(BadInput, match="a frame must take a positive time; got dt ="):
             player.start(kick[0], dt=dt)
-    for pre_roll in (-1.0, float("nan"), float("inf")):
-        with pytest.raises(BadInput, match="a pre-roll takes a time from 0 on; got pre_roll ="):
+    for pre_roll in (-1.0, 601.0, float("nan"), float("inf")):
+        with pytest.raises(BadInput, match="a pre-roll takes a time from 0 to 600 s; got pre_roll ="):
             player.start(kick[0], pre_roll=pre_roll)
     with pytest.raises(BadInput, match="a state and a pose for each player; got 2 players, 1 states, 2 poses"):
         hemline.crowd([player] * 2, [state], [kick[0]] * 2, DT)

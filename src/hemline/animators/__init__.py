@@ -8,6 +8,7 @@ from .base import AnimatorKind as AnimatorKind
 from .base import Bounded as Bounded
 from .base import Driven as Driven
 from .base import MaterialAware as MaterialAware
+from .base import Movable as Movable
 from .base import Progress as Progress
 from .base import Redressing as Redressing
 from .base import Related as Related
@@ -34,7 +35,7 @@ def fit(
     progress: Progress | None = None,
     checkpoints: Path | None = None,
 ) -> Animator | Wearable:
-    """Fit an animator to simulated takes.
+    """Fit an animator to simulated takes; a warning says so where they are of several simulators.
 
     Args:
         data: What the simulator made of a garment; of several, where the animator learns from many.
@@ -52,7 +53,11 @@ def fit(
         BadDataset: The dataset holds too little, or several were given to an animator of one garment.
         MissingExtra: The animator learns with a library that is not installed.
     """
-    return animator_kind(animator).fit(data, config, seed=seed, progress=progress, checkpoints=checkpoints)
+    from hemline.datasets import Collection, warn_of_several
+
+    kind = animator_kind(animator)
+    warn_of_several(data.datasets if isinstance(data, Collection) else (data,))
+    return kind.fit(data, config, seed=seed, progress=progress, checkpoints=checkpoints)
 
 
 __all__ = [
@@ -62,6 +67,7 @@ __all__ = [
     "Bounded",
     "Driven",
     "MaterialAware",
+    "Movable",
     "Progress",
     "Redressing",
     "Related",

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from hemline.garments.garment import Garment
     from hemline.garments.material import Material
 
+    from .leaps import Rigid
+
 Progress = Callable[[str, int, int], None]
 """Called with the stage of a fit, the steps done and the steps in all."""
 
@@ -24,7 +26,7 @@ class Animator(Protocol):
     Parameters are frozen; all that moves is in the State: plain arrays in a dataclass, never changed in place, so that
     keeping an old State is a rollback. The same input gives the same bits on one machine. What only some animators can
     do is asked for with `isinstance`: `Driven`, `Settled`, `Bounded`, `MaterialAware`,
-    `Detailed`.
+    `Detailed`, `Movable`.
     """
 
     @property
@@ -57,11 +59,30 @@ class Animator(Protocol):
         ...
 
     def step(self, state: Any, posed: "PosedBody", dt: float) -> tuple[Any, Vertices]:
-        """Advance by `dt` seconds to the pose given; the next State and the vertices in the world [m], float32."""
+        """Advance by `dt` seconds to the pose given; the next State and the vertices beside the body [m], float32.
+
+        A `Player` asks for times from 0.1 ms to 0.25 s.
+        """
         ...
 
     def save(self, path: str | Path) -> None:
         """Write a model file, whole or not at all."""
+        ...
+
+
+@runtime_checkable
+class Movable(Protocol):
+    """An animator whose States can be put elsewhere: a `Player` plays it near the body, however far that has gone.
+
+    One whose States hold no places of the world returns them as they are. Without `moved_along` positions are counted
+    from where the body started: right everywhere, but coarser and slower kilometres away from there.
+    """
+
+    def moved_along(self, state: Any, shaped: "ShapedBody", way: "Rigid") -> Any:
+        """The State where all of it, the body and its past too, is turned about the vertical and shifted by `way`.
+
+        `shaped` is the body that wears the garment. The State that was given is not changed.
+        """
         ...
 
 

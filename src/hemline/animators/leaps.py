@@ -45,6 +45,11 @@ class Rigid:
         return cls(transform[:, :3], transform[:, 3])
 
     @classmethod
+    def shifted(cls, shift: Float[np.ndarray, "3"]) -> Self:
+        """A shift alone [m]."""
+        return cls(np.eye(3), np.asarray(shift, np.float64))
+
+    @classmethod
     def between(cls, first: Float[np.ndarray, "3 4"], second: Float[np.ndarray, "3 4"]) -> Self:
         """The one that takes what a joint carries from one of its transforms to another."""
         one, two = cls.of(first), cls.of(second)
@@ -58,6 +63,22 @@ class Rigid:
     def back(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
         """Points from where they were moved to."""
         return (points - self.shift) @ self.turn
+
+    def after(self, first: Self) -> Self:
+        """Another one, and then this one."""
+        return type(self)(self.turn @ first.turn, self.turn @ first.shift + self.shift)
+
+    def frames(self, frames: Float[np.ndarray, "... 3 4"]) -> Float[np.ndarray, "... 3 4"]:
+        """Transforms, moved."""
+        moved = self.turn @ frames
+        moved[..., 3] += self.shift
+        return moved
+
+    def pose(self, pose: Pose) -> Pose:
+        """A pose, moved."""
+        rotations = pose.rotations.astype(np.float64)
+        rotations[0] = multiply(from_matrix(self.turn), rotations[0])
+        return Pose(rotations, self.points(pose.translation.astype(np.float64)))
 
     def pose_back(self, pose: Pose) -> Pose:
         """A pose from where it was moved to."""

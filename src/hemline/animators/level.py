@@ -2,8 +2,12 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from .base import Animator, Detailed
+from hemline.bodies.body import ShapedBody
+
+from .base import Animator, Detailed, Movable
+from .leaps import Rigid
 
 
 class LevelOf:
@@ -35,6 +39,10 @@ class LevelOf:
     def at_detail(self, detail: float) -> Animator:
         """Another level of the full animator."""
         return self.full.at_detail(detail) if isinstance(self.full, Detailed) else self.full
+
+    def moved_along(self, state: Any, shaped: ShapedBody, way: Rigid) -> Any:
+        """As of the full animator, where that is `Movable`."""
+        return self.full.moved_along(state, shaped, way) if isinstance(self.full, Movable) else state
 
     def save(self, path: str | Path) -> None:
         """Write the model file of the full animator, which all levels are made from."""

@@ -1,7 +1,7 @@
 """A garment that one animator moves on the body of its fit, put on other shapes by one that knows what shapes do."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,8 @@ from hemline.garments.garment import Garment
 from hemline.meshes import ClosestTree
 from hemline.motions.motion import Pose
 
-from .base import Animator, Redressing
+from .base import Animator, Movable, Redressing
+from .leaps import Rigid
 
 FARTHEST = 0.02
 """Two meshes of one garment are nowhere farther apart, as they were made [m]."""
@@ -114,6 +115,22 @@ class AnimatorRedressed:
         shapes, there = self.shapes.redress(state.shapes, posed, dt, fewer, nominal)
         return RedressedState(moving, shapes), worn + up.of(there - fewer)
 
+    def moved_along(self, state: RedressedState, shaped: ShapedBody, way: Rigid) -> RedressedState:
+        """The States put elsewhere, where both animators are `Movable`: the first as much less as its legs are shorter.
+
+        Args:
+            state: It is not changed.
+            shaped: The body that is shown.
+            way: From where it was to where it is.
+        """
+        moving, shapes = state.moving, state.shapes
+        if isinstance(self.moving, Movable):
+            nominal = Rigid(way.turn, way.shift * self._scale(shaped))
+            moving = self.moving.moved_along(moving, self._fitted, nominal)
+        if isinstance(self.shapes, Movable):
+            shapes = self.shapes.moved_along(shapes, shaped, way)
+        return RedressedState(moving, shapes)
+
     def save(self, path: str | Path) -> None:
         """Refused: what it is made of are two model files.
 
@@ -124,8 +141,16 @@ class AnimatorRedressed:
 
     def _nominal(self, posed: PosedBody) -> PosedBody:
         """The body of the fit in the same pose."""
-        scale = np.float32(self._fitted.leg_length / posed.shaped.leg_length)
-        return self._fitted.posed(Pose(posed.pose.rotations, posed.pose.translation * scale))
+        scale = self._scale(posed.shaped)
+        nominal = self._fitted.posed(Pose(posed.pose.rotations, posed.pose.translation * scale))
+        if not any(posed.origin):
+            return nominal
+        x, y, z = (float(scale) * place for place in posed.origin)
+        return replace(nominal, origin=(x, y, z))
+
+    def _scale(self, shaped: ShapedBody) -> np.float32:
+        """Length of the legs of the body of the fit over those of the one that is shown."""
+        return np.float32(self._fitted.leg_length / shaped.leg_length)
 
     @cached_property
     def _places(self) -> "tuple[_Places, _Places] | None":

@@ -34,7 +34,8 @@ SLOWED = 0.5
 """Share of its velocity that cloth keeps when it is carried."""
 RETURNED = 0.05
 """Share of the way to the settled drape that it goes then; twice that in each further frame."""
-
+NEAR = 64.0
+"""A body that gets farther from home along an axis finds a new home, in steps of this length [m]."""
 
 HALVINGS = 3
 """How often a step that fails is halved, before the cloth is carried along instead."""
@@ -87,11 +88,35 @@ class ProxyState:
     """The body's."""
     lost: int = 0
     """Frames up to this one in which no step could be taken, one after the other."""
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Place in the world that `home` counts from [m], see `PosedBody.origin`."""
 
     @property
     def positions(self) -> Positions:
         """Of the coarse cloth, in the world [m]."""
         return self.home.points(self.cloth.positions)
+
+    def moved_along(self, way: Rigid) -> "ProxyState":
+        """The same state turned about the vertical and shifted as a whole: home goes along, all else stays in it."""
+        return replace(self, home=way.after(self.home))
+
+    def homed(self, pose: Pose) -> "ProxyState":
+        """The same state with its home within reach of a pose of the body, where that has gone far: nothing moves.
+
+        Args:
+            pose: The body's, not seen from home.
+        """
+        there = self.home.back(pose.translation.astype(np.float64))
+        if np.abs(there).max() <= NEAR:
+            return self
+        away = NEAR * np.round(there / NEAR)
+        body = self.pose.translation.astype(np.float64) - away
+        return replace(
+            self,
+            home=self.home.after(Rigid.shifted(away)),
+            cloth=replace(self.cloth, positions=self.cloth.positions - away),
+            pose=Pose(self.pose.rotations, body),
+        )
 
 
 class SimulatedProxy:
@@ -112,7 +137,7 @@ class SimulatedProxy:
         self.rest = settled(garment, shaped, self_contact=settings.self_contact) if rest is None else rest
         self._key = JOINT_NAMES.index(garment.key_joint)
         blows = any(settings.wind) or settings.gusts > 0
-        self._wind, self._home = wind_of(settings), Rigid(np.eye(3), np.zeros(3))
+        self._wind, self._home, self._origin = wind_of(settings), Rigid(np.eye(3), np.zeros(3)), np.zeros(3)
         self._dressed = DressedBody(garment, shaped, settings, self._blown if blows else None)
         self._end = FrameEnd(garment, shaped)
         self._fresh = self._end.state
@@ -128,7 +153,7 @@ class SimulatedProxy:
         turn = to_matrix(stance.turn)
         home = Rigid(turn, stance.target - turn @ stance.pelvis)
         state, last = (
-            ProxyState(home, self._dressed.stepper.start(self.rest), self._fresh, first),
+            ProxyState(home, self._dressed.stepper.start(self.rest), self._fresh, first, origin=posed.origin),
             home.pose_back(posed.pose),
         )
         if np.abs(self.shaped.posed(first).joints - self.shaped.posed(last).joints).max() < 1e-4:
@@ -139,15 +164,16 @@ class SimulatedProxy:
         still = np.zeros_like(self.rest)
         return replace(state, cloth=replace(state.cloth, velocities=still, change=still))
 
-    def step(self, state: ProxyState, pose: Pose, seconds: float) -> ProxyState:
+    def step(self, state: ProxyState, posed: PosedBody, seconds: float) -> ProxyState:
         """The State after a time, the body on its way from the State's pose to another one.
 
         Args:
             state: It is not changed.
-            pose: The body's then.
+            posed: The body then.
             seconds: Any time; of more than `LONGEST` the rest is left out.
         """
-        pose = state.home.pose_back(pose)
+        state = replace(state.homed(posed.pose), origin=posed.origin)
+        pose = state.home.pose_back(posed.pose)
         if leaps(state.pose, pose, seconds):
             state = self._moved_along(state, pose)
         seconds = min(seconds, LONGEST)
@@ -159,7 +185,7 @@ class SimulatedProxy:
 
     def _frame(self, state: ProxyState, pose: Pose, seconds: float) -> ProxyState:
         with self._turn:
-            self._home = state.home
+            self._home, self._origin = state.home, np.array(state.origin)
             try:
                 return self._stepped(state, pose, seconds)
             except SimulationFailed:
@@ -172,7 +198,7 @@ class SimulatedProxy:
         self._end.state = state.projector
         cleaned = self._end.clean(posed, cloth.positions, seconds, cloth.contact_history)
         cloth = self._dressed.fed_back(cloth, cleaned.positions, cleaned.pinched)
-        return ProxyState(state.home, cloth, self._end.state, pose)
+        return ProxyState(state.home, cloth, self._end.state, pose, origin=state.origin)
 
     def _carried(self, state: ProxyState, pose: Pose, seconds: float) -> ProxyState:
         """The frame in which no step could be taken: the cloth rides on the key joint, and towards its drape."""
@@ -186,11 +212,11 @@ class SimulatedProxy:
         cleaned = self._end.clean(now, positions, seconds)
         cloth = self._dressed.stepper.start(np.where(model.fixed[:, None], positions, cleaned.positions))
         cloth = replace(cloth, velocities=SLOWED * way.vectors(state.cloth.velocities), time=state.cloth.time + seconds)
-        return ProxyState(state.home, cloth, self._end.state, pose, state.lost + 1)
+        return ProxyState(state.home, cloth, self._end.state, pose, state.lost + 1, state.origin)
 
     def _blown(self, seconds: float, positions: Positions) -> Positions:
         """The wind of the world, as it is seen from home."""
-        return self._wind(seconds, self._home.points(positions)) @ self._home.turn
+        return self._wind(seconds, self._home.points(positions) + self._origin) @ self._home.turn
 
     def _moved_along(self, state: ProxyState, pose: Pose) -> ProxyState:
         """The State where the body was put: all of it turned and moved with the pelvis."""

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from hemline.arrays import Vertices
-from hemline.bodies.body import PosedBody
+from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.errors import BadInput
 from hemline.garments import Garment, worn_together
 
-from .base import Animator, Bounded
+from .base import Animator, Bounded, Movable
+from .leaps import Rigid
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +88,11 @@ class AnimatorTogether:
         """
         done = [part.step(each, posed, dt) for part, each in zip(self.parts, state, strict=True)]
         return tuple(each for each, _ in done), np.concatenate([vertices for _, vertices in done])
+
+    def moved_along(self, state: tuple[Any, ...], shaped: ShapedBody, way: Rigid) -> tuple[Any, ...]:
+        """The States put elsewhere, where all of the animators are `Movable`."""
+        pairs = zip(self.parts, state, strict=True)
+        return tuple(part.moved_along(each, shaped, way) if isinstance(part, Movable) else each for part, each in pairs)
 
     def save(self, path: str | Path) -> None:
         """Refused: they are model files of their own.

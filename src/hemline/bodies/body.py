@@ -75,6 +75,8 @@ class PosedBody:
         transforms: Skin transforms [G_j O_j | x_j - G_j O_j J_j], from rest to world.
         joints: Joints in the world [m].
         blending: How the skin follows: `linear` or `dual`.
+        origin: Place in the world that all positions are counted from [m]; not zero only where a `Player` plays a body
+            that is far away.
     """
 
     shaped: ShapedBody
@@ -82,6 +84,7 @@ class PosedBody:
     transforms: Transforms
     joints: Joints
     blending: Blending = "linear"
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def faces(self) -> Faces:

@@ -23,12 +23,9 @@ from hemline.collide import (
     Guarantee,
     LayeredProjector,
     LayersReport,
-    LayersState,
     Projector,
-    ProjectorState,
     WholeCloth,
     WholeSettings,
-    WholeState,
     WornGarment,
 )
 from hemline.errors import BadInput, BadModel
@@ -36,24 +33,16 @@ from hemline.garments import Garment
 from hemline.motions.motion import Pose
 
 from .detail import worn_at
+from .elapsed import played_time, run_up_steps
 from .frame import Frame
 from .layers import THICKNESS_MM, at_rest, check_thickness, covers_of, projected_by, projector_of, settled_vertices
+from .origin import HERE, Origin, in_world, origin_for, seen_from
+from .player_state import PlayerState
 from .run_up import run_up
 from .switch import nearest_vertices, switched_projector, switched_whole
 
 STAGES = ("body", "animator", "whole", "cover", "projection")
 """What a frame's time is made of; where several garments are worn, `layers`, too."""
-
-
-@dataclass(frozen=True)
-class PlayerState:
-    """All that moves from frame to frame: plain data, never changed in place. Keeping an old one is a rollback."""
-
-    animator: Any
-    """The animator's own State."""
-    whole: WholeState | None
-    """None where the step is off."""
-    projector: ProjectorState | LayersState
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +124,7 @@ class Player:
 
         Raises:
             BadModel: The animator was fitted on another kind of body.
+            BadGarment: Its garment is pinned to triangles that the body has not.
             BadInput: A level of detail that is not above 0 and at most 1, or that leaves too few vertices; or the
                 animator has no levels; or a thickness that is not above 0 and at most 10 mm.
         """
@@ -144,6 +134,7 @@ class Player:
                 f"body '{body.body.name}'",
                 "load that body, or fit again",
             )
+        animator.garment.check_pins_on(body)
         check_thickness(thickness_mm)
         level = worn_at(animator, body, detail)
         garment, collider = level.garment, level.body
@@ -178,38 +169,47 @@ class Player:
 
         Args:
             pose: The first pose.
-            pre_roll: Time before the first pose for which the animator runs unseen [s].
-            dt: Its steps [s].
+            pre_roll: Time before the first pose for which the animator runs unseen, at most ten minutes [s].
+            dt: Its steps; shorter ones than 1 ms are taken for 1 ms, longer ones than 0.25 s for 0.25 s [s].
 
         Raises:
-            BadInput: `dt` is not a positive time, or `pre_roll` is negative or not finite.
+            BadInput: `dt` is not a positive time; or `pre_roll` is negative, not finite or longer than ten minutes; or
+                the body is more than 1,048 km from the world's origin.
         """
-        _check_time(dt)
-        if not 0 <= pre_roll < float("inf"):
-            raise BadInput("a pre-roll takes a time from 0 on", f"pre_roll = {pre_roll} s", "leave it out for 1 s")
-        leading = self._leading(pose, round(pre_roll / dt), dt)
-        posed = self.body.posed(leading[0])
+        frames, dt = run_up_steps(pre_roll, dt)
+        leading, origin = self._leading(pose, frames, dt)
+        posed = self._posed(leading[0], origin)
         state, whole = self.animator.start(posed), self.whole.start() if self.whole else None
         for each in leading[1:]:
-            posed = self.body.posed(each)
+            posed = self._posed(each, origin)
             state, vertices = self.animator.step(state, posed, dt)
             if self.whole and whole:
                 whole, _ = self.whole.step(whole, self._collided(posed), vertices, dt=dt)
-        return PlayerState(state, whole, self.projector.start())
+        return PlayerState(state, whole, self.projector.start(), origin, leading[-1])
 
     def step(self, state: PlayerState, pose: Pose, dt: float) -> tuple[PlayerState, Frame]:
         """The next frame.
 
+        After a pause (a program that was stopped, a level that was loaded) a quarter of a second is played, however
+        long it was, and the frame takes no longer than others: the garment is where the body was put in the meantime,
+        and swings from there as fast as the body went on average. Where the animator is not `Movable` it is played as
+        if the body had made its whole way in that quarter of a second.
+
+        A body may be up to 1,048 km from the world's origin, and its garment is as good there as anywhere. Positions in
+        the world are not, since single precision has steps of 6 cm at 1,000 km: draw `frame.local` at `frame.origin`,
+        and give poses that are as exact as you want the motion of the body to be.
+
         Args:
             state: From `start`, or from the frame before; it is not changed.
             pose: The body's pose now.
-            dt: Time since the state [s].
+            dt: Time since the state [s]: any positive time. More than 0.25 s is a pause; less than 0.1 ms is taken for
+                0.1 ms, and the garment goes along with the body unmoved.
 
         Returns:
             The state after, and the frame: its cloth is in one piece, and no vertex of it is inside the body.
 
         Raises:
-            BadInput: `dt` is not a positive time.
+            BadInput: `dt` is not a positive time, or the body is more than 1,048 km from the world's origin.
         """
         return self._stepped(state, pose, dt, self.animator.step)
 
@@ -235,9 +235,8 @@ class Player:
         nearest, whole = nearest_vertices(other.garment, self.garment), state.whole
         if other.whole and self.whole and whole:
             whole = switched_whole(other.whole, self.whole, whole, nearest)
-        return PlayerState(
-            state.animator, whole, switched_projector(other.projector, self.projector, state.projector, nearest)
-        )
+        projector = switched_projector(other.projector, self.projector, state.projector, nearest)
+        return replace(state, whole=whole, projector=projector)
 
     def reshaped(self, state: PlayerState, body: ShapedBody) -> tuple["Player", PlayerState]:
         """The garment on a body of another shape from the next frame on; nothing is prepared anew.
@@ -276,7 +275,12 @@ class Player:
             BadInput: The animator cannot be driven so.
         """
         animator = driven(self.animator)
-        return self._stepped(state, pose, dt, partial(animator.follow, truth=truth))
+
+        def follow(moving: Any, posed: PosedBody, dt: float) -> tuple[Any, Vertices]:
+            near = truth if posed.origin == HERE else (truth - np.array(posed.origin)).astype(np.float32)
+            return animator.follow(moving, posed, dt, near)
+
+        return self._stepped(state, pose, dt, follow)
 
     def redress(
         self, state: PlayerState, pose: Pose, dt: float, worn: Vertices, nominal: PosedBody
@@ -327,20 +331,30 @@ class Player:
             self._placements[clip.hash] = placement(self.body, clip)
         return self._placements[clip.hash].of(pose)
 
-    def _leading(self, pose: Pose, frames: int, dt: float) -> list[Pose]:
-        """Poses of the run-up, the first pose last; from the first frame of a clip it goes on at the clip's speed."""
-        first, clip, second = self._placed(pose), pose.clip, None
+    def _posed(self, pose: Pose, origin: Origin) -> PosedBody:
+        posed = self.body.posed(pose)
+        return posed if origin == HERE else replace(posed, origin=origin)
+
+    def _leading(self, pose: Pose, frames: int, dt: float) -> tuple[list[Pose], Origin]:
+        """Poses of the run-up, the first pose last, and the origin that they are counted from.
+
+        From the first frame of a clip it goes on at the clip's speed.
+        """
+        there, clip, second = self._placed(pose), pose.clip, None
+        origin = origin_for(there)
+        first = seen_from(there, origin)
         if clip is not None and len(clip) > 1 and np.array_equal(pose.translation, clip.translations[0]):
-            way = (self._placed(clip[1]).translation - first.translation) * (dt * clip.fps)
+            way = (self._placed(clip[1]).translation - there.translation) * (dt * clip.fps)
             second = Pose(first.rotations, first.translation + way)
-        return run_up(self.body, first, second, frames, dt)
+        return run_up(self.body, first, second, frames, dt), origin
 
     def _stepped(
         self, state: PlayerState, pose: Pose, dt: float, animate: Callable[..., tuple[Any, Vertices]]
     ) -> tuple[PlayerState, Frame]:
-        _check_time(dt)
-        clock = [time.perf_counter()]
-        posed = self.body.posed(self._placed(pose))
+        played, clock, pose = played_time(dt), [time.perf_counter()], self._placed(pose)
+        state, dt = state.moved_along(self.animator, self.body, pose, dt), played
+        local = seen_from(pose, state.origin)
+        posed = self._posed(local, state.origin)
         solid = self._collided(posed)
         surface = self.projector.worn.surface(solid)
         clock.append(time.perf_counter())
@@ -365,12 +379,8 @@ class Player:
             spans |= {"projection": spans["projection"] - report.layers_ms, "layers": report.layers_ms}
         novelty = self._bounded.novelty(moved) if self._bounded else None
         frame = Frame(vertices, animated, covered, posed, report, spans, novelty)
-        return PlayerState(moved, whole, projected), frame
-
-
-def _check_time(dt: float) -> None:
-    if not 0 < dt < float("inf"):
-        raise BadInput("a frame must take a positive time", f"dt = {dt} s", "give the time since the last frame")
+        after = PlayerState(moved, whole, projected, state.origin, local)
+        return after, frame if state.origin == HERE else frame.in_world(in_world(posed, pose))
 
 
 def driven(animator: Animator) -> Driven:

@@ -58,7 +58,11 @@ class Tally:
             truth: The simulated garment in it, if there is one [m].
             fps: Frames a second.
         """
-        garment = self.animator.garment
+        garment, shown = self.animator.garment, frame
+        if any(frame.origin):
+            # far away single precision blurs the world: what is measured is the frame as it was played
+            frame = frame.local
+            truth = None if truth is None else (truth - np.array(shown.origin)).astype(np.float32)
         self._milliseconds.append(dict(frame.milliseconds))
         self._add_inside(frame)
         self._add("area", metrics.area_change_percent(frame.vertices, garment.faces, garment.rest_edges))
@@ -79,7 +83,7 @@ class Tally:
         if badness > self._badness:
             self._badness, self._worst = badness, (len(self._milliseconds) - 1, frame, truth)
         if self.keep is not None:
-            self.keep(frame)
+            self.keep(shown)
 
     def worst_frame(self) -> tuple[int, Frame, Vertices | None]:
         """Number, frame and ground truth of that with the largest error; without one, with most vertices inside before.

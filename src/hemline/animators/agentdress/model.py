@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from hemline import bodies
+from hemline.animators.leaps import Rigid
 from hemline.animators.model_file import save_model
 from hemline.animators.own_body import refuse_other_body
 from hemline.arrays import Float, Int, Quaternions, Vertices
@@ -266,6 +267,10 @@ class AnimatorAgentDress:
     def at_rest(self, state: AgentDressState) -> Vertices:
         """The garment in the rest pose of the body of a State (verts, 3) [m]."""
         return state.rest
+
+    def moved_along(self, state: AgentDressState, shaped: ShapedBody, way: Rigid) -> AgentDressState:
+        """The State as it is: it holds no places of the world, and no heading."""
+        return state
 
     def reshaped(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
         """The State on a body of another shape: what a slider asks for, and an agent that joins a crowd.

@@ -9,11 +9,13 @@ from typing import Any, Self
 
 import numpy as np
 
+from hemline.animators.leaps import Rigid
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
 from hemline.animators.simulated_proxy import ProxyState, SimulatedProxy
 from hemline.arrays import Float, Int, Vertices
 from hemline.bodies import PosedBody, ShapedBody
+from hemline.compiled import real_time_threads
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry, refused
 from hemline.garments import Garment
@@ -50,6 +52,7 @@ class AnimatorLive:
     _making: Any = field(default_factory=threading.Lock, init=False, repr=False)
 
     @classmethod
+    @real_time_threads()
     def on(cls, garment: Garment, body: ShapedBody, config: LiveConfig) -> Self:
         """Make a garment ready on a body: a few seconds, in which it settles.
 
@@ -78,6 +81,7 @@ class AnimatorLive:
         """The coarse garment, and which vertex of the garment each of its vertices is."""
         return proxy_of(self.garment, self.config.size)
 
+    @real_time_threads()
     def start(self, posed: PosedBody) -> ProxyState:
         """At rest on a body of any shape in its first pose; on a new shape the garment settles first.
 
@@ -103,10 +107,22 @@ class AnimatorLive:
         after = self.simulated(state, posed, dt)
         return after, self.carried(after, posed.shaped)
 
+    @real_time_threads()
     def simulated(self, state: ProxyState, posed: PosedBody, dt: float) -> ProxyState:
         """The coarse half of `step`: the State after."""
-        return self._on(posed.shaped)[0].step(state, posed.pose, dt)
+        return self._on(posed.shaped)[0].step(state, posed, dt)
 
+    def moved_along(self, state: ProxyState, shaped: ShapedBody, way: Rigid) -> ProxyState:
+        """The State turned about the vertical and shifted as a whole, its past too.
+
+        Args:
+            state: It is not changed.
+            shaped: The body that wears the garment.
+            way: From where it was to where it is.
+        """
+        return state.moved_along(way)
+
+    @real_time_threads()
     def carried(self, state: ProxyState, shaped: ShapedBody) -> Vertices:
         """The fine half: the vertices of a State on that shape of the body (verts, 3) [m]."""
         here = self._on(shaped)[1].carried(state.cloth.positions)

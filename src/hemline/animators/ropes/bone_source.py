@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hemline.animators.leaps import Rigid
 from hemline.arrays import Float, Nodes
 from hemline.bodies.body import PosedBody
 from hemline.collide.primitives.proxy import Colliders
@@ -45,6 +46,11 @@ class BonesState:
     """None where a model has none."""
     share: Float[np.ndarray, ""]
     """How far ropes have taken over, 0 to 1."""
+
+    def moved_along(self, way: Rigid) -> "BonesState":
+        """The same state turned and shifted as a whole, its past too."""
+        learned = None if self.learned is None else self.learned.moved_along(way)
+        return replace(self, ropes=self.ropes.moved_along(way), learned=learned)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +95,7 @@ class BoneSource:
         Args:
             state: The state before; it is not changed.
             posed: The body now.
-            dt: Time since the state [s]; any.
+            dt: Time since the state: from 1 us to 10 s [s].
             rest: All bones in the rest drape on this body's shape [m].
 
         Returns:

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
 
 Hook = Callable[[Nodes, Nodes], Nodes]
-"""A user's force: positions [m] and velocities [m/s] in, accelerations out [m/s^2], all (nodes, 3), once a step."""
+"""A user's force: positions in the world [m] and velocities [m/s] in, accelerations out [m/s^2], once a step.
+
+All are (nodes, 3)."""
 
 CHAIN_ARRAYS = (
     "offsets",
@@ -40,6 +42,8 @@ CHAIN_ARRAYS = (
 )
 CARRIAGE_ARRAYS = ("rest", "weights", "nearest", "nearest_rest")
 _TELEPORT_SPEED = 30.0
+SHORTEST, LONGEST = 1e-6, 10.0
+"""How short and how long a step may be [s]: a longer one would take seconds, in compiled code that does not stop."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,17 +155,20 @@ class Ropes:
         Args:
             state: Where the ropes are; not changed.
             posed: The body at the end of the step.
-            dt: Length of the step [s]; any, taken in substeps.
+            dt: Length of the step, taken in substeps: from 1 us to 10 s [s]. A `Player` takes any time.
 
         Returns:
             The next state.
 
         Raises:
-            BadInput: `dt` is not a positive number, the body's transforms are not finite, or the hook returns something
-                else than finite accelerations of all nodes.
+            BadInput: `dt` is out of range, the body's transforms are not finite, or the hook returns something else
+                than finite accelerations of all nodes.
         """
         if not (math.isfinite(dt) and dt > 0):
             raise BadInput("a step needs a positive dt", dt, "give seconds, such as 1 / 60")
+        if not SHORTEST <= dt <= LONGEST:
+            cure = "take several steps, or play it with a Player, which takes any time"
+            raise BadInput(f"a step of ropes takes from {SHORTEST:g} to {LONGEST:g} s", f"dt = {dt}", cure)
         dt, frames = float(dt), self.proxy.posed(posed)
         if self.jumped(state.frames, frames, state.pivots, dt):
             state = self._carried_along(state, frames)
@@ -169,7 +176,7 @@ class Ropes:
         if float(state.last_dt) == 0.0:
             # no history: the garment moves along with its roots at first
             velocities = velocities + motion[2, self.chains.offsets[0] :].mean(0)
-        push = None if self.hook is None else _pushed(self.hook, state.positions, velocities)
+        push = None if self.hook is None else _pushed(self.hook, state.positions + np.array(posed.origin), velocities)
         colliders = Colliders(self.proxy.kinds, self.proxy.joints, state.shapes, state.centres, state.pivots)
         positions, velocities, tensions, touched = self.chains.advance(
             state.positions,

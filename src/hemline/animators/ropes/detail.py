@@ -83,7 +83,7 @@ class AnimatorRopesLevel(LevelOf):
         Args:
             state: The State before, of any level of this animator; it is not changed.
             posed: The body now.
-            dt: Time since the State [s]; any.
+            dt: Time since the State: from 1 us to 10 s [s].
 
         Returns:
             The State after, and the vertices that are left, in the world (verts, 3) [m].

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from hemline.animators.leaps import Rigid
 from hemline.arrays import Float, Nodes, Transforms
 from hemline.collide.primitives.proxy import Colliders
 from hemline.errors import BadModel
@@ -40,6 +41,10 @@ class LearnedBonesState:
     def copy(self) -> "LearnedBonesState":
         """The same state in arrays of its own."""
         return replace(self, **{field.name: getattr(self, field.name).copy() for field in fields(self)})
+
+    def moved_along(self, way: Rigid) -> "LearnedBonesState":
+        """The same state turned and shifted as a whole, its past too."""
+        return replace(self, positions=way.points(self.positions), bodies=way.frames(self.bodies))
 
     def carried_along(self, key: int, frames: Transforms) -> "LearnedBonesState":
         """The state moved rigidly, past and all, so that the key joint of the last frame is where it is in others."""

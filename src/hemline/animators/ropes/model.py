@@ -8,10 +8,11 @@ from typing import Any, Self
 
 import numpy as np
 
+from hemline.animators.leaps import Rigid
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
 from hemline.arrays import Nodes, Vertices
-from hemline.bodies.body import PosedBody
+from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry, part, refused
 from hemline.garments.garment import Garment
@@ -110,7 +111,7 @@ class AnimatorRopes:
         Args:
             state: The State before; it is not changed.
             posed: The body now.
-            dt: Time since the State [s]; any.
+            dt: Time since the State: from 1 us to 10 s [s].
             bones: World positions of all bones [m]; given, the networks are driven by them and the source rests.
 
         Returns:
@@ -124,6 +125,16 @@ class AnimatorRopes:
             after = state
         coefficients = np.concatenate([self.skinning(moved), self.shape(moved)])
         return after, self.basis.vertices(coefficients, state.rest, posed.transforms[self.key])
+
+    def moved_along(self, state: AnimatorRopesState, shaped: ShapedBody, way: Rigid) -> AnimatorRopesState:
+        """The State turned about the vertical and shifted as a whole, its past too.
+
+        Args:
+            state: It is not changed.
+            shaped: The body that wears the garment.
+            way: From where it was to where it is.
+        """
+        return replace(state, bones=state.bones.moved_along(way))
 
     def follow(
         self, state: AnimatorRopesState, posed: PosedBody, dt: float, truth: Vertices

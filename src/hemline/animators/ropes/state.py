@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from hemline.animators.leaps import Rigid
 from hemline.arrays import Bool, Float, Nodes
 
 
@@ -35,6 +36,17 @@ class RopesState:
     """Balls around them at rest [m]."""
     pivots: Float[np.ndarray, "joints 3"]
     """Joints of this body's shape at rest [m]."""
+
+    def moved_along(self, way: Rigid) -> "RopesState":
+        """The same state turned and shifted as a whole, its past too."""
+        return replace(
+            self,
+            positions=way.points(self.positions),
+            velocities=way.vectors(self.velocities),
+            frames=way.frames(self.frames),
+            kinematic_velocities=way.vectors(self.kinematic_velocities),
+            kinematic_rates=way.vectors(self.kinematic_rates),
+        )
 
     def copy(self) -> "RopesState":
         """The same state in arrays of its own."""

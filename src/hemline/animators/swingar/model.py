@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
@@ -19,6 +19,7 @@ from hemline.animators.swingar.features.proxy_on_body import ProxyOnBody
 from hemline.animators.swingar.features.trail import Trail
 from hemline.arrays import Float, Int, Vertices
 from hemline.bodies import PosedBody, ShapedBody
+from hemline.compiled import real_time_threads
 from hemline.files.contents import array_of, entry, refused
 from hemline.garments import Garment
 from hemline.garments.embedding import Embedding
@@ -69,6 +70,7 @@ class AnimatorSwingar:
     _making: Any = field(default_factory=threading.Lock, init=False, repr=False)
 
     @classmethod
+    @real_time_threads()
     def on(cls, garment: Garment, body: ShapedBody, weights: Weights) -> Self:
         """Make a garment ready on a body: a few seconds, in which its coarse copy settles.
 
@@ -100,6 +102,7 @@ class AnimatorSwingar:
         """The garments of the fit that are most like this one, see `Relatives.nearest`."""
         return self.weights.relatives.nearest(self.coarse[0])
 
+    @real_time_threads()
     def start(self, posed: PosedBody) -> SwingarState:
         """On a body in its first pose, into which it came from its rest pose.
 
@@ -113,6 +116,7 @@ class AnimatorSwingar:
         opening = Opening(worn.simulated.start(posed), 0.0) if self.weights.config.beginning > 0 else None
         return SwingarState(Trail.start(worn.proxy, posed), posed.pose, history, opening, None)
 
+    @real_time_threads()
     def step(self, state: SwingarState, posed: PosedBody, dt: float) -> tuple[SwingarState, Vertices]:
         """Advance to a pose.
 
@@ -132,7 +136,7 @@ class AnimatorSwingar:
         history = history and history.followed(posed.pose, dt)
         opening = state.opening
         if opening is not None:
-            opening = Opening(worn.simulated.step(opening.simulated, posed.pose, dt), opening.seconds + dt)
+            opening = Opening(worn.simulated.step(opening.simulated, posed, dt), opening.seconds + dt)
         over = opening is not None and opening.seconds > self.weights.config.beginning - LATE
         trail = trail.begun(opening.simulated.positions) if opening and over else trail
         history, coarse = self.weights.mover.moved(worn.prepared, worn.proxy, trail, history, posed)
@@ -149,6 +153,19 @@ class AnimatorSwingar:
         vertices = worn.embedding.carried(_held(coarse, worn.proxy.garment, posed).astype(np.float64))
         after = SwingarState(trail, posed.pose, history, None if over else opening, displaced)
         return after, _held(vertices, worn.fine, posed)
+
+    def moved_along(self, state: SwingarState, shaped: ShapedBody, way: Rigid) -> SwingarState:
+        """The State turned about the vertical and shifted as a whole, its past too.
+
+        Args:
+            state: It is not changed.
+            shaped: The body that wears the garment.
+            way: From where it was to where it is.
+        """
+        history, opening = state.history and state.history.moved(way), state.opening
+        if opening is not None:
+            opening = Opening(opening.simulated.moved_along(way), opening.seconds)
+        return replace(state, trail=state.trail.moved(way), pose=way.pose(state.pose), history=history, opening=opening)
 
     def _on(self, shaped: ShapedBody) -> _Worn:
         key = np.asarray(shaped.betas, np.float32).tobytes()

@@ -83,7 +83,7 @@ def frames_of(worn: DatasetProxy, take: Take, stride: int) -> tuple[np.ndarray, 
         posed = proxy.shaped.posed(take.motion[frame])
         trail = trail.stepped(proxy, posed, dt)
         if take.lead_in[frame]:
-            simulated = worn.simulated.step(simulated, posed.pose, dt)
+            simulated = worn.simulated.step(simulated, posed, dt)
             trail = trail.begun(simulated.positions)
         elif frame % stride == 0:
             told.append(trail.told(proxy, posed).astype(np.float16))
