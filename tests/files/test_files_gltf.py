@@ -57,7 +57,6 @@ def test_rows_with_gaps_shares_and_sparse_values(tmp_path):
         {"count": 5},
         {"count": -1},
         {"count": 1e3},
-        {"count": 10**12},
         {"bufferView": 3},
         {"bufferView": -1},
         {"byteOffset": -4},
@@ -77,7 +76,7 @@ def test_an_accessor_that_points_nowhere_is_refused(change, tmp_path):
     ("buffer", "said"),
     [
         ({"uri": "data:;base64,!!!", "byteLength": 1}, "a buffer that is no base64"),
-        ({"uri": "../secret.bin", "byteLength": 1}, "names a buffer that is not beside it; got ../secret.bin"),
+        ({"uri": "../secret.bin", "byteLength": 1}, "names a buffer that is not beside it; got '../secret.bin'"),
         ({"uri": "/etc/passwd", "byteLength": 1}, "names a buffer that is not beside it"),
         ({"uri": "http://example.org/a.bin", "byteLength": 1}, "names a buffer that is not beside it"),
         ({"uri": "absent.bin", "byteLength": 1}, "cannot read .*absent.bin, which it.gltf names"),

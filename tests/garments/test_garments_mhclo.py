@@ -171,7 +171,7 @@ def test_cloth_is_raised_over_what_is_beneath_it_and_not_beside_it(shaped):
         (lambda rows: ["1 2 -3 1 0 0", *rows[1:]], "line 10: hm08 has the vertices 0 to 19157; got vertex -3"),
         (lambda rows: [rows[0], "1 2 3 0.5 0.5", *rows[2:]], "line 11: a binding must be .* got 5 columns"),
         (lambda rows: [rows[0] + " 7", *rows[1:]], "line 10: a binding must be .* got 10 columns"),
-        (lambda rows: ["1 2 3 nan 0 0 0 0 0", *rows[1:]], "line 10: weights and offsets must be finite; got NaN"),
+        (lambda rows: ["1 2 3 nan 0 0 0 0 0", *rows[1:]], "line 10: weights and offsets must be finite, below 1e.06; got NaN"),
         (lambda rows: ["nan", *rows[1:]], "line 10 cannot be read; got 'nan'"),
         (lambda rows: ["1.5", *rows[1:]], "line 10 cannot be read; got '1.5'"),
         (lambda rows: [*rows[:-1], "1 2 3 0.5 0.5 0.5"], "line 441: weights must sum to 1; got 0.5 more or less"),

@@ -82,7 +82,7 @@ def without(sample, *keys):
         (lambda s: s | {"trans": s["trans"] * np.nan}, "must hold finite numbers"),
         (lambda s: s | {"poses": np.array([{"a": 1}], dtype=object)}, "pickled objects are not read"),
         (lambda s: s | {"mocap_framerate": np.array("fast")}, "is damaged or no AMASS clip"),
-        (lambda s: s | {"mocap_framerate": np.array(0.0)}, "fps of motion '01_01_poses' must be positive"),
+        (lambda s: s | {"mocap_framerate": np.array(0.0)}, "01_01_poses.npz must have from 1 to 1000 frames a second; got 0"),
     ],
 )
 def test_files_that_are_no_clip_are_refused(tmp_path, sample, spoil, message):

@@ -85,7 +85,7 @@ def test_hash_is_of_what_moves_and_not_of_names():
         ({"rotations": np.full((9, 24, 4), np.inf)}, "must be finite"),
         ({"rotations": np.ones((9, 24, 4))}, "unit quaternions; got one of length 2"),
         ({"rotations": np.zeros((0, 24, 4)), "translations": np.zeros((0, 3))}, "must have a frame"),
-        ({"fps": 0}, "fps of motion 'sample' must be positive"),
+        ({"fps": 0}, "motion 'sample' must have from 1 to 1000 frames a second; got 0"),
         ({"leg_length": np.nan}, "leg_length of motion 'sample' must be positive"),
     ],
 )

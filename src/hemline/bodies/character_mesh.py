@@ -7,11 +7,14 @@ import numpy as np
 from hemline.arrays import Float, Int
 from hemline.errors import BadBody
 from hemline.files.gltf import Gltf
+from hemline.files.gltf_triangles import PRIMITIVES_MAX, triangles
 from hemline.motions import JOINT_NAMES
 from hemline.motions.gltf_rig import GltfRig
 
 _AGAIN = "normalise the weights, and export it again"
 _VERTICES_MAX = 2_000_000
+_VERTEX_BYTES = 8
+"""A skinned vertex has so many bytes in its file, at least: three of its place, one or more of bones and of weights."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,7 @@ def read_character_mesh(rig: GltfRig, owners: Int[np.ndarray, " nodes"]) -> Char
         BadBody: Weights that are NaN, negative or of no bone, positions that are NaN, no triangles, or too many.
     """
     gltf, pieces, names, notes = rig.gltf, [], [], []
+    count = Counted(gltf)
     with gltf.readable():
         for node, said in enumerate(gltf.all("nodes")):
             if "mesh" not in said or "skin" not in said:
@@ -59,7 +63,7 @@ def read_character_mesh(rig: GltfRig, owners: Int[np.ndarray, " nodes"]) -> Char
             joints = owners[np.array(skin["joints"], int)]
             for primitive in mesh["primitives"]:
                 name = _name(gltf, rig.nodes.names[node], mesh, primitive)
-                piece = _piece(rig, primitive, said["skin"], joints, name)
+                piece = _piece(rig, primitive, said["skin"], joints, name, count)
                 if piece is None:
                     notes.append(f"'{name}' has no triangles and is left out")
                     continue
@@ -69,8 +73,6 @@ def read_character_mesh(rig: GltfRig, owners: Int[np.ndarray, " nodes"]) -> Char
         cure = "skin its mesh to the armature, and export it with its skin"
         raise BadBody(f"{gltf.path} has no triangles that bones move", "none", cure)
     first = np.cumsum([0] + [len(piece[0]) for piece in pieces])
-    if first[-1] > _VERTICES_MAX:
-        raise BadBody(f"{gltf.path} has too many vertices", int(first[-1]), f"reduce it to {_VERTICES_MAX} or less")
     weights, note = _whole(
         np.concatenate([piece[2] for piece in pieces]), np.concatenate([piece[0] for piece in pieces])
     )
@@ -84,6 +86,33 @@ def read_character_mesh(rig: GltfRig, owners: Int[np.ndarray, " nodes"]) -> Char
     )
 
 
+class Counted:
+    """What was made of a file so far, held below what it can rightly hold."""
+
+    def __init__(self, gltf: Gltf) -> None:
+        self.gltf, self.primitives, self.corners, self.vertices = gltf, 0, 0, 0
+
+    def triangles(self, primitive: dict) -> np.ndarray:
+        """The triangles of a primitive, counted."""
+        self.primitives += 1
+        if self.primitives > PRIMITIVES_MAX:
+            raise BadBody(f"{self.gltf.path} may have {PRIMITIVES_MAX} meshes", "more", "join them")
+        faces = triangles(self.gltf, primitive)
+        self.corners += faces.size
+        self.gltf.refuse_more(self.corners)
+        return faces
+
+    def used(self, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The vertices that triangles have, counted, and the triangles as rows of them."""
+        used, faces = np.unique(faces, return_inverse=True)
+        self.vertices += len(used)
+        if self.vertices > _VERTICES_MAX:
+            cure = f"reduce it to {_VERTICES_MAX} or less"
+            raise BadBody(f"{self.gltf.path} has too many vertices", self.vertices, cure)
+        self.gltf.refuse_more(_VERTEX_BYTES * self.vertices)
+        return used, faces.reshape(-1, 3)
+
+
 def _name(gltf: Gltf, node: str, mesh: dict, primitive: dict) -> str:
     name = str(mesh.get("name") or node)
     if "material" in primitive and len(mesh["primitives"]) > 1:
@@ -93,21 +122,18 @@ def _name(gltf: Gltf, node: str, mesh: dict, primitive: dict) -> str:
 
 
 def _piece(
-    rig: GltfRig, primitive: dict, skin: int, joints: np.ndarray, name: str
+    rig: GltfRig, primitive: dict, skin: int, joints: np.ndarray, name: str, count: Counted
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Vertices at rest, triangles and weights of one primitive, vertices that no triangle has left out."""
     gltf, attributes = rig.gltf, primitive["attributes"]
-    points = gltf.array(attributes["POSITION"]).astype(np.float64)
+    faces = count.triangles(primitive)
+    points = gltf.array(attributes["POSITION"])
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError("POSITION")
-    indices = gltf.array(primitive["indices"]).astype(np.int64) if "indices" in primitive else np.arange(len(points))
-    faces = _triangles(indices, primitive.get("mode", 4))
     if not len(faces) or "JOINTS_0" not in attributes:
         return None
-    if faces.max() >= len(points):
-        raise ValueError("indices")
-    used, faces = np.unique(faces, return_inverse=True)
-    faces, points = faces.reshape(-1, 3), points[used]
+    used, faces = count.used(faces)
+    points = points[used].astype(np.float64)
     if not np.isfinite(points).all():
         raise BadBody(f"{gltf.path}: '{name}' must have finite positions", "NaN or infinity", "export it again")
     weights = np.zeros((len(points), len(JOINT_NAMES)))
@@ -133,19 +159,6 @@ def _piece(
     return points @ place[:3, :3].T + place[:3, 3], faces, weights
 
 
-def _triangles(indices: np.ndarray, mode: int) -> np.ndarray:
-    """Triangles of a list, a strip or a fan."""
-    if mode == 4:
-        return indices[: len(indices) // 3 * 3].reshape(-1, 3)
-    if mode in (5, 6) and len(indices) >= 3:
-        first = indices[:-2] if mode == 5 else np.full(len(indices) - 2, indices[0])
-        faces = np.stack([first, indices[1:-1], indices[2:]], 1)
-        if mode == 5:
-            faces[1::2] = faces[1::2][:, [1, 0, 2]]
-        return faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
-    return np.zeros((0, 3), np.int64)
-
-
 def _whole(weights: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
     """Weights that sum to 1; a vertex without any takes those of the nearest one that has some."""
     from scipy.spatial import KDTree
@@ -156,7 +169,9 @@ def _whole(weights: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, tuple[s
         raise BadBody("a character must have weights", "none above 0", "skin it to its bones, and export it again")
     notes = []
     if bare.any():
-        nearest = np.flatnonzero(~bare)[KDTree(places[~bare]).query(places[bare])[1]]
+        # of several at one place, which a tree would look through one by one, the first
+        there, first = np.unique(places[~bare], axis=0, return_index=True)
+        nearest = np.flatnonzero(~bare)[first[KDTree(there).query(places[bare])[1]]]
         weights[bare] = weights[nearest]
         notes.append(f"{bare.sum()} vertices without weights follow the nearest one that has some")
     off = np.abs(sums[~bare] - 1) > 0.01

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.errors import BadBody
-from hemline.files import Unreadable, npz_arrays
+from hemline.files import Unreadable, npz_arrays, read_bytes
 from hemline.motions import JOINT_NAMES
 
 from .body import Body
@@ -54,20 +54,10 @@ def read_smpl(path: str | Path) -> Body:
         Differs: as said above.
     """
     path = Path(path)
-    arrays = _arrays(path, _content(path))
+    arrays = _arrays(path, read_bytes(path, _BYTES_MAX, error=BadBody, cure=CURE))
     family = check_shapes(path, arrays)
     check_values(path, arrays, family)
     return _reduced(path.stem, arrays, family)
-
-
-def _content(path: Path) -> bytes:
-    try:
-        size = path.stat().st_size
-        if size > _BYTES_MAX:
-            raise BadBody(f"{path} is too large for a body", f"{size} bytes", CURE)
-        return path.read_bytes()
-    except OSError as reason:
-        raise BadBody(f"cannot read {path}", reason.strerror or reason, CURE) from reason
 
 
 def _arrays(path: Path, content: bytes) -> dict[str, np.ndarray]:

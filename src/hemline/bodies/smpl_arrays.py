@@ -6,7 +6,8 @@ import numpy as np
 
 from .smpl_stand_ins import Array, Node, Refused, Selection, SparseColumns, SparseRows, is_length
 
-_DENSE_MAX = 10_000_000
+_DENSE_MAX = 2_000_000
+"""Entries of a sparse matrix, at most; the regressor of SMPL-X has 576,125."""
 _DEPTH_MAX = 8
 
 

@@ -64,14 +64,30 @@ class Unread(StandIn):
     def add(self, value: object) -> None: ...
 
 
-class Encoded(StandIn):
-    """`_codecs.encode`: bytes that an older protocol writes as text."""
+class Encoder(StandIn):
+    """`_codecs.encode`: bytes that an older protocol writes as text.
 
-    __slots__ = ()
+    A pickle may name a text once and have it encoded any number of times, so the bytes are counted: a file cannot
+    rightly make more of them than it is long.
 
-    def __new__(cls, text: object, encoding: object = None) -> bytes:
+    Args:
+        left: How many bytes may be made in all.
+    """
+
+    __slots__ = ("_left",)
+    _left: int
+
+    def __new__(cls, left: int) -> "Encoder":
+        made = super().__new__(cls)
+        made._left = left
+        return made
+
+    def __call__(self, text: object, encoding: object = None) -> bytes:
         if not isinstance(text, str) or encoding not in ("latin1", "latin-1"):
             raise Refused("text in another encoding than latin1")
+        self._left -= len(text)
+        if self._left < 0:
+            raise Refused("a pickle that makes more bytes than it has")
         return text.encode("latin1")
 
 
@@ -189,7 +205,6 @@ STAND_INS: dict[tuple[str, str], type] = {
     **{(module, "_reconstructor"): Reconstruct for module in ("copyreg", "copy_reg")},
     **{(module, name): kind for module in ("builtins", "__builtin__") for name, kind in _BUILT_IN.items()},
     ("collections", "OrderedDict"): Unread,
-    ("_codecs", "encode"): Encoded,
     ("chumpy.ch", "Ch"): Node,
     ("chumpy.reordering", "Select"): Selection,
     **{(f"numpy.{mark}core.multiarray", "_reconstruct"): Reconstruct for mark in ("", "_")},
@@ -198,4 +213,7 @@ STAND_INS: dict[tuple[str, str], type] = {
     **{(f"scipy.sparse.{mark}csc", "csc_matrix"): SparseColumns for mark in ("", "_")},
     **{(f"scipy.sparse.{mark}csr", "csr_matrix"): SparseRows for mark in ("", "_")},
 }
-"""All that a pickle may name, by module and name."""
+"""All that a pickle may name, by module and name, besides `ENCODE`."""
+
+ENCODE = ("_codecs", "encode")
+"""Stood in for by an `Encoder`, one for each file."""

@@ -6,7 +6,7 @@ import json
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,9 @@ from typing import Any
 import numpy as np
 
 from hemline.errors import BadInput, HemlineError
+
+from .beside import beside
+from .reading import read_bytes
 
 ENDINGS = (".glb", ".vrm", ".gltf", ".vrma")
 """Endings of such files."""
@@ -23,7 +26,19 @@ _KINDS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126:
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
 _BYTES_MAX = 2**31
-_NUMBERS_MAX = 2**28
+_DOCUMENT_MAX = 2**28
+_ROWS_MAX = 2_000_000
+_FREE = 100_000
+
+
+@dataclass(eq=False)
+class _Read:
+    """What was read so far."""
+
+    arrays: dict[int, np.ndarray] = field(default_factory=dict)
+    """By the number of their accessor."""
+    numbers: int = 0
+    """How many numbers they have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +56,16 @@ class Gltf:
     document: dict[str, Any]
     buffers: tuple[bytes, ...]
     error: type[BadInput]
+    _read: _Read = field(default_factory=_Read, repr=False)
+
+    @cached_property
+    def most(self) -> int:
+        """How many numbers, or corners of triangles, the file can rightly hold: as many as it has bytes, and some.
+
+        A document may name the same bytes again and again, or none at all, and so ask for any number of arrays. What is
+        made of a file is held below this.
+        """
+        return _FREE + sum(map(len, self.buffers))
 
     def all(self, name: str) -> list[dict[str, Any]]:
         """The entries of one of the document's lists; none where it has no such list."""
@@ -52,32 +77,36 @@ class Gltf:
         return self.document.get("extensions", {})
 
     def array(self, accessor: int) -> np.ndarray:
-        """The rows of an accessor; whole numbers that stand for shares as float32.
+        """The rows of an accessor, read-only; whole numbers that stand for shares as float32.
 
         Args:
             accessor: Its number.
 
         Raises:
-            BadInput: (as `error`) It points outside of its buffer, or is compressed.
+            BadInput: (as `error`) It points outside of its buffer, is compressed, has more than 2,000,000 rows, or has,
+                with all that were read before, more than `most` numbers.
         """
         with self.readable():
-            said = self.all("accessors")[_index(accessor)]
-            dtype, width, count = np.dtype(_KINDS[said["componentType"]]), _WIDTHS[said["type"]], said["count"]
-            if not isinstance(count, int) or not 0 <= count * width <= _NUMBERS_MAX:
-                raise ValueError("count")
-            rows = np.zeros((count, width), dtype)
-            if "bufferView" in said:
-                rows = self._rows(said["bufferView"], said.get("byteOffset", 0), dtype, width, count)
-            if sparse := said.get("sparse"):
-                where, what = sparse["indices"], sparse["values"]
-                kind = np.dtype(_KINDS[where["componentType"]])
-                index = self._rows(where["bufferView"], where.get("byteOffset", 0), kind, 1, sparse["count"])[:, 0]
-                rows = rows.copy()
-                values = self._rows(what["bufferView"], what.get("byteOffset", 0), dtype, width, sparse["count"])
-                rows[index] = values
-            if said.get("normalized") and dtype.kind != "f":
-                rows = np.maximum(rows.astype(np.float32) / np.iinfo(dtype).max, -1)
-            return rows[:, 0] if width == 1 else rows
+            if _index(accessor) not in self._read.arrays:
+                said = self.all("accessors")[accessor]
+                count, width = _index(said["count"]), _WIDTHS[said["type"]]
+                if count > _ROWS_MAX:
+                    what = f"{self.path}: a list of vertices or keys may have {_ROWS_MAX} entries"
+                    raise self.error(what, count, "reduce its meshes")
+                self._read.numbers += count * width
+                self.refuse_more(self._read.numbers)
+                self._read.arrays[accessor] = self._array(said, count, width)
+            return self._read.arrays[accessor]
+
+    def refuse_more(self, count: int) -> None:
+        """Refuse to make more numbers than `most`.
+
+        Raises:
+            BadInput: (as `error`) `count` is larger.
+        """
+        if count > self.most:
+            what = f"{self.path} asks for more numbers than it can hold"
+            raise self.error(what, f"{count} of a file of {self.most - _FREE} bytes of them", AGAIN)
 
     def beside(self, uri: str) -> bytes:
         """A file beside this one that it names.
@@ -85,7 +114,26 @@ class Gltf:
         Raises:
             BadInput: (as `error`) It is elsewhere, or cannot be read.
         """
-        return _beside(self.path, uri, self.error)
+        return _content(self.path, _place(self.path, uri, "a file", self.error), self.error)
+
+    def _array(self, said: dict[str, Any], count: int, width: int) -> np.ndarray:
+        """An accessor's rows, whose number was looked at."""
+        dtype = np.dtype(_KINDS[said["componentType"]])
+        if "bufferView" in said:
+            rows = self._rows(said["bufferView"], said.get("byteOffset", 0), dtype, width, count)
+        else:
+            rows = np.zeros((count, width), dtype)
+        if sparse := said.get("sparse"):
+            where, what = sparse["indices"], sparse["values"]
+            kind = np.dtype(_KINDS[where["componentType"]])
+            index = self._rows(where["bufferView"], where.get("byteOffset", 0), kind, 1, sparse["count"])[:, 0]
+            values = self._rows(what["bufferView"], what.get("byteOffset", 0), dtype, width, sparse["count"])
+            rows = rows.copy()
+            rows[index] = values
+        if said.get("normalized") and dtype.kind != "f":
+            rows = np.maximum(rows.astype(np.float32) / np.iinfo(dtype).max, -1)
+        rows.flags.writeable = False
+        return rows[:, 0] if width == 1 else rows
 
     def _rows(self, view: int, offset: int, dtype: np.dtype, width: int, count: int) -> np.ndarray:
         said = self.all("bufferViews")[_index(view)]
@@ -122,13 +170,10 @@ def read_gltf(path: str | Path, *, error: type[BadInput]) -> Gltf:
         BadInput: (as `error`) Missing, damaged, another version, or compressed.
     """
     path = Path(path)
-    try:
-        if path.stat().st_size > _BYTES_MAX:
-            raise error(f"{path} is too large", f"{path.stat().st_size} bytes", "reduce its textures")
-        content = path.read_bytes()
-    except OSError as reason:
-        raise error(f"cannot read {path}", reason.strerror or reason, "name a file that exists") from reason
+    content = read_bytes(path, _BYTES_MAX, error=error, cure="name a file that exists")
     text, binary = _chunks(path, content, error) if content[:4] == b"glTF" else (content, None)
+    if len(text) > _DOCUMENT_MAX:
+        raise error(f"{path} has too large a document", f"{len(text)} bytes of text", AGAIN)
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as reason:
@@ -146,7 +191,7 @@ def read_gltf(path: str | Path, *, error: type[BadInput]) -> Gltf:
         raise error(f"{path} is compressed", compressed[0], cure)
     gltf = Gltf(path, document, (), error)
     with gltf.readable():
-        buffers = tuple(_buffer(path, said, binary, error) for said in gltf.all("buffers"))
+        buffers = tuple(_buffers(path, gltf.all("buffers"), binary, error))
     return Gltf(path, document, buffers, error)
 
 
@@ -165,33 +210,46 @@ def _chunks(path: Path, content: bytes, error: type[BadInput]) -> tuple[bytes, b
     return found[b"JSON"], found.get(b"BIN\0")
 
 
-def _buffer(path: Path, said: dict, binary: bytes | None, error: type[BadInput]) -> bytes:
-    uri, length = said.get("uri"), said["byteLength"]
-    if uri is None:
-        content = binary if binary is not None else b""
-    elif uri.startswith("data:"):
-        try:
-            content = base64.b64decode(uri.partition(",")[2], validate=True)
-        except binascii.Error as reason:
-            raise error(f"{path} is damaged", "a buffer that is no base64", AGAIN) from reason
-    else:
-        content = _beside(path, uri, error)
-    if not 0 <= length <= len(content):
-        raise error(f"{path} is cut off", f"a buffer of {len(content)} bytes for {length}", AGAIN)
-    return content[:length]
+def _buffers(path: Path, buffers: list[dict], binary: bytes | None, error: type[BadInput]) -> Iterator[bytes]:
+    """The content of each buffer; the binary chunk and each file beside are those of one buffer alone."""
+    named: set[Path | None] = set()
+    room = _BYTES_MAX
+    for said in buffers:
+        uri, length = said.get("uri"), _index(said["byteLength"])
+        if uri is not None and uri.startswith("data:"):
+            content = _of_base64(path, uri, error)
+        else:
+            place = None if uri is None else _place(path, uri, "a buffer", error)
+            whose = place and place.resolve()
+            if whose in named:
+                raise error(f"{path} has one file, or its own end, for two buffers", uri or "its own end", AGAIN)
+            named.add(whose)
+            content = (binary or b"") if place is None else _content(path, place, error, room)
+            room -= len(content)
+        if length > len(content):
+            raise error(f"{path} is cut off", f"a buffer of {len(content)} bytes for {length}", AGAIN)
+        yield content[:length]
 
 
-def _beside(path: Path, uri: str, error: type[BadInput]) -> bytes:
+def _of_base64(path: Path, uri: str, error: type[BadInput]) -> bytes:
+    try:
+        return base64.b64decode(uri.partition(",")[2], validate=True)
+    except binascii.Error as reason:
+        raise error(f"{path} is damaged", "a buffer that is no base64", AGAIN) from reason
+
+
+def _place(path: Path, uri: str, what: str, error: type[BadInput]) -> Path:
     from urllib.parse import unquote
 
-    name = unquote(uri)
-    file = path.parent / name
-    if "\0" in name or ":" in name or Path(name).is_absolute() or ".." in Path(name).parts:
-        raise error(f"{path} names a buffer that is not beside it", name[:60], AGAIN)
+    return beside(path, unquote(uri), what, error=error, cure=AGAIN)
+
+
+def _content(path: Path, place: Path, error: type[BadInput], most: int = _BYTES_MAX) -> bytes:
+    """What a file beside it holds, with a message that says who named it."""
     try:
-        return file.read_bytes()
-    except OSError as reason:
-        raise error(f"cannot read {file}, which {path.name} names", reason.strerror or reason, AGAIN) from reason
+        return read_bytes(place, most, error=error, cure=AGAIN)
+    except BadInput as reason:
+        raise error(f"{reason.what}, which {path.name} names", reason.got, reason.cure) from reason
 
 
 def _index(number: Any) -> int:

@@ -8,6 +8,8 @@ from hemline.arrays import Float
 
 from .gltf import Gltf
 
+_NODES_MAX = 10_000
+
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
@@ -47,10 +49,13 @@ def read_nodes(gltf: Gltf) -> Nodes:
     """The nodes of a file.
 
     Raises:
-        BadInput: (as `gltf.error`) A node that is its own ancestor or has two parents, or numbers that are none.
+        BadInput: (as `gltf.error`) A node that is its own ancestor or has two parents, numbers that are none, or more
+            than 10,000 nodes.
     """
     with gltf.readable():
         said = gltf.all("nodes")
+        if len(said) > _NODES_MAX:
+            raise gltf.error(f"{gltf.path} may have {_NODES_MAX} nodes", len(said), "export one object alone")
         parents = [-1] * len(said)
         for node, entry in enumerate(said):
             for child in entry.get("children", []):

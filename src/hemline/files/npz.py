@@ -10,6 +10,10 @@ import numpy as np
 
 _BYTES_MAX = 2**30
 _MEMBERS_MAX = 10_000
+_UNPACKED_FREE = 2**22
+_UNPACKED_TIMES = 16
+"""What is packed may unpack to so many bytes, and to so many times the file; recorded motion shrinks to a fifth."""
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _HEADER_MAX = 10_000
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -32,7 +36,8 @@ def npz_arrays(content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
         Arrays of numbers by name, read-only.
 
     Raises:
-        Unreadable: The file is damaged, or a member holds objects (a pickle) or text, or claims more than it has.
+        Unreadable: The file is damaged, or a member holds objects (a pickle) or text, or claims more than it has, or
+            the arrays are far larger than the file.
     """
     if content.count(b"PK\x01\x02") > _MEMBERS_MAX:
         raise Unreadable(f"a zip archive of more than {_MEMBERS_MAX} members")
@@ -43,13 +48,18 @@ def npz_arrays(content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
     with archive:
         members = {each.filename: each for each in archive.infolist()}
         wanted = [name for name in names if f"{name}.npy" in members]
-        if sum(members[f"{name}.npy"].file_size for name in wanted) > _BYTES_MAX:
+        unpacked = sum(members[f"{name}.npy"].file_size for name in wanted)
+        if unpacked > _BYTES_MAX:
             raise Unreadable(f"arrays of more than {_BYTES_MAX} bytes")
+        if unpacked > _UNPACKED_FREE + _UNPACKED_TIMES * len(content):
+            raise Unreadable(f"a file of {len(content)} bytes that unpacks to {unpacked}")
         return {name: _member(archive, members[f"{name}.npy"], name) for name in wanted}
 
 
 def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str) -> np.ndarray:
     """One array; nothing is made before its claimed size is compared with the member's."""
+    if member.compress_type not in _METHODS:
+        raise Unreadable(f"'{name}': packed in another way than NumPy does")
     try:
         with archive.open(member) as stream:
             shape, by_columns, dtype = _header(stream, name)
@@ -61,11 +71,11 @@ def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str) -> np.
             content = stream.read(size)
             if len(content) != size or stream.read(1):
                 raise Unreadable(f"'{name}': an array of shape {shape} with {len(content)} bytes or more")
+        return np.frombuffer(content, dtype).reshape(shape, order="F" if by_columns else "C")
     except Unreadable:
         raise
     except Exception as reason:  # zipfile, zlib and lzma do as well
         raise Unreadable(f"a damaged npz ('{name}' cannot be unpacked)") from reason
-    return np.frombuffer(content, dtype).reshape(shape, order="F" if by_columns else "C")
 
 
 def _header(stream: IO[bytes], name: str) -> tuple[tuple[int, ...], bool, np.dtype]:

@@ -27,6 +27,8 @@ SMALLEST = 0.05
 """Size from which on a component is cloth; smaller ones are buttons and the like [m]."""
 
 _NEAR = 0.03
+_COMPONENTS_MAX, _PIECES_MAX = 2_000, 30
+"""Components of clothes, buttons among them, and pieces of cloth; each piece is compared with each other one."""
 
 
 def read_clothes(path: Path, said: GarmentFile, body: "ShapedBody | None") -> Garment:
@@ -95,6 +97,9 @@ def _parts(
     """Vertices of each component that is cloth, from the skin outwards, and notes about the others."""
     number = components(whole.faces, len(cut))
     parts, notes = [], []
+    if number.max() >= _COMPONENTS_MAX:
+        what = f"{whole.name} may have {_COMPONENTS_MAX} components"
+        raise BadGarment(what, int(number.max()) + 1, "merge vertices at equal places, and export it again")
     for each in range(number.max() + 1):
         ids = np.flatnonzero(number == each)
         size = float(np.ptp(cut[ids], axis=0).max())
@@ -106,6 +111,9 @@ def _parts(
     if not parts:
         cure = f"name a file with a component of {100 * SMALLEST:.0f} cm or more"
         raise BadGarment(f"{whole.name} must have cloth", f"{len(notes)} components, all smaller", cure)
+    if len(parts) > _PIECES_MAX:
+        what = f"{whole.name} may have {_PIECES_MAX} pieces of cloth"
+        raise BadGarment(what, len(parts), "merge vertices at equal places, or export its pieces one by one")
     return _from_the_skin(parts, whole.faces, cut, cut_for), tuple(notes)
 
 

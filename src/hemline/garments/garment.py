@@ -174,8 +174,8 @@ class Garment:
             )
         except BadInput:
             raise
-        except (TypeError, ValueError, KeyError) as error:
-            raise BadGarment("a garment must have readable metadata", error, cure) from error
+        except (TypeError, ValueError, KeyError, AttributeError, OverflowError, RecursionError) as error:
+            raise BadGarment("a garment must have readable metadata", "values of the wrong kind", cure) from error
 
     def save(self, path: str | Path) -> None:
         """Write it to a hemline file (safetensors, kind `garment`).
@@ -200,6 +200,17 @@ class Garment:
             np.trim_zeros(self.body_betas, "b"), np.trim_zeros(shaped.betas, "b")
         )
 
+    def check_pins_on(self, shaped: "ShapedBody") -> None:
+        """Refuse a body without the triangles that the pins hang on.
+
+        Raises:
+            BadGarment: A pin names a triangle that the body has not.
+        """
+        named, count = self.pins.body_faces.max(initial=-1), len(shaped.body.faces)
+        if named >= count:
+            what = f"garment '{self.name}': pins name a body face that does not exist"
+            raise BadGarment(what, f"{named}; {shaped.body.name} has {count}", "make the garment again on this body")
+
     def dressed(self, shaped: "ShapedBody") -> "Garment":
         """The same garment, cut and cloth unchanged, moved onto another shape of the same body.
 
@@ -211,11 +222,12 @@ class Garment:
             that shape.
 
         Raises:
-            BadGarment: Another body than the one it was made on.
+            BadGarment: Another body than the one it was made on, or one without the triangles that its pins hang on.
         """
         if shaped.body.name != self.body_name:
             what = f"garment '{self.name}' was made on {self.body_name}"
             raise BadGarment(what, f"a body called {shaped.body.name}", "read its mesh again with that body")
+        self.check_pins_on(shaped)
         if self.is_on(shaped):
             return self
         made_on = shaped.body.shaped(self.body_betas)

@@ -8,10 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from hemline.errors import BadGarment
+from hemline.files import read_text
+from hemline.files.beside import beside
 
 from .pin_rules import PinGroup, PinsSaid, is_ids
+from .quoted import quoted
 
 _CURE = "write it as in docs/wardrobe.md: key = value"
+_BYTES_MAX = 2**22
+_DOTS_MAX = 32
+"""Dots in a line, at most: of a key of many parts the parser keeps each beginning, which takes memory."""
+_BITS_MAX = 63
 
 
 @dataclass(frozen=True)
@@ -63,33 +70,58 @@ def read_garment_toml(path: str | Path) -> GarmentFile:
         What it says; lists as tuples.
 
     Raises:
-        BadGarment: The file is missing or no TOML, a key is unknown, or a value is of the wrong kind.
+        BadGarment: The file is missing, too large or no TOML, a key is unknown, a value is of the wrong kind, or the
+            mesh is not beside it.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-        content = tomllib.loads(text)
-    except OSError as error:
-        raise BadGarment(f"cannot read {path}", error.strerror or error, "name a TOML file that exists") from error
-    except UnicodeDecodeError as error:
-        raise BadGarment(f"{path} is no TOML", "bytes that are no text", _CURE) from error
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise BadGarment(f"{path} is no TOML", _where(str(error), text), _CURE) from error
+    content = _content(path)
     known = [field.name for field in fields(GarmentFile)]
     for key, value in content.items():
         if key not in known:
-            raise BadGarment(
-                f"{path}: unknown key '{key}'",
-                repr(value)[:60],
-                f"did you mean '{get_close_matches(key, known, 1, 0.0)[0]}'",
-            )
+            near = get_close_matches(key[:60], known, 1, 0.0)[0]
+            raise BadGarment(f"{path}: unknown key '{key[:60]}'", quoted(value), f"did you mean '{near}'")
         if not _fits(key, value):
-            raise BadGarment(f"{path}: '{key}' must be {_KINDS[key]}", repr(value)[:60], "correct it")
+            raise BadGarment(f"{path}: '{key}' must be {_KINDS[key]}", quoted(value), "correct it")
     if not content.get("mesh"):
         raise BadGarment(f"{path} must name its mesh", "no key 'mesh'", "add: mesh = 'file.obj'")
+    beside(path, content["mesh"], "a mesh", error=BadGarment, cure="put the mesh into the folder of the TOML, or below")
     if _is_tables(content.get("pins")):
         content["pins"] = [PinGroup.of(table) for table in content["pins"]]
     return GarmentFile(**{key: _tuples(value) for key, value in content.items()})
+
+
+def _content(path: Path) -> dict[str, Any]:
+    """The keys and values of a TOML file."""
+    try:
+        text = read_text(
+            path,
+            _BYTES_MAX,
+            error=BadGarment,
+            cure="name a TOML file that exists",
+            encoding="utf-8",
+            strict=True,
+        )
+    except UnicodeDecodeError as error:
+        raise BadGarment(f"{path} is no TOML", "bytes that are no text", _CURE) from error
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.count(".") > _DOTS_MAX:
+            got = f"line {number}, with {line.count('.')} dots"
+            raise BadGarment(f"{path} is no TOML of a garment", got, "cut that line into several")
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise BadGarment(f"{path} is no TOML", _where(str(error), text), _CURE) from error
+    except RecursionError as error:
+        raise BadGarment(f"{path} is no TOML", "tables or lists nested far too deep", _CURE) from error
+    except ValueError as error:  # a number of so many digits that Python does not read it, a day that no month has
+        raise BadGarment(f"{path} is no TOML", "a number or a date that cannot be", _CURE) from error
+    waiting = [content]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, int) and value.bit_length() > _BITS_MAX:
+            raise BadGarment(f"{path} is no TOML", f"a whole number of more than {_BITS_MAX} bits", _CURE)
+        waiting += value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return content
 
 
 def _where(said: str, text: str) -> str:

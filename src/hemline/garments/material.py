@@ -1,11 +1,15 @@
 """What cloth is made of."""
 
-import math
 from dataclasses import asdict, dataclass, fields
 from difflib import get_close_matches
 from typing import Any
 
 from hemline.errors import BadGarment
+
+from .quoted import quoted
+
+_LARGEST = 1e300
+"""What is beyond is no floating-point number, or nearly none."""
 
 _MOST = {
     "density": (20.0, "kg/m^2"),
@@ -49,9 +53,12 @@ class Material:
     def __post_init__(self) -> None:
         for field in fields(self)[1:]:
             value = getattr(self, field.name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            number = not isinstance(value, bool) and isinstance(value, int | float)
+            if not number or not abs(value) < _LARGEST:
                 raise BadGarment(
-                    f"material '{self.name}': {field.name} must be a finite number", repr(value), "give one in SI units"
+                    f"material '{self.name}': {field.name} must be a finite number",
+                    quoted(value),
+                    "give one in SI units",
                 )
             object.__setattr__(self, field.name, float(value))
         for key, (most, unit) in _MOST.items():
@@ -90,15 +97,19 @@ class Material:
             return content
         if isinstance(content, str):
             if content not in MATERIALS:
-                raise BadGarment("unknown material", f"'{content}'", f"did you mean '{_nearest(content, MATERIALS)}'")
+                raise BadGarment("unknown material", quoted(content), f"did you mean '{_nearest(content, MATERIALS)}'")
             return MATERIALS[content]
         if not isinstance(content, dict):
-            raise BadGarment("material must be a name or a table", repr(content), f"use one of {', '.join(MATERIALS)}")
+            raise BadGarment(
+                "material must be a name or a table", quoted(content), f"use one of {', '.join(MATERIALS)}"
+            )
         known = [field.name for field in fields(cls)]
         for key in content:
             if key not in (*known, "base"):
                 raise BadGarment(
-                    f"material has no constant '{key}'", content[key], f"did you mean '{_nearest(key, known)}'"
+                    f"material has no constant {quoted(key)}",
+                    quoted(content[key]),
+                    f"did you mean '{_nearest(key, known)}'",
                 )
         table: dict[str, Any] = dict(content)
         base = table.pop("base", None)
@@ -111,7 +122,7 @@ class Material:
 
 
 def _nearest(name: str, known: Any) -> str:
-    return (get_close_matches(str(name), list(known), 1, 0.0) or list(known))[0]
+    return (get_close_matches(str(name)[:60], list(known), 1, 0.0) or list(known))[0]
 
 
 # Each constant with its source, and which are chosen rather than measured: docs/materials.md.

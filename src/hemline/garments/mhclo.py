@@ -8,6 +8,8 @@ import numpy as np
 
 from hemline.arrays import Float, Int, Vertices
 from hemline.errors import BadGarment
+from hemline.files import read_text
+from hemline.files.beside import beside
 
 BASE_MESH = "hm08"
 """The only base mesh that can be worn."""
@@ -16,6 +18,9 @@ _CURE = "export it again from MakeHuman or MPFB"
 _AXES = ("x_scale", "y_scale", "z_scale")
 _SHEARS = tuple(f"{side}shear_{axis}" for side in ("", "l_", "r_") for axis in "xyz")
 _COLUMNS = (1, 6, 9)
+_BYTES_MAX = 2**25
+_LARGEST = 1e6
+"""Numbers of clothes are below it: weights of about one, offsets in decimetres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,24 +65,30 @@ def read_mhclo(path: str | Path, base_count: int) -> BoundClothes:
 
     Raises:
         BadGarment: The file is missing, empty or none; it is bound to another base mesh or beyond it; a line that
-            cannot be understood; a weight, offset or scale that cannot be; it names no mesh.
+            cannot be understood; a weight, offset or scale that cannot be; it names no mesh, or one that is no OBJ
+            beside it.
     """
     path = Path(path)
     said, rows = _sections(path)
     base = said.get("basemesh", [BASE_MESH])
     if base != [BASE_MESH]:
         cure = f"bind the clothes to {BASE_MESH}, or export them as a mesh on the body"
-        raise BadGarment(f"{path} must be bound to the base mesh {BASE_MESH}", f"'{' '.join(base)}'", cure)
+        raise BadGarment(f"{path} must be bound to the base mesh {BASE_MESH}", f"'{' '.join(base)[:60]}'", cure)
     if sheared := [key for key in _SHEARS if key in said]:
         raise BadGarment(f"{path} must not shear its offsets", sheared[0], "bind the clothes with scales alone")
     if len(said.get("obj_file", ())) != 1:
         raise BadGarment(f"{path} must name its mesh", "no file after 'obj_file'", "add: obj_file FILE.obj")
+    obj = said["obj_file"][0]
+    cure = "put the OBJ into the folder of the clothes file, or below"
+    mesh = beside(path, obj, "a mesh", error=BadGarment, cure=cure)
+    if mesh.suffix.lower() != ".obj":
+        raise BadGarment(f"{path} must name an OBJ", f"'{obj[:60]}'", "add: obj_file FILE.obj")
     corners, weights, offsets = _bindings(path, rows, base_count)
     spans, lengths = _scales(path, said, base_count)
     assumed = () if "basemesh" in said else (f"base mesh: {BASE_MESH}, as none was named",)
     return BoundClothes(
         name=" ".join(said.get("name", ())) or path.stem,
-        mesh=path.parent / said["obj_file"][0],
+        mesh=mesh,
         corners=corners,
         weights=weights,
         offsets=offsets,
@@ -89,12 +100,12 @@ def read_mhclo(path: str | Path, base_count: int) -> BoundClothes:
 
 def _sections(path: Path) -> tuple[dict[str, list[str]], list[tuple[int, list[str]]]]:
     """Words after each key, and the numbered lines of the bindings; keys before them only."""
+    cure = "name an .mhclo file that exists"
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise BadGarment(f"cannot read {path}", error.strerror or error, "name an .mhclo file that exists") from error
+        text = read_text(path, _BYTES_MAX, error=BadGarment, cure=cure, encoding="utf-8-sig", strict=True)
     except UnicodeDecodeError as error:
         raise BadGarment(f"{path} is no clothes file", "bytes that are no text", _CURE) from error
+    lines = text.splitlines()
     said: dict[str, list[str]] = {}
     numbered = iter([(number, line.split()) for number, line in enumerate(lines, 1) if line.split("#", 1)[0].strip()])
     for _, words in numbered:
@@ -122,9 +133,11 @@ def _bindings(path: Path, rows: list[tuple[int, list[str]]], base_count: int) ->
             raise BadGarment(what, f"{len(words)} columns", _CURE)
         try:
             table[row, : len(words)] = [int(word) for word in words[:3]] + [float(word) for word in words[3:]]
-        except ValueError as error:
+        except (ValueError, OverflowError) as error:  # a whole number may have hundreds of digits
             raise BadGarment(f"{path}, line {number} cannot be read", f"'{' '.join(words)[:60]}'", _CURE) from error
-    _refuse(path, rows, np.any(~np.isfinite(table), axis=1), "weights and offsets must be finite", "NaN or infinity")
+    what = f"weights and offsets must be finite, below {_LARGEST:g}"
+    odd = ~(np.abs(table[:, 3:]) < _LARGEST)  # also of NaN
+    _refuse(path, rows, np.any(odd, axis=1), what, "NaN, infinity or more")
     beyond = (table[:, :3] < 0) | (table[:, :3] >= base_count)
     got = f"vertex {int(table[:, :3][beyond][0])}" if beyond.any() else ""
     _refuse(path, rows, np.any(beyond, axis=1), f"{BASE_MESH} has the vertices 0 to {base_count - 1}", got)
@@ -149,6 +162,6 @@ def _scales(path: Path, said: dict[str, list[str]], base_count: int) -> tuple[np
             good = False
         if not good:
             what = f"{path}: '{key}' must be two vertices of {BASE_MESH} and their distance"
-            raise BadGarment(what, f"'{' '.join(words)}'", _CURE)
+            raise BadGarment(what, f"'{' '.join(words)[:60]}'", _CURE)
         spans[axis], lengths[axis] = (first, second), length
     return spans, lengths

@@ -15,6 +15,7 @@ from hemline.motions.motion import JOINT_NAMES
 
 from .dressing import body_tree
 from .pins import Pins
+from .quoted import quoted
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -45,8 +46,8 @@ class PinGroup:
 
     def __post_init__(self) -> None:
         if self.to not in (SURFACE, *JOINT_NAMES):
-            near = get_close_matches(str(self.to), (SURFACE, *JOINT_NAMES), 1, 0.0)[0]
-            raise BadGarment("pins hang on a joint that does not exist", f"'{self.to}'", f"did you mean '{near}'")
+            near = get_close_matches(str(self.to)[:60], (SURFACE, *JOINT_NAMES), 1, 0.0)[0]
+            raise BadGarment("pins hang on a joint that does not exist", quoted(self.to), f"did you mean '{near}'")
         if not self.stiffness > 0:
             raise BadGarment("a pin's stiffness must be positive", self.stiffness, "leave it out for a hard pin")
 
@@ -60,15 +61,15 @@ class PinGroup:
         kinds = {"vertices": "a list of vertex ids or a rule", "to": "'surface' or a joint", "stiffness": "a number"}
         for key, value in table.items():
             if key not in kinds:
-                near = get_close_matches(key, kinds, 1, 0.0)[0]
-                raise BadGarment(f"pins: unknown key '{key}'", repr(value)[:60], f"did you mean '{near}'")
+                near = get_close_matches(key[:60], kinds, 1, 0.0)[0]
+                raise BadGarment(f"pins: unknown key '{key[:60]}'", quoted(value), f"did you mean '{near}'")
             fits = {
                 "vertices": isinstance(value, str) or is_ids(value),
                 "to": isinstance(value, str),
                 "stiffness": isinstance(value, int | float) and not isinstance(value, bool),
             }
             if not fits[key]:
-                raise BadGarment(f"pins: '{key}' must be {kinds[key]}", repr(value)[:60], "correct it")
+                raise BadGarment(f"pins: '{key}' must be {kinds[key]}", quoted(value), "correct it")
         said = dict(table)
         if isinstance(said.get("vertices"), list):
             said["vertices"] = tuple(said["vertices"])
@@ -151,21 +152,21 @@ def pinned_vertices(
         found = np.flatnonzero(vertices[:, 1] > _number(value, rule, name)).astype(np.int32)
         if not len(found):
             raise BadGarment(
-                f"{name}: pins '{rule}' must name vertices",
+                f"{name}: pins {quoted(rule)} must name vertices",
                 f"the highest is at {vertices[:, 1].max():.3f} m",
                 "lower it",
             )
         return found, ()
     if kind not in ("top_rim", "boundary"):
-        raise BadGarment(f"{name}: unknown rule for pins", f"'{rule}'", _CURE)
+        raise BadGarment(f"{name}: unknown rule for pins", quoted(rule), _CURE)
     loops = boundary_loops(faces)
     if kind == "boundary":
-        number = int(_number(value, rule, name))
+        number = _number(value, rule, name)
         if not 0 <= number < len(loops):
             raise BadGarment(
-                f"{name}: pins '{rule}' names a rim that does not exist", f"{len(loops)} rims", "count from 0"
+                f"{name}: pins {quoted(rule)} names a rim that does not exist", f"{len(loops)} rims", "count from 0"
             )
-        return loops[number], ()
+        return loops[int(number)], ()
     if not loops:
         raise BadGarment(f"{name}: pins cannot be guessed", "a closed mesh without a rim", "name 'pins' in its TOML")
     highest = max(loops, key=lambda loop: vertices[loop, 1].mean())
@@ -204,4 +205,4 @@ def _number(text: str, rule: str | None, name: str) -> float:
     try:
         return float(text)
     except ValueError as error:
-        raise BadGarment(f"{name}: unknown rule for pins", f"'{rule}'", _CURE) from error
+        raise BadGarment(f"{name}: unknown rule for pins", quoted(rule), _CURE) from error

@@ -1,5 +1,6 @@
 """Any common mesh file as one triangle mesh."""
 
+import io
 import logging
 import warnings
 from collections.abc import Iterator
@@ -9,8 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from hemline.errors import BadMesh
+from hemline.files.reading import TEXT_MAX, read_bytes
 
 from .mesh import ReadMesh
+from .read_gltf import read_gltf_mesh
 from .read_obj import read_obj
 
 ENDINGS = (".obj", ".ply", ".glb", ".gltf", ".stl")
@@ -18,7 +21,7 @@ ENDINGS = (".obj", ".ply", ".glb", ".gltf", ".stl")
 
 
 def read_mesh(path: str | Path) -> ReadMesh:
-    """Read a mesh file; OBJ by our own reader, PLY, GLB, glTF and STL through trimesh without any clean-up.
+    """Read a mesh file; OBJ, GLB and glTF by our own readers, PLY and STL through trimesh without any clean-up.
 
     STL has no shared vertices: equal positions are merged there, which is said in the notes.
 
@@ -29,7 +32,7 @@ def read_mesh(path: str | Path) -> ReadMesh:
         The mesh, in the unit of the file.
 
     Raises:
-        BadMesh: Unknown ending, or the file is missing, damaged or holds no triangles.
+        BadMesh: Unknown ending, or the file is missing, too large, damaged or holds no triangles.
     """
     path = Path(path)
     ending = path.suffix.lower()
@@ -37,10 +40,10 @@ def read_mesh(path: str | Path) -> ReadMesh:
         raise BadMesh(f"{path} has no known mesh ending", repr(ending), f"use one of {' '.join(ENDINGS)}")
     if ending == ".obj":
         return read_obj(path)
-    if not path.is_file():
-        got = "a folder" if path.is_dir() else "no such file"
-        raise BadMesh(f"cannot read {path}", got, "name a mesh file that exists")
-    return _through_trimesh(path, ending)
+    if ending in (".glb", ".gltf"):
+        return read_gltf_mesh(path)
+    content = read_bytes(path, TEXT_MAX, error=BadMesh, cure="name a mesh file that exists")
+    return _through_trimesh(path, ending, content)
 
 
 @contextmanager
@@ -56,17 +59,18 @@ def _quiet() -> Iterator[None]:
         logging.disable(before)
 
 
-def _through_trimesh(path: Path, ending: str) -> ReadMesh:
+def _through_trimesh(path: Path, ending: str, content: bytes) -> ReadMesh:
     import trimesh
 
     # its readers raise whatever the parser meets: ValueError, KeyError, struct.error, IndexError ...
+    # given bytes in the place of a path, it cannot find other files that the file may name
     try:
         with _quiet():
-            loaded = trimesh.load(path, file_type=ending[1:], process=False, maintain_order=True)
+            loaded = trimesh.load(io.BytesIO(content), file_type=ending[1:], process=False, maintain_order=True)
             meshes = loaded.dump() if isinstance(loaded, trimesh.Scene) else [loaded]
             meshes = [mesh for mesh in meshes if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
     except Exception as error:
-        got = "an empty file" if not path.stat().st_size else "a damaged file, or one of another format"
+        got = "a damaged file, or one of another format" if content else "an empty file"
         raise BadMesh(f"{path} cannot be read as {ending}", got, "export it again, or as .obj") from error
     if not meshes:
         raise BadMesh(f"{path} must have triangles", "none", "export the mesh again with faces")

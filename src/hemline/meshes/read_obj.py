@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline.errors import BadMesh
+from hemline.files.reading import TEXT_MAX, read_text
 
 from .mesh import ReadMesh
 
@@ -29,13 +30,12 @@ def read_obj(path: str | Path) -> ReadMesh:
         The mesh, in the unit of the file.
 
     Raises:
-        BadMesh: The file is missing, holds no vertices or no faces, or a line that cannot be understood.
+        BadMesh: The file is missing, too large, holds no vertices or no faces, or a line that cannot be understood.
     """
     path = Path(path)
-    try:
-        lines = path.read_text(encoding="utf-8", errors="replace").replace("\\\n", " ").splitlines()
-    except OSError as error:
-        raise BadMesh(f"cannot read {path}", error.strerror or error, "name an OBJ file that exists") from error
+    cure = "name an OBJ file that exists"
+    text = read_text(path, TEXT_MAX, error=BadMesh, cure=cure, encoding="utf-8", strict=False)
+    lines = text.replace("\\\n", " ").splitlines()
     points, texture, corners, sizes = _parsed(lines, path)
     if not points:
         raise BadMesh(f"{path} must have vertices", "no line 'v'", _CURE)

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from hemline.errors import BadMotion
-from hemline.files import Unreadable, npz_arrays
+from hemline.files import Unreadable, npz_arrays, read_bytes
 
-from .motion import JOINT_COUNT, Motion
+from .motion import FRAMES_MAX, JOINT_COUNT, Motion, checked_rate
 from .quaternions import continuous, from_axis_angle, multiply, rotate
 
 _JOINTS = 22
@@ -17,6 +17,10 @@ _MEAN_LEG = 0.81
 _SPLIT = ("root_orient", "pose_body")
 """What newer files have in place of `poses`."""
 _RATES = ("mocap_framerate", "mocap_frame_rate")
+_BYTES_MAX = 2**30
+_FRAMES_FREE = 10_000
+_FRAME_BYTES = 20
+"""A clip longer than the former has so many bytes a frame in its file, at least: even packed, recordings have 100."""
 _LICENCE = "AMASS: see amass.is.tue.mpg.de; non-commercial unless licensed"
 
 
@@ -27,7 +31,8 @@ def read_amass(path: str | Path) -> Motion:
     at `trans` + J0. J0 and the leg length are those of the mean SMPL body, since the betas mean nothing without it.
 
     Raises:
-        BadMotion: The file is missing, damaged, holds objects (pickles), lacks a key or has wrong shapes.
+        BadMotion: The file is missing, damaged, holds objects (pickles), lacks a key or has wrong shapes, has a rate
+            that no recording has, or more frames than 432,000 or than the file has bytes for.
 
     Source: Mahmood et al., "AMASS: Archive of motion capture as surface shapes", 2019.
         Differs: shape and soft-tissue coefficients are not used.
@@ -35,7 +40,7 @@ def read_amass(path: str | Path) -> Motion:
     path = Path(path)
     arrays = _arrays(path)
     rotvecs, translations = _rotation_vectors(arrays, path), arrays["trans"].astype(np.float64)
-    fps = float(next(arrays[name] for name in _RATES if name in arrays).item())
+    fps = checked_rate(float(next(arrays[name] for name in _RATES if name in arrays).item()), path)
     if translations.shape != (len(rotvecs), 3):
         what = f"trans of {path} must be {(len(rotvecs), 3)}"
         raise BadMotion(what, translations.shape, "make poses and trans agree")
@@ -63,10 +68,9 @@ def read_amass(path: str | Path) -> Motion:
 
 def _arrays(path: Path) -> dict[str, np.ndarray]:
     """The arrays that are used, all that are needed."""
+    content = read_bytes(path, _BYTES_MAX, error=BadMotion, cure="name an AMASS npz file")
     try:
-        arrays = npz_arrays(path.read_bytes(), ("poses", *_SPLIT, "trans", *_RATES))
-    except OSError as reason:
-        raise BadMotion(f"cannot read {path}", reason.strerror or reason, "name an AMASS npz file") from reason
+        arrays = npz_arrays(content, ("poses", *_SPLIT, "trans", *_RATES))
     except Unreadable as reason:
         cure = "copy it again; files that hold pickled objects are not read"
         raise BadMotion(f"{path} is damaged or no AMASS clip", reason, cure) from reason
@@ -78,7 +82,18 @@ def _arrays(path: Path) -> dict[str, np.ndarray]:
     for name in _RATES:
         if name in arrays and arrays[name].size != 1:
             raise BadMotion(f"{name} of {path} must be one number", arrays[name].shape, "give frames a second")
+    _refuse_too_many_frames(arrays, path, len(content))
     return arrays
+
+
+def _refuse_too_many_frames(arrays: dict[str, np.ndarray], path: Path, size: int) -> None:
+    """Refuse what would take far more memory than the file is long: equal frames are packed into next to nothing."""
+    frames = max((len(array) for name, array in arrays.items() if name not in _RATES and array.ndim), default=0)
+    if frames > FRAMES_MAX:
+        raise BadMotion(f"{path} may have {FRAMES_MAX} frames, an hour at 120 a second", frames, "cut it into clips")
+    if frames > _FRAMES_FREE + size // _FRAME_BYTES:
+        got = f"{frames} in {size} bytes"
+        raise BadMotion(f"{path} has more frames than a recording of its size has", got, "save it without compression")
 
 
 def _rotation_vectors(arrays: dict[str, np.ndarray], path: Path) -> np.ndarray:

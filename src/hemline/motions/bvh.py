@@ -1,5 +1,7 @@
 """Read Biovision hierarchies: any joints, any order of channels."""
 
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,11 +9,16 @@ import numpy as np
 from jaxtyping import Float
 
 from hemline.errors import BadMotion
+from hemline.files.reading import TEXT_MAX, read_text
 
+from .motion import FRAMES_MAX, checked_rate
 from .quaternions import from_euler
 
 _ROTATIONS = {"Xrotation": "X", "Yrotation": "Y", "Zrotation": "Z"}
 _POSITIONS = {"Xposition": 0, "Yposition": 1, "Zposition": 2}
+_JOINTS_MAX = 5_000
+_ROTATIONS_FREE = 100_000
+"""Rotations that are made whatever the file's size is; beyond, there is a number in the file for each, at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,21 +71,29 @@ def read_bvh(path: str | Path) -> Bvh:
     """Read a BVH file as it stands: nothing is renamed, scaled or turned.
 
     Raises:
-        BadMotion: The file is missing, truncated or no BVH, a number is no number, NaN or infinite, or the numbers do
-            not fill the frames and channels that are declared.
+        BadMotion: The file is missing, too large, truncated or no BVH, a number is no number, NaN or infinite, the
+            numbers do not fill the frames and channels that are declared, there are more joints than channels, or a
+            rate that no recording has.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as reason:
-        raise BadMotion(f"cannot read {path}", reason.strerror or reason, "name a BVH file") from reason
+    text = read_text(path, TEXT_MAX, error=BadMotion, cure="name a BVH file", encoding="utf-8", strict=False)
     head, found, tail = text.partition("MOTION")
     if not found or not head.lstrip().startswith("HIERARCHY"):
         got = "no section HIERARCHY" if "HIERARCHY" not in head else "no section MOTION"
         raise BadMotion(f"{path} is no whole BVH file", got, "copy it again from where it was made")
     skeleton = _hierarchy(head.split(), path)
     values, fps = _frames(tail, sum(map(len, skeleton.channels)), path)
+    _refuse_bare_joints(skeleton, values, path)
     return Bvh(skeleton, _rotations(skeleton, values), _positions(skeleton, values), fps)
+
+
+def _refuse_bare_joints(skeleton: Skeleton, values: np.ndarray, path: Path) -> None:
+    """Refuse joints without channels where they would take far more memory than the file is long."""
+    frames, channels = values.shape
+    joints = len(skeleton.names)
+    if joints > channels and frames * joints > _ROTATIONS_FREE:
+        got = f"{joints} joints, {channels} channels, {frames} frames"
+        raise BadMotion(f"{path} has more joints than channels", got, "give each joint its channels, or leave it out")
 
 
 class _Odd(ValueError):
@@ -120,14 +135,14 @@ def _hierarchy(words: list[str], path: Path) -> Skeleton:
                 count = int(words[place + 1])
                 listed = tuple(words[place + 2 : place + 2 + count])
                 if any(name not in _ROTATIONS and name not in _POSITIONS for name in listed) or len(listed) != count:
-                    raise _Odd(f"CHANNELS {count} {' '.join(listed)}")
+                    raise _Odd(f"CHANNELS {' '.join(words[place + 1 : place + 5])[:60]}")
                 channels[open_joints[-1]] = listed
                 place += 2 + count
             elif word == "}":
                 open_joints.pop()
                 place += 1
             else:
-                raise _Odd(f"'{word}'")
+                raise _Odd(f"'{word[:60]}'")
         if open_joints or not names:
             raise _Odd("an end inside a joint")
         if parents.count(-1) > 1:
@@ -137,9 +152,12 @@ def _hierarchy(words: list[str], path: Path) -> Skeleton:
     except (ValueError, IndexError) as reason:
         got = reason if isinstance(reason, _Odd) else f"'{' '.join(words[place : place + 4])[:60]}'"
         raise BadMotion(f"the hierarchy of {path} cannot be read", got, "export the file again") from reason
+    if len(names) > _JOINTS_MAX:
+        cure = "export the bones of the body alone"
+        raise BadMotion(f"{path} may have {_JOINTS_MAX} joints", len(names), cure)
     if len(set(names)) != len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise BadMotion(f"joints of {path} must have different names", f"'{twice}' twice", "rename one of them")
+        twice = Counter(names).most_common(1)[0][0]
+        raise BadMotion(f"joints of {path} must have different names", f"'{twice[:60]}' twice", "rename one of them")
     return Skeleton(tuple(names), tuple(parents), np.array(offsets), ends, tuple(channels))
 
 
@@ -156,9 +174,14 @@ def _frames(text: str, channel_count: int, path: Path) -> tuple[np.ndarray, floa
     try:
         frame_count, frame_time = int(word := lines[0].split(":")[1]), float(word := lines[1].split(":")[1])
         if frame_count < 1 or not (np.isfinite(frame_time) and frame_time > 0):
-            raise _Odd(f"{frame_count} frames of {frame_time} s")
-        values = np.array([float(word := each) for each in body.split()])
-    except ValueError as reason:
+            raise _Odd(f"{_short(frame_count)} frames of {frame_time} s")
+        if frame_count > FRAMES_MAX:
+            raise _Odd(f"{_short(frame_count)} frames, more than {FRAMES_MAX}, which are an hour at 120 a second")
+        fps = _rate(frame_time, path)
+        values = np.fromiter((float(word := each) for each in _words(body)), np.float64)
+    except (ValueError, OverflowError) as reason:
+        if isinstance(reason, BadMotion):
+            raise
         got = reason if isinstance(reason, _Odd) else f"'{word.strip()[:60]}' in place of a number"
         raise BadMotion(f"the motion of {path} cannot be read", got, again) from reason
     in_first = len(body.lstrip().partition("\n")[0].split())
@@ -173,9 +196,29 @@ def _frames(text: str, channel_count: int, path: Path) -> tuple[np.ndarray, floa
         raise BadMotion(
             f"{path} must hold finite numbers", f"NaN or infinity in frame {frame}", "cut or mend that frame"
         )
-    fps = 1 / frame_time  # frame times are printed with few digits: 0.0083333 is 120 a second
+    return values.reshape(frame_count, channel_count), fps
+
+
+def _rate(frame_time: float, path: Path) -> float:
+    """Frames a second; frame times are printed with few digits: 0.0083333 is 120 a second."""
+    fps = 1 / max(frame_time, 1e-6)
     whole = round(fps)
-    return values.reshape(frame_count, channel_count), float(whole) if abs(fps - whole) < 1e-3 * fps else fps
+    return checked_rate(float(whole) if abs(fps - whole) < 1e-3 * fps else fps, path)
+
+
+def _words(text: str) -> Iterator[str]:
+    """The words of a text, line by line, since all of them at once take thirty times its memory."""
+    start = 0
+    while start < len(text):
+        end = text.find("\n", start)
+        end = len(text) if end < 0 else end
+        yield from text[start:end].split()
+        start = end + 1
+
+
+def _short(number: int) -> str:
+    """A number, which may have thousands of digits."""
+    return str(number) if abs(number) < 10**12 else "far too many"
 
 
 def _rotations(skeleton: Skeleton, values: np.ndarray) -> np.ndarray:

@@ -18,6 +18,9 @@ from .retarget import retarget
 _RATES = (5.0, 120.0)
 _USUAL_RATE = 30.0
 _FRAMES_MAX = 200_000
+_POSES_FREE = 200_000
+_POSE_BYTES = 8
+"""Nodes are posed as often whatever the file's size is; beyond, it has so many bytes for each, as keys alone take."""
 
 
 def split_name(path: str | Path) -> tuple[Path, str | None]:
@@ -36,7 +39,8 @@ def read_gltf_motion(path: str | Path) -> Motion:
         path: `FILE`, where it holds one animation, or `FILE:NAME`; a number counts them from 0.
 
     Raises:
-        BadMotion: The file cannot be read or holds no humanoid, no animation, several, or none of that name.
+        BadMotion: The file cannot be read or holds no humanoid, no animation, several, or none of that name, or far
+            more frames than its size has keys for.
     """
     file, name = split_name(path)
     rig = read_rig(file, error=BadMotion, skinned=False)
@@ -44,9 +48,17 @@ def read_gltf_motion(path: str | Path) -> Motion:
     with rig.gltf.readable():
         times, tracks = _tracks(rig.gltf, animation, len(rig.nodes.names))
     fps, moments = _moments(times, file)
-    world = _played(rig.nodes, tracks, moments)
+    poses = len(moments) * len(rig.nodes.names)
+    if poses > _POSES_FREE + rig.gltf.most // _POSE_BYTES:
+        got = f"{len(moments)} frames of {len(rig.nodes.names)} nodes in a file of {file.stat().st_size} bytes"
+        raise BadMotion(f"{file}: the animation is too long for its few keys", got, "cut it, or key each frame")
+    with rig.gltf.readable(), np.errstate(all="ignore"):
+        world = _played(rig.nodes, tracks, moments)
+        if not np.isfinite(world).all():
+            raise ValueError("keys")
+        turned = _turned(rig, world)
     title = str(animation.get("name") or file.stem)
-    rigged = Bvh(rig.skeleton, *_turned(rig, world), fps)
+    rigged = Bvh(rig.skeleton, *turned, fps)
     copyright_ = str(rig.gltf.document["asset"].get("copyright", ""))
     source = f"{file.name}, animation '{title}'"
     found, licence = rig.found, copyright_[:500]
@@ -63,7 +75,7 @@ def _chosen(gltf: Gltf, file: Path, name: str | None) -> dict:
         names, animations = animation_names(gltf), gltf.all("animations")
     if not animations:
         raise BadMotion(f"{file} has no animation", "none", "name a file with one, or a .bvh")
-    shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+    shown = ", ".join(each[:60] for each in names[:12]) + (", ..." if len(names) > 12 else "")
     if name is None:
         if len(animations) > 1:
             raise BadMotion(f"{file} has {len(animations)} animations", shown, f"name one: {file}:{names[0]}")
@@ -111,11 +123,22 @@ class _Track:
 
 
 def _unit(quaternions: np.ndarray) -> np.ndarray:
-    return quaternions / np.maximum(np.linalg.norm(quaternions, axis=-1, keepdims=True), 1e-12)
+    """Quaternions of length one; the identity in the place of those without a length."""
+    lengths = np.linalg.norm(quaternions, axis=-1, keepdims=True)
+    return np.where(lengths > 1e-9, quaternions / np.maximum(lengths, 1e-9), [0.0, 0.0, 0.0, 1.0])
 
 
 def _tracks(gltf: Gltf, animation: dict, nodes: int) -> tuple[list[np.ndarray], dict[tuple[int, str], _Track]]:
     times, tracks = [], {}
+    numbers: dict[int, np.ndarray] = {}
+    made: dict[tuple, _Track] = {}
+
+    def read(accessor: int) -> np.ndarray:
+        """An accessor's numbers, made once, though many tracks may share them."""
+        if accessor not in numbers:
+            numbers[accessor] = gltf.array(accessor).astype(np.float64)
+        return numbers[accessor]
+
     for channel in animation["channels"]:
         node, part = channel["target"].get("node"), channel["target"]["path"]
         width = {"translation": 3, "rotation": 4, "scale": 3}.get(part)
@@ -124,10 +147,11 @@ def _tracks(gltf: Gltf, animation: dict, nodes: int) -> tuple[list[np.ndarray], 
         if not 0 <= node < nodes:
             raise ValueError("node")
         sampler = animation["samplers"][channel["sampler"]]
-        at = gltf.array(sampler["input"]).astype(np.float64)
-        values = gltf.array(sampler["output"]).astype(np.float64)
-        tracks[node, part] = _Track(at, values, sampler.get("interpolation", "LINEAR"), width)
-        times.append(at)
+        parts = sampler["input"], sampler["output"], sampler.get("interpolation", "LINEAR"), width
+        if parts not in made:
+            made[parts] = _Track(read(parts[0]), read(parts[1]), *parts[2:])
+            times.append(read(parts[0]))
+        tracks[node, part] = made[parts]
     return times, tracks
 
 

@@ -17,6 +17,10 @@ from .quaternions import to_matrix
 
 _FEWEST = 11
 """Bones of a humanoid, at least."""
+_BONES_MAX, _SKINS_BONES_MAX = 2_000, 50_000
+"""Bones of a skin, and those of all skins together, at most."""
+_COMPARED = 500_000
+"""Places that are compared at once."""
 _AGREE = 1e-3
 """Bones that move their skin by so much, as a share of its size, are not where the skin was bound."""
 
@@ -73,6 +77,10 @@ def read_rig(path: str | Path, *, error: type[BadInput], skinned: bool) -> GltfR
         skins = [[int(joint) for joint in skin["joints"]] for skin in gltf.all("skins")]
         if any(not 0 <= joint < len(nodes.names) for skin in skins for joint in skin):
             raise ValueError("joints")
+        most = max(map(len, skins), default=0)
+        if most > _BONES_MAX or sum(map(len, skins)) > _SKINS_BONES_MAX:
+            what = f"a skin of {path} may have {_BONES_MAX} bones, all together {_SKINS_BONES_MAX}"
+            raise error(what, max(most, sum(map(len, skins))), "export the bones of the body alone")
         humanoid = _humanoid(gltf, len(nodes.names))
     if skinned and not any(skins):
         cure = "skin its mesh to an armature with bones, and export it with its skin"
@@ -146,8 +154,9 @@ def _agree(moved: np.ndarray, joints: np.ndarray) -> bool:
     """Whether all bones take the places of the joints to the same points."""
     points = np.concatenate([joints[:, :, 3], np.array([[0.0, 0, 0, 1]])])
     size = np.ptp(points[:, :3] @ moved[0, :3, :3].T, axis=0).max()
-    placed = np.einsum("jrc,pc->jpr", moved, points)
-    return bool(np.abs(placed - placed[:1]).max() <= _AGREE * max(size, 1e-12))
+    apart, some = moved - moved[:1], max(_COMPARED // len(points), 1)
+    blocks = (apart[start : start + some] for start in range(0, len(apart), some))
+    return max(np.abs(np.einsum("jrc,pc->jpr", block, points)).max() for block in blocks) <= _AGREE * max(size, 1e-12)
 
 
 def _binds(gltf: Gltf, skin: dict, count: int) -> np.ndarray:
@@ -183,21 +192,18 @@ def _bones(gltf: Gltf, nodes: Nodes, skins: list[list[int]], humanoid: Mapping[s
     shown = {node for node, said in enumerate(gltf.all("nodes")) if "mesh" in said or "camera" in said}
     kept = set(named or (set(range(len(nodes.names))) - shown))
     for node in named:
-        while node >= 0:
-            kept.add(node)
-            node = nodes.parents[node]
+        above = nodes.parents[node]
+        while above >= 0 and above not in kept:
+            kept.add(above)
+            above = nodes.parents[above]
+    under = set(named)
     for node in nodes.order:
-        if named and nodes.parents[node] in kept and node not in shown and _under(nodes, node, named):
+        parent = nodes.parents[node]
+        if parent in under:
+            under.add(node)
+        if named and parent in kept and node not in shown and node in under:
             kept.add(node)
     return tuple(node for node in nodes.order if node in kept)
-
-
-def _under(nodes: Nodes, node: int, named: set[int]) -> bool:
-    while node >= 0:
-        if node in named:
-            return True
-        node = nodes.parents[node]
-    return False
 
 
 def _skeleton(nodes: Nodes, bones: tuple[int, ...], rest: np.ndarray) -> Skeleton:

@@ -47,6 +47,12 @@ PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18,
 
 JOINT_COUNT = len(JOINT_NAMES)
 
+RATES = (1.0, 1000.0)
+"""Frames a second of a clip, at least and at most."""
+
+FRAMES_MAX = 432_000
+"""Frames that a clip has, at most: an hour at 120 a second."""
+
 
 @dataclass(frozen=True, eq=False)
 class Pose:
@@ -105,8 +111,8 @@ class Motion:
         notes: What was guessed, ignored or dropped when it was read, one sentence each.
 
     Raises:
-        BadMotion: Wrong shapes, no frame, NaN or infinity, a quaternion that is not of length one, a rate or a leg
-            length that is not positive.
+        BadMotion: Wrong shapes, no frame, NaN or infinity, a quaternion that is not of length one, a rate that is not
+            from 1 to 1000 frames a second, or a leg length that is not positive.
     """
 
     rotations: Float[np.ndarray, "frames joints 4"]
@@ -125,11 +131,11 @@ class Motion:
         rotations, translations = _checked(self.rotations, self.translations, frames)
         object.__setattr__(self, "rotations", rotations)
         object.__setattr__(self, "translations", translations)
-        for name in ("fps", "leg_length"):
-            value = float(getattr(self, name))
-            if not (np.isfinite(value) and value > 0):
-                raise BadMotion(f"{name} of motion '{self.name}' must be positive", value, "give a number above 0")
-            object.__setattr__(self, name, value)
+        leg = float(self.leg_length)
+        if not (np.isfinite(leg) and leg > 0):
+            raise BadMotion(f"leg_length of motion '{self.name}' must be positive", leg, "give a number above 0")
+        object.__setattr__(self, "fps", checked_rate(float(self.fps), f"motion '{self.name}'"))
+        object.__setattr__(self, "leg_length", leg)
         object.__setattr__(self, "notes", tuple(self.notes))
 
     def __len__(self) -> int:
@@ -172,13 +178,18 @@ class Motion:
         """The same motion at another rate, by slerp; it starts at the first frame and ends at or just before the last.
 
         Raises:
-            BadMotion: The rate is not positive.
+            BadMotion: The rate is not positive, or would make more than 432,000 frames.
         """
         if not (np.isfinite(fps) and fps > 0):
             raise BadMotion(f"fps of motion '{self.name}' must be positive", fps, "give a number above 0")
         if fps == self.fps:
             return self
         frames = self.frames_at(fps)
+        if frames > FRAMES_MAX:
+            got = f"{frames} for {self.seconds:.6g} s"
+            raise BadMotion(
+                f"motion '{self.name}' may have {FRAMES_MAX} frames at {fps:g} a second", got, "cut it first"
+            )
         rotations, translations = self._between_frames(np.arange(frames) / fps)
         rotations = continuous(rotations)
         return replace(self, rotations=rotations, translations=translations, fps=fps)
@@ -197,6 +208,18 @@ class Motion:
         )
         start, end = self.translations[before].astype(np.float64), self.translations[after].astype(np.float64)
         return rotations, start + share[:, None] * (end - start)
+
+
+def checked_rate(fps: float, clip: object) -> float:
+    """The rate of a clip, which is called so in messages.
+
+    Raises:
+        BadMotion: It is not from 1 to 1000 frames a second.
+    """
+    if not RATES[0] <= fps <= RATES[1]:
+        what = f"{clip} must have from {RATES[0]:g} to {RATES[1]:g} frames a second"
+        raise BadMotion(what, f"{fps:.6g}", "correct its rate, or export it again at 30")
+    return fps
 
 
 def _checked(rotations: np.ndarray, translations: np.ndarray, frames: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ _MIRRORED = 0.12
 """Two joints are mirror images where they are so far from it, as a share of the rig's size, at most."""
 _LIMB = 0.08
 """Each of the two bones of an arm or leg has this share of the rig's size at least."""
-_JUDGED = 20000
+_JUDGED = 5000
 """Pairs of siblings that are looked at, at most."""
 
 
@@ -48,19 +48,27 @@ class _Tree:
         for joint, parent in enumerate(skeleton.parents):
             if parent >= 0:
                 self.children[parent].append(joint)
-        self.reach = np.zeros(len(places))
+        above = [max(parent, 0) for parent in skeleton.parents]
+        bones = np.linalg.norm(places - places[above], axis=1).tolist()
+        reach, self._after = [0.0] * len(places), [-1] * len(places)
         for joint in reversed(range(len(places))):
-            self.reach[joint] = max((self._bone(joint, child) for child in self.children[joint]), default=0.0)
-
-    def _bone(self, joint: int, child: int) -> float:
-        return float(np.linalg.norm(self.places[child] - self.places[joint])) + self.reach[child]
+            farthest = max(self.children[joint], key=lambda child: bones[child] + reach[child], default=-1)
+            if farthest >= 0:
+                self._after[joint], reach[joint] = farthest, bones[farthest] + reach[farthest]
+        self._limbs: dict[int, list[int] | None] = {}
 
     def chain(self, joint: int) -> list[int]:
         """From a joint down to the farthest end."""
         line = [joint]
-        while self.children[line[-1]]:
-            line.append(max(self.children[line[-1]], key=lambda child, at=line[-1]: self._bone(at, child)))
+        while (after := self._after[line[-1]]) >= 0:
+            line.append(after)
         return line
+
+    def limb(self, joint: int) -> list[int] | None:
+        """The three joints of that chain whose two bones are the longest."""
+        if joint not in self._limbs:
+            self._limbs[joint] = _longest_two(self.places, self.chain(joint))
+        return self._limbs[joint]
 
     def below(self, joint: int) -> list[int]:
         """A joint and all that hang from it."""
@@ -80,13 +88,12 @@ def _standing(tree: _Tree, size: float, up: int, across: int) -> dict[str, int] 
     places = tree.places
     mirrored = []
     for parent, one, other in tree.pairs():
-        chains = tree.chain(one), tree.chain(other)
-        limbs = [limb for limb in (_longest_two(places, chain) for chain in chains) if limb is not None]
+        limbs = [limb for limb in (tree.limb(one), tree.limb(other)) if limb is not None]
         if len(limbs) < 2 or _apart(places, limbs[0], limbs[1], across) > _MIRRORED * size:
             continue
         bones = np.linalg.norm(np.diff(places[np.array(limbs)], axis=1), axis=2)
         if bones.min() >= _LIMB * size:
-            mirrored.append((parent, chains, limbs))
+            mirrored.append((parent, (tree.chain(one), tree.chain(other)), limbs))
     if len(mirrored) < 2:
         return None
     legs = min(mirrored, key=lambda pair: max(places[limb[2], up] for limb in pair[2]))

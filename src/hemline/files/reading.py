@@ -1,0 +1,83 @@
+"""Read a file that someone else wrote: only a regular one, and only up to a size that its kind can have."""
+
+import os
+import stat
+from pathlib import Path
+from typing import IO
+
+from hemline.errors import BadInput
+
+TEXT_MAX = 2**28
+"""Bytes of a text that a clip or a mesh is read from, at most; as numbers it takes several times as much memory."""
+
+
+def read_bytes(path: str | Path, most: int, *, error: type[BadInput], cure: str) -> bytes:
+    """The content of a file, whose size is looked at before it is read.
+
+    Args:
+        path: The file.
+        most: Its size at most [bytes].
+        error: The class to raise.
+        cure: What to do where it cannot be read.
+
+    Raises:
+        error: The file is missing, cannot be read, is a folder, a pipe, a socket or a device, or is larger.
+    """
+    path = Path(path)
+    if not _can_be_named(path):
+        raise error(f"cannot read {str(path)[:60]}", "a name that no file can have", cure)
+    try:
+        _refuse_other_sorts(path, path.stat().st_mode, error, cure)  # before it is opened, which may do something
+        with open(path, "rb", opener=_without_waiting) as stream:
+            _refuse_other_sorts(path, os.fstat(stream.fileno()).st_mode, error, cure)
+            return _whole(path, stream, most, error)
+    except OSError as reason:
+        raise error(f"cannot read {path}", reason.strerror or reason, cure) from reason
+    except MemoryError as reason:
+        raise error(f"cannot read {path}", "a file larger than the memory that is left", "free some memory") from reason
+
+
+def read_text(path: str | Path, most: int, *, error: type[BadInput], cure: str, encoding: str, strict: bool) -> str:
+    """The text of a file, read as `read_bytes` does, its lines ending in a line feed alone.
+
+    Args:
+        path: The file.
+        most: Its size at most [bytes].
+        error: The class to raise.
+        cure: What to do where it cannot be read.
+        encoding: How its letters are written.
+        strict: Whether bytes that are no text raise; otherwise each stands for one unknown letter.
+
+    Raises:
+        error: As for `read_bytes`.
+        UnicodeDecodeError: Bytes that are no text.
+    """
+    text = read_bytes(path, most, error=error, cure=cure).decode(encoding, "strict" if strict else "replace")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _can_be_named(path: Path) -> bool:
+    """Whether its letters can be those of a file's name, which half of a surrogate pair or a zero byte cannot."""
+    try:
+        return b"\0" not in os.fsencode(path)
+    except UnicodeEncodeError:
+        return False
+
+
+def _without_waiting(name: str, flags: int) -> int:
+    """Open a file; a pipe that took its place in the meantime does not wait for a writer."""
+    return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def _refuse_other_sorts(path: Path, mode: int, error: type[BadInput], cure: str) -> None:
+    sorts = {stat.S_IFREG: "", stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket"}
+    if sort := sorts.get(stat.S_IFMT(mode), "a device"):
+        raise error(f"cannot read {path}", sort, cure)
+
+
+def _whole(path: Path, stream: IO[bytes], most: int, error: type[BadInput]) -> bytes:
+    size = os.fstat(stream.fileno()).st_size
+    content = stream.read(size + 1) if size <= most else b""
+    if max(size, len(content)) > most:
+        raise error(f"{path} is too large", f"{size} bytes", f"name a file of at most {most} bytes")
+    return content
