@@ -16,7 +16,7 @@ import pytest
 
 from hemline import bodies, garments, motions, sim
 from hemline.datasets import open_dataset
-from hemline.errors import BadDataset
+from hemline.errors import BadDataset, HemlineWarning
 
 SCRIPT = """
 import sys
@@ -141,7 +141,11 @@ def test_a_damaged_take_is_made_again(unbroken, tmp_path):
     shutil.copytree(unbroken[0], folder)
     victim = open_dataset(folder).path(unbroken[1][1].name)
     victim.write_bytes(victim.read_bytes()[:200])
-    make(folder, 1)
+    with pytest.warns(HemlineWarning, match=f"{victim.name}.*it is kept as {victim.name}.damaged and made again"):
+        make(folder, 1)
+    aside = victim.with_name(f"{victim.name}.damaged")
+    assert aside.stat().st_size == 200
+    aside.unlink()
     assert digests(folder) == digests(unbroken[0])
 
 

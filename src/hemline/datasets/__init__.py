@@ -3,9 +3,12 @@
 from .collection import Collection as Collection
 from .collection import open_collection as open_collection
 from .dataset import Dataset as Dataset
-from .dataset import Row as Row
 from .dataset import create as create
 from .dataset import open_dataset as open_dataset
+from .row import Row as Row
+from .simulators import newest as newest
+from .simulators import warn_of_others as warn_of_others
+from .simulators import warn_of_several as warn_of_several
 from .take import Take as Take
 from .take import read_take as read_take
 from .take import take_name as take_name
@@ -17,9 +20,12 @@ __all__ = [
     "Row",
     "Take",
     "create",
+    "newest",
     "open_collection",
     "open_dataset",
     "read_take",
     "take_name",
+    "warn_of_others",
+    "warn_of_several",
     "write_take",
 ]

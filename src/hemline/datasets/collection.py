@@ -8,7 +8,9 @@ from typing import Literal
 from hemline.errors import BadDataset
 from hemline.garments.garment import Garment
 
-from .dataset import Dataset, Row, open_dataset
+from .dataset import Dataset, open_dataset
+from .row import Row
+from .simulators import warn_of_several
 from .split import FRACTIONS, Fractions, split_by
 from .take import Take
 
@@ -91,9 +93,11 @@ class Collection:
 
 
 def open_collection(folders: Sequence[str | Path]) -> Collection:
-    """Open datasets together.
+    """Open datasets together; a warning where their takes are of several simulators.
 
     Raises:
         BadDataset: One is no dataset, or two hold the same garment.
     """
-    return Collection(tuple(open_dataset(folder) for folder in folders))
+    found = Collection(tuple(open_dataset(folder) for folder in folders))
+    warn_of_several(found.datasets)
+    return found

@@ -15,7 +15,7 @@ dataset: a take's name is the hash of its inputs and its bytes follow from them,
 import hashlib
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -23,42 +23,15 @@ from typing import Any
 
 import numpy as np
 
-from hemline.errors import BadDataset, BadOutput
+from hemline.errors import BadDataset, BadOutput, DamagedTake
 from hemline.files import written_whole
 from hemline.garments.garment import Garment
 
+from .aside import put_aside, unreadable
+from .row import MANIFEST_VERSION, Row, manifest_rows
 from .split import FRACTIONS, Fractions, split_by_subject
-from .take import Take, read_take, take_metadata, write_take
-
-MANIFEST_VERSION = 1
-
-
-@dataclass(frozen=True)
-class Row:
-    """What the index knows of a take."""
-
-    name: str
-    """Hash of the inputs; the file is `takes/<name>.safetensors`."""
-    kind: str
-    """`clip`, `rest` or `anchor`."""
-    clip: str
-    """Name of the clip; empty for a rest state."""
-    subject: str
-    """Who was captured: splits keep a subject together."""
-    part: int
-    """Clips longer than ten seconds are cut into parts; this counts them from 0."""
-    frames: int
-    """Frames, lead-in included."""
-    clip_frames: int
-    """Frames after the lead-in."""
-    betas: tuple[float, ...]
-    failed: str | None
-    figures: dict[str, float]
-    sha256: str
-    """Checksum of the file."""
-    bytes: int
-    stamp: int
-    """The file's time of change [ns]; a different one makes the row stale."""
+from .take import Take, read_take, take_metadata, take_name, write_take
+from .take_checks import MAKE_AGAIN
 
 
 @dataclass(frozen=True)
@@ -81,14 +54,35 @@ class Dataset:
         """The index, brought up to date with the files that are there, by clip, part and name.
 
         Raises:
-            BadDataset: A take is damaged, or belongs to another garment.
+            BadDataset: A take cannot be read, or belongs to another garment.
+            DamagedTake: A take was read and is not whole; a kind of `BadDataset`.
         """
-        known = {row.name: row for row in _manifest_rows(self.folder / "manifest.json")}
-        rows = [self._row(file, known) for file in sorted(self.takes_folder.glob("[!.]*.safetensors"))]
-        rows.sort(key=lambda row: (row.kind, row.clip, row.part, row.name))
-        if {row.name: row for row in rows} != known:
-            self._write_manifest(rows)
-        return rows
+        return self._indexed(lambda file, known: self._row(file, known))
+
+    def put_damaged_aside(self) -> list[Row]:
+        """The index, after takes that are damaged were renamed, with a warning each, so that they are made again.
+
+        Called before something is added, so that nothing is found out after hours of work.
+
+        Raises:
+            BadDataset: A take cannot be read, was written by a newer hemline, or belongs to another garment. It may be
+                whole, so it stays as it is.
+            BadOutput: A damaged take cannot be renamed.
+        """
+
+        def row(file: Path, known: dict[str, Row]) -> Row | None:
+            try:
+                found = self._row(file, known)
+                if found is not None and found is known.get(file.stem):
+                    file.open("rb").close()
+                return found
+            except OSError as reason:
+                raise unreadable(file, reason) from reason
+            except DamagedTake as reason:
+                put_aside(file, reason)
+                return None
+
+        return self._indexed(row)
 
     def clips(self) -> list[Row]:
         """Rows of all takes of clips that did not fail."""
@@ -99,8 +93,48 @@ class Dataset:
         return [row for row in self.rows() if row.kind == "anchor" and row.failed is None]
 
     def take(self, row: Row | str) -> Take:
-        """Read one take by its row or name."""
-        return read_take(self.path(row if isinstance(row, str) else row.name))
+        """Read one take by its row or name.
+
+        Raises:
+            BadDataset: It cannot be read, or is of another garment.
+            DamagedTake: It was read and is not whole; a kind of `BadDataset`.
+        """
+        path = self.path(row if isinstance(row, str) else row.name)
+        take = read_take(path)
+        if take.vertices.shape[1] != len(self.garment.vertices):
+            got = f"{take.vertices.shape[1]} vertices for the {len(self.garment.vertices)} of {self.garment.name}"
+            raise BadDataset(f"{path} is of another garment", got, MAKE_AGAIN)
+        return take
+
+    def kept(self, inputs: Mapping[str, Any]) -> Take | None:
+        """The take that these inputs make, or None where the dataset has none; see `sound`.
+
+        Raises:
+            BadDataset: As for `sound`, or the file of that name holds another take.
+            BadOutput: A damaged take cannot be renamed.
+        """
+        name = take_name(inputs)
+        take = self.sound(name)
+        if take is not None and take.name != name:
+            what = f"{self.path(name)} holds another take than its name says"
+            raise BadDataset(what, f"take {take.name}", MAKE_AGAIN)
+        return take
+
+    def sound(self, name: str) -> Take | None:
+        """The take of that name, or None where there is none; one that is damaged is renamed, and counts as none.
+
+        Raises:
+            BadDataset: There is one that cannot be read, or was written by a newer hemline: it may be whole.
+            BadOutput: A damaged take cannot be renamed.
+        """
+        path = self.path(name)
+        if not os.path.lexists(path):
+            return None
+        try:
+            return self.take(name)
+        except DamagedTake as reason:
+            put_aside(path, reason)
+            return None
 
     def add(self, take: Take, *, quantised: bool = False) -> Path:
         """Write a take under its name, whole or not at all."""
@@ -109,20 +143,30 @@ class Dataset:
         return path
 
     def rest(self, betas: Iterable[float] = ()) -> Take:
-        """The settled drape on the body of these betas in its rest pose.
+        """The settled drape on the body of these betas in its rest pose; of several, that of the newest simulator.
 
         Raises:
             BadDataset: The dataset holds none for these betas.
         """
         asked = np.trim_zeros(np.asarray(list(betas), np.float32), "b")
-        for row in self.rows():
-            if row.kind == "rest" and np.array_equal(np.trim_zeros(np.asarray(row.betas, np.float32), "b"), asked):
-                return self.take(row)
-        raise BadDataset(
-            f"{self.folder} holds no rest state for these betas",
-            asked.tolist(),
-            "run 'hemline simulate' with these betas",
-        )
+        rows = self.rest_rows(asked)
+        if not rows:
+            raise BadDataset(
+                f"{self.folder} holds no rest state for these betas",
+                asked.tolist(),
+                "run 'hemline simulate' with these betas",
+            )
+        return self.take(rows[-1])
+
+    def rest_rows(self, betas: Iterable[float]) -> list[Row]:
+        """Rows of the settled drapes on the body of these betas in its rest pose, by the number of their simulator."""
+        asked = np.trim_zeros(np.asarray(list(betas), np.float32), "b")
+        found = [
+            row
+            for row in self.rows()
+            if row.kind == "rest" and np.array_equal(np.trim_zeros(np.asarray(row.betas, np.float32), "b"), asked)
+        ]
+        return sorted(found, key=lambda row: row.simulator)
 
     def split(self, which: str, *, fractions: Fractions = FRACTIONS) -> list[Row]:
         """Rows of `train`, `val` or `test`: by subject, never by frame, so that no recording is on two sides."""
@@ -148,8 +192,34 @@ class Dataset:
         with suppress(OSError), (self.folder / "timings.jsonl").open("ab", buffering=0) as stream:
             stream.write(line.encode())
 
-    def _row(self, file: Path, known: dict[str, Row]) -> Row:
-        stat = file.stat()
+    def _indexed(self, row_of: Callable[[Path, dict[str, Row]], Row | None]) -> list[Row]:
+        """The rows of all takes, written to the index where they are other ones than it has."""
+        known = {row.name: row for row in manifest_rows(self.folder / "manifest.json")}
+        found = [row_of(file, known) for file in self._files()]
+        rows = sorted((row for row in found if row), key=lambda row: (row.kind, row.clip, row.part, row.name))
+        if {row.name: row for row in rows} != known:
+            self._write_manifest(rows)
+        return rows
+
+    def _files(self) -> list[Path]:
+        """The files of takes, by name; those whose name begins with a dot are not whole yet."""
+        try:
+            names = os.listdir(self.takes_folder)
+        except FileNotFoundError:
+            return []
+        except OSError as reason:
+            raise unreadable(self.takes_folder, reason) from reason
+        whole = (name for name in names if name.endswith(".safetensors") and not name.startswith("."))
+        return [self.takes_folder / name for name in sorted(whole)]
+
+    def _row(self, file: Path, known: dict[str, Row]) -> Row | None:
+        """The row of a file; None where it was moved away just now, as by another process."""
+        try:
+            stat = file.stat()
+        except FileNotFoundError:
+            return None
+        except OSError as reason:
+            raise unreadable(file, reason) from reason
         old = known.get(file.stem)
         if old and (old.bytes, old.stamp) == (stat.st_size, stat.st_mtime_ns):
             return old
@@ -161,13 +231,13 @@ class Dataset:
                 f"garment hash {inputs.get('garment')}",
                 f"keep it in a dataset of its own; this one holds {self.garment.name} ({self.garment.hash})",
             )
-        take = read_take(file)
+        take = self.take(file.stem)
         return Row(
             name=file.stem,
             kind=take.kind,
             clip=str(inputs.get("clip", "")),
             subject=str(inputs.get("subject", "")),
-            part=int(inputs.get("part", 0)),
+            part=inputs.get("part", 0),
             frames=len(take.motion),
             clip_frames=len(take.clip_frames),
             betas=tuple(float(b) for b in take.betas),
@@ -176,6 +246,7 @@ class Dataset:
             sha256=_sha256(file),
             bytes=stat.st_size,
             stamp=stat.st_mtime_ns,
+            simulator=take.simulator,
         )
 
     def _write_manifest(self, rows: list[Row]) -> None:
@@ -240,16 +311,9 @@ def open_dataset(folder: str | Path) -> Dataset:
     return Dataset(folder, Garment.load(file))
 
 
-def _manifest_rows(file: Path) -> list[Row]:
-    try:
-        content = json.loads(file.read_text())
-        if content["version"] != MANIFEST_VERSION:
-            return []
-        return [Row(**{**row, "betas": tuple(row["betas"])}) for row in content["takes"]]
-    except (OSError, ValueError, KeyError, TypeError):
-        return []  # missing or stale: the takes describe themselves
-
-
 def _sha256(file: Path) -> str:
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+    try:
+        with file.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as reason:
+        raise unreadable(file, reason) from reason

@@ -18,7 +18,7 @@ def mean_sensitivity(takes: Sequence[Take]) -> Float[np.ndarray, "verts joints 3
         takes: Anchors in the T-pose, one a shape, with derivatives by all joints.
 
     Raises:
-        BadDataset: No take has them.
+        BadDataset: No take has them, or one lacks some.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
         Eq. 7: the mean over shapes of the norms, not the norm of the mean.
@@ -30,10 +30,16 @@ def mean_sensitivity(takes: Sequence[Take]) -> Float[np.ndarray, "verts joints 3
 
 
 def derivatives_by_joint(take: Take) -> Float[np.ndarray, "joints 3 verts 3"]:
-    """The derivatives of an anchor by turns of each joint about its three axes [m/rad]."""
-    return np.stack(
-        [[take.derivatives[f"turn.{joint}.{axis}"] for axis in range(3)] for joint in range(JOINT_COUNT)]
-    ).astype(np.float64)
+    """The derivatives of an anchor by turns of each joint about its three axes [m/rad].
+
+    Raises:
+        BadDataset: It lacks some of them.
+    """
+    names = [[f"turn.{joint}.{axis}" for axis in range(3)] for joint in range(JOINT_COUNT)]
+    lacking = [name for axes in names for name in axes if name not in take.derivatives]
+    if lacking:
+        raise BadDataset(f"anchor {take.name} lacks derivatives by joints", f"no {lacking[0]}", "make it again")
+    return np.stack([[take.derivatives[name] for name in axes] for axes in names]).astype(np.float64)
 
 
 def joint_weights(sensitivity: Float[np.ndarray, "verts joints 3"]) -> Float[np.ndarray, " joints"]:

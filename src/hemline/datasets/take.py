@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from hemline.arrays import Betas, Bool, Float, FramesOfVertices, Int, Vertices
-from hemline.errors import BadDataset
+from hemline.arrays import Betas, Bool, FramesOfVertices, Int, Vertices
+from hemline.errors import BadDataset, BadInput, DamagedTake
 from hemline.files import content_hash, read_metadata, read_tensors, write_tensors
 from hemline.motions.motion import Motion
 
-_ARRAYS = ("vertices", "rotations", "translations", "betas", "lead_in", "pinched")
-_QUANTUM = 1e-5
+from .take_checks import MAKE_AGAIN, QUANTUM, check_arrays, check_metadata
+
 KINDS = ("clip", "rest", "anchor")
 
 
@@ -36,7 +36,7 @@ class Take:
     figures: Mapping[str, float]
     """Figures of trust, unit in the name: `edge_strain_p99`, `inside`, `deepest_mm`, `residual_share`..."""
     inputs: Mapping[str, Any]
-    """What the take depends on, and nothing else; its hash is the take's name."""
+    """What the take depends on, and nothing else, the number of the simulator among it; its hash is the take's name."""
     failed: str | None = None
     """Why the simulation stopped early, with the frame; None: it did not."""
     end_state: Mapping[str, np.ndarray] = field(default_factory=dict)
@@ -44,6 +44,8 @@ class Take:
     derivatives: Mapping[str, Vertices] = field(default_factory=dict)
     """Of an anchor, by name: change of each vertex while a joint turns about an axis of its frame (`turn.12.0` [m/rad])
     or a shape coefficient grows (`beta.0` [m])."""
+    made_with: Mapping[str, str] = field(default_factory=dict)
+    """Versions of hemline and of its compiler, and the processor: for the record, no part of the name."""
 
     def __post_init__(self):
         frames = len(self.motion)
@@ -64,6 +66,11 @@ class Take:
     def name(self) -> str:
         """Hash of the inputs: the same command gives the same name."""
         return take_name(self.inputs)
+
+    @property
+    def simulator(self) -> int:
+        """Number of the simulator that made it, see `hemline.sim.SIMULATOR`; 0: from before takes said it."""
+        return self.inputs.get("simulator", 0)
 
     @property
     def clip_frames(self) -> Int[np.ndarray, " frames"]:
@@ -105,6 +112,7 @@ def write_take(path: str | Path, take: Take, *, quantised: bool = False) -> None
         "figures": dict(take.figures),
         "inputs": dict(take.inputs),
         "failed": take.failed,
+        "made_with": dict(take.made_with),
         "motion": {
             "fps": motion.fps,
             "leg_length": motion.leg_length,
@@ -120,15 +128,15 @@ def read_take(path: str | Path) -> Take:
     """Read a take.
 
     Raises:
-        BadDataset: The file is missing, truncated, not a take, or its arrays contradict each other.
+        BadDataset: The file is missing, cannot be read, is not a take, or its arrays contradict each other.
+        DamagedTake: It was read and is not whole; a kind of `BadDataset`.
     """
-    arrays, metadata = read_tensors(path, "take", error=BadDataset)
-    cure = "delete the file and run 'hemline simulate' again; it makes what is missing"
-    if "first" in arrays and "steps" in arrays:
-        arrays["vertices"] = _restored(arrays.pop("first"), arrays.pop("steps"))
-    missing = [name for name in _ARRAYS if name not in arrays]
-    if missing:
-        raise BadDataset(f"{path} lacks arrays", ", ".join(missing), cure)
+    try:
+        arrays, metadata = read_tensors(path, "take", error=BadDataset, damaged=DamagedTake)
+    except DamagedTake as reason:
+        raise _damaged(reason) from reason
+    check_metadata(path, metadata)
+    check_arrays(path, arrays)
     try:
         motion = Motion(rotations=arrays["rotations"], translations=arrays["translations"], **metadata["motion"])
         return Take(
@@ -143,16 +151,25 @@ def read_take(path: str | Path) -> Take:
             failed=metadata["failed"],
             end_state=_part(arrays, "end_state"),
             derivatives=_part(arrays, "derivatives"),
+            made_with=metadata.get("made_with", {}),
         )
-    except KeyError as reason:
-        raise BadDataset(f"{path} lacks metadata", f"no {reason}", cure) from reason
-    except (TypeError, AttributeError) as reason:
-        raise BadDataset(f"{path} has metadata of the wrong kind", "values that are none of a take's", cure) from reason
+    except BadInput as reason:
+        raise BadDataset(f"{path} is none of a take", reason, MAKE_AGAIN) from reason
 
 
 def take_metadata(path: str | Path) -> dict[str, Any]:
     """A take's metadata without its arrays; raises as `read_take` does."""
-    return read_metadata(path, "take", error=BadDataset)
+    try:
+        metadata = read_metadata(path, "take", error=BadDataset, damaged=DamagedTake)
+    except DamagedTake as reason:
+        raise _damaged(reason) from reason
+    check_metadata(path, metadata)
+    return metadata
+
+
+def _damaged(reason: DamagedTake) -> DamagedTake:
+    """The error with what can be done about a take."""
+    return DamagedTake(reason.what, reason.got, "run the command that made it again: it puts the file aside")
 
 
 def _part(arrays: Mapping[str, np.ndarray], name: str) -> dict[str, np.ndarray]:
@@ -160,12 +177,7 @@ def _part(arrays: Mapping[str, np.ndarray], name: str) -> dict[str, np.ndarray]:
 
 
 def _quantised(vertices: FramesOfVertices) -> dict[str, np.ndarray]:
-    whole = np.rint(np.asarray(vertices, np.float64) / _QUANTUM).astype(np.int32)
+    whole = np.rint(np.asarray(vertices, np.float64) / QUANTUM).astype(np.int32)
     steps = np.diff(whole, axis=0)
     fits = steps.size == 0 or np.abs(steps).max() < 2**15
     return {"first": whole[0], "steps": steps.astype(np.int16) if fits else steps}
-
-
-def _restored(first: Int[np.ndarray, "verts 3"], steps: Int[np.ndarray, "steps verts 3"]) -> Float[np.ndarray, "f v 3"]:
-    whole = np.concatenate([first[None], steps.astype(np.int32)]).cumsum(axis=0, dtype=np.int64)
-    return (whole * _QUANTUM).astype(np.float32)

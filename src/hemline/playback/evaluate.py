@@ -11,7 +11,7 @@ from hemline.animators.base import Animator, Level
 from hemline.arrays import Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.collide import Guarantee
-from hemline.datasets import Dataset, Take
+from hemline.datasets import Dataset, Take, newest
 from hemline.errors import BadInput
 from hemline.garments import Garment
 from hemline.motions.motion import Motion
@@ -40,7 +40,7 @@ class Evaluation:
 
 
 def takes_of(truth: Dataset, motion: Motion, betas: np.ndarray) -> list[Take]:
-    """The takes of one clip on one body shape, part by part.
+    """The takes of one clip on one body shape, part by part; of several simulators, those of the newest alone.
 
     Raises:
         BadInput: The dataset holds none.
@@ -58,7 +58,7 @@ def takes_of(truth: Dataset, motion: Motion, betas: np.ndarray) -> list[Take]:
             f"takes of {held}",
             "simulate it with 'hemline simulate'",
         )
-    return [truth.take(row) for row in rows]
+    return [truth.take(row) for row in newest(rows, f"clip '{motion.name}' in {truth.folder}")]
 
 
 def evaluate(

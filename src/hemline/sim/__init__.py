@@ -12,6 +12,7 @@ from .rest.sensitivities import Sensitivities as Sensitivities
 from .rest.settle import rest_drape as rest_drape
 from .rest.settle import settle as settle
 from .rest.settle_all import settle_all as settle_all
+from .settings import SIMULATOR as SIMULATOR
 from .settings import SimSettings as SimSettings
 from .step.state import ClothState as ClothState
 from .step.state import Scene as Scene
@@ -31,6 +32,7 @@ from .takes.same_poses import produce_in_poses_of as produce_in_poses_of
 from .takes.simulate import simulate as simulate
 
 __all__ = [
+    "SIMULATOR",
     "Anchor",
     "Clip",
     "ClothState",

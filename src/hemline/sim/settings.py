@@ -4,6 +4,18 @@ from dataclasses import dataclass
 
 from hemline.options import check_options, not_negative, positive, share
 
+SIMULATOR = 1
+"""Number of this simulator. It is among the inputs of each take and so part of its name: takes of another number are
+other takes, and none of them is gone on from.
+
+Raise it whenever the same garment, body, clip and settings may give other bits than before, were it in the last place
+of one vertex: a change to the solver, to contact, to a term, to settling, to skinning, or to the projection at the end
+of a frame. No new number is needed for what shows in the inputs anyway, such as the default of a setting or how a clip
+is placed, nor for code that moves, is renamed or says more. `tests/sim/test_sim_simulator.py` asks for it.
+
+Numbers only grow; 0 is what takes are called that were made before they said it.
+"""
+
 
 @dataclass(frozen=True)
 class SimSettings:

@@ -13,7 +13,7 @@ from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion, Pose
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.friction_anchors import FrictionAnchors
-from hemline.sim.settings import SimSettings
+from hemline.sim.settings import SIMULATOR, SimSettings
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -82,6 +82,7 @@ class Rest:
             "body": self.shaped.body.hash,
             "betas": [float(beta) for beta in self.shaped.betas],
             "settings": asdict(self.settings),
+            "simulator": SIMULATOR,
             "clip": "",
             "part": 0,
         }

@@ -54,7 +54,7 @@ class FrameEnd:
 
     def __init__(self, garment: "Garment", shaped: "ShapedBody", memory: Mapping[str, np.ndarray] | None = None):
         self.projector = Projector.prepare(shaped, garment.vertices, garment.faces, settings=SETTINGS)
-        self.state = self.projector.start() if memory is None else _state(memory)
+        self.state = self.projector.start() if memory is None else remembered(memory)
 
     def memory(self) -> dict[str, np.ndarray]:
         """What the next frame depends on, as arrays."""
@@ -105,6 +105,7 @@ class FrameEnd:
         return far[np.abs(turns) > 1.5]
 
 
-def _state(memory: Mapping[str, np.ndarray]) -> ProjectorState:
+def remembered(memory: Mapping[str, np.ndarray]) -> ProjectorState:
+    """The projection's state from what `FrameEnd.memory` returned."""
     values: dict[str, Any] = {field.name: memory[_PREFIX + field.name] for field in fields(ProjectorState)}
     return ProjectorState(**values | {"frame": int(values["frame"][0]), "lively": values["lively"].astype(bool)})

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hemline.datasets import Dataset, Row, Take, create, read_take, take_name
+from hemline.datasets import Dataset, Row, Take
 from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion, Pose
@@ -20,9 +20,11 @@ from hemline.sim.rest.sensitivities import Sensitivities
 from hemline.sim.rest.settle import settle
 from hemline.sim.rest.settling import Method
 from hemline.sim.rest.walk import WALK
-from hemline.sim.settings import SimSettings
+from hemline.sim.settings import SIMULATOR, SimSettings
 
+from .begun import begun
 from .jobs import Call, Job, Report, Tell, run_jobs
+from .made_with import made_with
 from .setup import Setup, drape, shaped
 from .workers import workers
 
@@ -73,7 +75,7 @@ def produce_anchors(
 
     Raises:
         BadBody: Betas that are too many or not finite.
-        BadDataset: The folder holds another garment's takes.
+        BadDataset: The folder holds another garment's takes, or one that cannot be read.
         BadInput: No such joint, no such shape coefficient.
         BadOutput: It cannot be written.
         BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
@@ -89,7 +91,7 @@ def produce_anchors(
         return take.name
 
     with workers(jobs, scheduler) as those:
-        dataset = create(folder, garment)
+        dataset = begun(folder, garment)
         names = run_jobs((anchor(dataset, number, task) for number, task in enumerate(tasks)), those)
     rows = {row.name: row for row in dataset.rows()}
     return [rows[name] for name in names]
@@ -152,7 +154,7 @@ def produce_posed(
 
     Raises:
         BadBody: Betas that are too many or not finite.
-        BadDataset: The folder holds another garment's takes.
+        BadDataset: The folder holds another garment's takes, or one that cannot be read.
         BadOutput: It cannot be written.
         BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
     """
@@ -160,7 +162,7 @@ def produce_posed(
     for betas in given:
         setup.body.shaped(betas)
     with workers(jobs, scheduler) as those:
-        dataset = create(folder, garment)
+        dataset = begun(folder, garment)
         work = (
             _posed_job(dataset, setup, poses, given, tuple(turns), _named(report, number))
             for number, poses in enumerate(candidates)
@@ -202,7 +204,7 @@ def produce_scattered(
         return (poses[(number + later) % len(poses)] for later in range(tried))
 
     with workers(jobs, scheduler) as those:
-        dataset = create(folder, garment)
+        dataset = begun(folder, garment)
         work = (
             _posed_job(dataset, setup, tuple(turned(number)), [_given(betas)], tuple(turns), _named(report, number))
             for number, betas in enumerate(shapes)
@@ -257,6 +259,7 @@ def anchor_inputs(
         "betas": [float(beta) for beta in shaped.betas],
         "pose": pose.hash,
         "settings": asdict(settings),
+        "simulator": SIMULATOR,
         "derivatives": {"turns": [int(joint) for joint in turns], "betas": [int(index) for index in betas]},
     } | ({"protocol": WALK.name} if method == "walked" else {})
 
@@ -265,9 +268,9 @@ def _anchor_job(dataset: Dataset, setup: Setup, task: _Task) -> Job[Take]:
     """The anchor of a pose on a shape, made where the dataset has none."""
     body = setup.body.shaped(task.shape)
     inputs = anchor_inputs(setup.garment, body, task.pose, setup.settings, task.turns, task.betas, task.method)
-    path = dataset.path(take_name(inputs))
-    if path.exists():
-        return read_take(path)
+    found = dataset.kept(inputs)
+    if found is not None:
+        return found
     take = yield Call(_anchor, setup, task)
     take = replace(take, inputs=inputs)
     dataset.add(take)
@@ -284,7 +287,7 @@ def _anchor(setup: Setup, task: _Task, tell: Tell) -> Take:
             body = start.shaped
         rest = settle(garment, body, task.pose, setup.settings, start=start, method=task.method)
         derivatives = derivatives_of(rest, task.turns, task.betas)
-        return replace(rest.take(), kind="anchor", derivatives=derivatives)
+        return replace(rest.take(), kind="anchor", derivatives=derivatives, made_with=made_with())
     except SimulationFailed as reason:
         return _failed(garment, body, task.pose, setup.settings, str(reason))
 
@@ -328,4 +331,5 @@ def _failed(garment: Garment, shaped: "ShapedBody", pose: Pose, settings: SimSet
         figures={},
         inputs={},
         failed=reason,
+        made_with=made_with(),
     )

@@ -11,16 +11,17 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from hemline.datasets import Dataset, Row, Take, create, read_take, take_name
-from hemline.errors import BadInput
+from hemline.datasets import Dataset, Row, Take
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion
-from hemline.sim.settings import SimSettings
+from hemline.sim.settings import SIMULATOR, SimSettings
 
+from .begun import begun
+from .end_state import EndState, check_end_of_take
 from .jobs import Call, Job, Report, Tell, run_jobs
 from .rest_states import rest_job
 from .setup import Setup, shaped
-from .simulate import EndState, simulate
+from .simulate import simulate
 from .workers import workers
 
 PART_SECONDS = 10.0
@@ -84,7 +85,7 @@ def produce(
         The index rows of the takes asked for, failed ones included, in the order of the clips.
 
     Raises:
-        BadDataset: The folder holds another garment's takes.
+        BadDataset: The folder holds another garment's takes, or one that cannot be read or gone on from.
         BadOutput: It cannot be written.
         BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
     """
@@ -93,7 +94,7 @@ def produce(
     tell = report or (lambda clip, done, total: None)
     called = _told_apart([clip.motion.name for clip in clips])
     with workers(jobs, scheduler) as those:
-        dataset = create(folder, garment)
+        dataset = begun(folder, garment)
         for name, clip in zip(called, clips, strict=True):
             tell(name, 0, clip.motion.frames_at(setup.settings.fps))
         (rest,) = run_jobs([rest_job(dataset, setup, plan.betas)], those)
@@ -119,6 +120,9 @@ def clip_job(dataset: Dataset, setup: Setup, plan: Plan, clip: Clip, rest: Take,
 
     Returns:
         Names of its takes in order; the last may have failed.
+
+    Raises:
+        BadDataset: A take that is there cannot be read, or ends in a state that no simulation goes on from.
     """
     motion: Motion = yield Call(_placed, setup, (plan, clip.motion))
     names: list[str] = []
@@ -126,7 +130,7 @@ def clip_job(dataset: Dataset, setup: Setup, plan: Plan, clip: Clip, rest: Take,
     done = 0
     for index, part in enumerate(_parts(motion, plan.part_seconds)):
         inputs = part_inputs(setup, plan, clip, part, index, names[-1] if names else "")
-        take = _kept(dataset.path(take_name(inputs)))
+        take = dataset.kept(inputs)
         if take is None:
 
             def heard(frame: int, total: int, offset: int = done) -> None:
@@ -145,6 +149,8 @@ def clip_job(dataset: Dataset, setup: Setup, plan: Plan, clip: Clip, rest: Take,
                     "seconds": round(seconds, 3),
                 }
             )
+        else:
+            check_end_of_take(take.end_state, setup, plan.betas, str(dataset.path(take.name)))
         names.append(take.name)
         end = take.end_state
         done += len(part)
@@ -166,6 +172,7 @@ def part_inputs(setup: Setup, plan: Plan, clip: Clip, part: Motion, index: int, 
         "motion": part.hash,
         "before": before,
         "settings": asdict(setup.settings),
+        "simulator": SIMULATOR,
     }
 
 
@@ -202,14 +209,3 @@ def _told_apart(names: Sequence[str]) -> list[str]:
         count[name] += 1
         found.append(f"{name} #{count[name]}" if met[name] > 1 else name)
     return found
-
-
-def _kept(path: Path) -> Take | None:
-    """The take at that path, or None if it is missing or damaged."""
-    if not path.exists():
-        return None
-    try:
-        return read_take(path)
-    except BadInput:
-        path.unlink()
-        return None

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.datasets import Dataset, Take, create
-from hemline.errors import BadDataset, SimulationFailed
+from hemline.datasets import Dataset, Take
+from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.sim.rest.settle import rest_drape
-from hemline.sim.settings import SimSettings
+from hemline.sim.settings import SIMULATOR, SimSettings
 
+from .begun import begun
 from .jobs import Call, Job, Tell, run_jobs
+from .made_with import made_with
 from .setup import Setup, shaped
 from .workers import workers
 
@@ -43,28 +45,30 @@ def rest_job(dataset: Dataset, setup: Setup, betas: tuple[float, ...]) -> Job[Ta
     """The settled drape on a body, made and kept where the dataset has none.
 
     Raises:
+        BadDataset: There is one that cannot be read.
         SimulationFailed: It could not be settled.
     """
     body = setup.body.shaped(betas)
-    try:
-        found = dataset.rest(body.betas)
-    except BadDataset:
-        inputs = {
-            "garment": setup.garment.hash,
-            "body": setup.body.hash,
-            "betas": [float(b) for b in body.betas],
-            "settings": asdict(setup.settings),
-            "clip": "",
-            "part": 0,
-        }
-        take = yield Call(_settled, setup, betas)
-        found = replace(take, inputs=inputs)
-        dataset.add(found)
-    return found
+    for row in dataset.rest_rows(body.betas):
+        if row.simulator == SIMULATOR and (found := dataset.sound(row.name)) is not None:
+            return found
+    inputs = {
+        "garment": setup.garment.hash,
+        "body": setup.body.hash,
+        "betas": [float(b) for b in body.betas],
+        "settings": asdict(setup.settings),
+        "simulator": SIMULATOR,
+        "clip": "",
+        "part": 0,
+    }
+    take = yield Call(_settled, setup, betas)
+    take = replace(take, inputs=inputs)
+    dataset.add(take)
+    return take
 
 
 def _settled(setup: Setup, betas: tuple[float, ...], tell: Tell) -> Take:
-    return rest_drape(setup.garment, shaped(setup, betas), setup.settings)
+    return replace(rest_drape(setup.garment, shaped(setup, betas), setup.settings), made_with=made_with())
 
 
 def produce_rests(
@@ -114,5 +118,5 @@ def produce_rests(
         return found
 
     with workers(jobs, scheduler) as those:
-        dataset = create(folder, garment)
+        dataset = begun(folder, garment)
         return run_jobs((rest(dataset, betas) for betas in asked), those)

@@ -2,7 +2,7 @@
 
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from hemline.bodies.lead_in import lead_in
 from hemline.datasets.take import Take
+from hemline.datasets.take_checks import FARTHEST
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.clean import jump
@@ -17,17 +18,18 @@ from hemline.motions.motion import Motion, Pose
 from hemline.sim.cloth.figures import crossing_figures, mean_or_zero, strain_figures
 from hemline.sim.cloth.wind import Wind
 from hemline.sim.rest.settle import rest_drape
-from hemline.sim.settings import SimSettings
+from hemline.sim.settings import SIMULATOR, SimSettings
 from hemline.sim.step.dressed_body import DressedBody
-from hemline.sim.step.frame_end import FrameEnd
+from hemline.sim.step.frame_end import FrameEnd, remembered
 from hemline.sim.step.state import ClothState
+
+from .end_state import EndState, check_end_state
+from .made_with import made_with
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 log = logging.getLogger(__name__)
-
-EndState = Mapping[str, np.ndarray]
 
 
 def simulate(
@@ -59,7 +61,8 @@ def simulate(
         when and why, and the frames before are there.
 
     Raises:
-        BadInput: `start` or `resume` belongs to another garment, or a wind is not one finite velocity a vertex.
+        BadInput: `start` or `resume` belongs to another garment, `resume` is no end state, or a wind is not one finite
+            velocity a vertex.
         SimulationFailed: The garment could not be settled in the rest pose.
     """
     settings = settings or SimSettings()
@@ -75,9 +78,10 @@ def simulate(
         record.keep(state.positions, int(rest.pinched[0]))
         poses = [leading[i] for i in range(1, len(leading))] + [motion[i] for i in range(len(motion))]
     else:
-        _check_count("resume", resume.get("positions", np.zeros(0)), garment)
+        end = FrameEnd(garment, shaped)
+        _check_resume(resume, garment, shaped, end)
         state, before = _state(resume), Pose(resume["rotations"], resume["translation"])
-        end = FrameEnd(garment, shaped, resume)
+        end.state = remembered(resume)
         leading, poses = None, [motion[i] for i in range(len(motion))]
     failed = None
     lead_frames = 0 if leading is None else len(leading)
@@ -92,6 +96,10 @@ def simulate(
             state, reports, posed = dressed.frame(state, before, pose)
         except SimulationFailed as reason:
             failed = f"frame {index}: {reason}"
+            log.warning("take failed: %s", failed)
+            break
+        if (away := float(np.abs(state.positions - pose.translation).max())) > FARTHEST - 1:
+            failed = f"frame {index}: the garment is not worn any more, a vertex is {away:.0f} m from the pelvis"
             log.warning("take failed: %s", failed)
             break
         cleaned = end.clean(posed, state.positions, 1 / settings.fps, state.contact_history)
@@ -136,7 +144,9 @@ def simulate(
             "motion": motion.hash,
             "clip": motion.name,
             "settings": asdict(settings),
+            "simulator": SIMULATOR,
         },
+        made_with=made_with(),
         end_state=_end_state(state, before) | end.memory(),
     )
 
@@ -196,6 +206,13 @@ def _joined(first: Motion, second: Motion) -> Motion:
         rotations=np.concatenate([first.rotations, second.rotations]),
         translations=np.concatenate([first.translations, second.translations]),
     )
+
+
+def _check_resume(resume: EndState, garment: Garment, shaped: "ShapedBody", end: FrameEnd) -> None:
+    """Refuse what no simulation of this garment on this body goes on from."""
+    _check_count("resume", resume.get("positions", np.zeros(0)), garment)
+    faces = len(end.projector.worn.patches.faces)
+    check_end_state(resume, len(garment.vertices), shaped.body, faces, owner="'resume'")
 
 
 def _check_count(name: str, vertices: np.ndarray, garment: Garment) -> None:
