@@ -1,8 +1,8 @@
 """How many threads kernels use.
 
-Work that is done ahead (a simulation, a fit) uses every core that this process may use. What is made while it is shown
-uses one: threads that meet some thousand times a frame wait for the slowest of them, so that on a machine that does
-something else a frame would take many times as long.
+Work that is done ahead (a simulation, a fit) uses every core that this process may use and that other programs leave
+free. What is made while it is shown uses one: threads that meet some thousand times a frame wait for the slowest of
+them, so that on a machine that does something else a frame would take many times as long.
 """
 
 import math
@@ -17,6 +17,8 @@ from typing import Any
 import numba
 import numba.core.config
 from numba.np.ufunc.parallel import threading_layer
+
+from .other_work import OtherWork
 
 _config: Any = numba.core.config
 _here = threading.local()
@@ -71,12 +73,12 @@ def real_time_threads() -> Iterator[None]:
 
 
 def call_parallel(function: Any, arguments: tuple[Any, ...]) -> Any:
-    """Call a kernel with a parallel loop on as many threads as `threads()` says.
+    """Call a kernel with a parallel loop on as many threads as `threads()` says and other programs leave cores for.
 
     Numba's own pool of threads, which serves where neither OpenMP nor TBB is found, ends the process when two threads
     enter it at once; there such calls wait for each other.
     """
-    count = threads()
+    count = min(threads(), _other_work().free_cores())
     with _launching:
         _prepare(count)
         alone = _layer() == "workqueue"
@@ -110,6 +112,11 @@ def _short_spins() -> Iterator[None]:
         yield
     finally:
         del os.environ[name]
+
+
+@cache
+def _other_work() -> OtherWork:
+    return OtherWork(os.cpu_count() or 1)
 
 
 @cache
