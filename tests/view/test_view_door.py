@@ -64,6 +64,14 @@ def test_who_comes_by_the_address_is_let_in(page):
             visitor.until(lambda: visitor.control("Garment"), "the page's controls")
 
 
+def test_the_other_end_of_a_tunnel_may_be_another_port(page):
+    """As in `ssh -L 9000:127.0.0.1:8080`: the page's own scripts come from there, too."""
+    with visiting(page.url, host="localhost:9000") as visitor:
+        visitor.until(lambda: visitor.control("Garment"), "the page's controls")
+    _, _, headers = got(page, urlsplit(page.url).path, Host="localhost:9000")
+    assert "ws://localhost:9000;" in headers["Content-Security-Policy"]
+
+
 EVIL = "http://evil.example"
 STRANGERS = {
     "a page elsewhere": {"Origin": EVIL},
@@ -85,9 +93,8 @@ def test_pages_of_other_origins_and_hosts_are_turned_away(page, stranger):
     for path in ("/", parts.path):
         status, content, _ = got(page, path, **headers)
         assert status == 403 and parts.path.strip("/").encode() not in content
-        origin = headers.get("Origin", f"http://{headers.get('Host', parts.netloc)}")
-        host = {"Host": headers["Host"]} if "Host" in headers else {}
-        with pytest.raises(InvalidStatus, match="403"), visiting(page.url, origin=origin, **host):
+        origin, host = headers.get("Origin", ""), headers.get("Host", "")
+        with pytest.raises(InvalidStatus, match="403"), visiting(page.url, origin=origin, host=host):
             pass
 
 
@@ -165,9 +172,9 @@ def test_noise_ends_its_own_connection_and_nothing_else(page, told, name, capfd)
     """Of somebody who came by the address."""
     parts = urlsplit(page.url)
     origin, protocol = f"http://{parts.netloc}", f"viser-v{viser.__version__}"
-    place = f"ws://{parts.netloc}{parts.path}"
+    place, plain = f"ws://{parts.netloc}{parts.path}", socket.create_connection((parts.hostname, parts.port))
     told.clear()
-    with connect(place, origin=origin, subprotocols=[protocol], compression=None, max_size=None, proxy=None) as visitor:
+    with connect(place, sock=plain, origin=origin, subprotocols=[protocol], max_size=None) as visitor:
         visitor.send(NOISE[name])
         with contextlib.suppress(ConnectionClosed):
             while True:

@@ -1,6 +1,7 @@
 """A visitor without a browser, who sends what they like over viser's WebSocket and keeps all that is sent to them."""
 
 import contextlib
+import socket
 import threading
 import time
 from collections.abc import Iterator
@@ -83,16 +84,16 @@ class Visitor:
 
 
 @contextmanager
-def visiting(url: str, *, origin: str | None = "", **headers: str) -> Iterator[Visitor]:
-    """Come to a page by an address; with another origin, or none, and further headers."""
+def visiting(url: str, *, origin: str | None = "", host: str = "") -> Iterator[Visitor]:
+    """Come to a page by an address; from another origin, or none, or by another name of its host."""
     parts = urlsplit(url)
+    host = host or parts.netloc
     with connect(
-        f"ws://{parts.netloc}{parts.path}",
-        origin=f"http://{parts.netloc}" if origin == "" else origin,  # type: ignore[arg-type]
-        additional_headers=headers,
+        f"ws://{host}{parts.path}",
+        origin=f"http://{host}" if origin == "" else origin,  # type: ignore[arg-type]
         subprotocols=[f"viser-v{viser.__version__}"],  # type: ignore[list-item]
         compression=None,
         max_size=None,
-        proxy=None,
+        sock=socket.create_connection((parts.hostname, parts.port), timeout=30),  # past any proxy
     ) as connection:
         yield Visitor(connection)

@@ -83,11 +83,14 @@ def served(port: int, report: Callable[[str], None]) -> tuple[Any, Door]:
         return plain(handler, sock=listener, **(options | ours))
 
     with _starting, contextlib.redirect_stdout(io.StringIO()):
-        sockets.serve = serve  # type: ignore[assignment, misc]
+        sockets.serve = serve
         try:
             server = LocalServer(host, listener.getsockname()[1], label="hemline", verbose=False)
+        except BaseException:
+            listener.close()
+            raise
         finally:
-            sockets.serve = plain  # type: ignore[misc]
+            sockets.serve = plain
         if guarded != [True]:
             server.stop()
             listener.close()
