@@ -97,6 +97,11 @@ def a_failing_disk(path: Path) -> None:
     path.symlink_to("/proc/self/mem")  # its first byte cannot be read
 
 
+def a_link_to_nowhere(path: Path) -> None:
+    path.unlink()
+    path.symlink_to(path.parent / "of a disk that is not mounted")
+
+
 def of_other_inputs(path: Path) -> None:
     write_take(path, make_take(make_garment(), "07_01", seed=7))
 
@@ -110,6 +115,7 @@ MAY_BE_WHOLE = {
     "newer": (newer, "has a newer format; got version 2; this hemline reads up to 1; upgrade it"),
     "of another kind": (of_another_kind, "must be a take file; got a garment file"),
     "a folder": (a_folder, "cannot read .*; got a folder"),
+    "a link to nowhere": (a_link_to_nowhere, "cannot read .*; got No such file or directory"),
     "of other inputs": (of_other_inputs, "holds another take than its name says"),
     "of other vertices": (of_other_vertices, "is of another garment; got 3 vertices for the 4 of square"),
 }

@@ -56,13 +56,14 @@ def _animator_in(words: Sequence[str]) -> str:
 def run(arguments: Any) -> int:
     """Fit and save."""
     from hemline.errors import BadInput
-    from hemline.files import check_writable
+    from hemline.files import check_folder, check_writable
 
     if not arguments.dataset:
         raise BadInput("no dataset", "hemline fit without a folder", "name what 'hemline simulate' made")
     with _together() as first:
         if first:
             check_writable(arguments.output)
+            check_folder(_checkpoints(arguments))
         model = _fitted(arguments, first)
         if not first:
             return 0
@@ -74,6 +75,11 @@ def run(arguments: Any) -> int:
             print(f"{name:<28} {value:.4g}")
         print(arguments.output)
     return 0
+
+
+def _checkpoints(arguments: Any) -> Path:
+    """The folder beside the model where the state of the training is kept."""
+    return arguments.output.with_suffix(".fitting")
 
 
 def _fitted(arguments: Any, first: bool) -> Any:
@@ -89,7 +95,7 @@ def _fitted(arguments: Any, first: bool) -> Any:
             arguments.config,
             seed=arguments.seed,
             progress=progress,
-            checkpoints=arguments.output.with_suffix(".fitting") if first else None,
+            checkpoints=_checkpoints(arguments) if first else None,
         )
 
 

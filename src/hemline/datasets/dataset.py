@@ -183,7 +183,7 @@ class Dataset:
                 raise BadDataset(
                     f"take {row.name} does not match its checksum",
                     "other bytes",
-                    "delete it and run 'hemline simulate' again",
+                    MAKE_AGAIN,
                 )
 
     def log_timing(self, entry: dict[str, Any]) -> None:
@@ -216,9 +216,9 @@ class Dataset:
         """The row of a file; None where it was moved away just now, as by another process."""
         try:
             stat = file.stat()
-        except FileNotFoundError:
-            return None
         except OSError as reason:
+            if not os.path.lexists(file):
+                return None
             raise unreadable(file, reason) from reason
         old = known.get(file.stem)
         if old and (old.bytes, old.stamp) == (stat.st_size, stat.st_mtime_ns):

@@ -19,12 +19,13 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, motions
-from hemline.datasets import Row, create
+from hemline.datasets import Row
 from hemline.errors import BadCluster, HemlineError
 from hemline.garments.garment import Garment
 from hemline.garments.proxy import ProxySize, proxy_of
 from hemline.motions.motion import Motion
 from hemline.sim import Clip, random_shapes
+from hemline.sim.takes.begun import begun
 from hemline.sim.takes.jobs import Call, Job, Tell, nothing_told, run_jobs
 from hemline.sim.takes.produce import Plan, clip_job
 from hemline.sim.takes.rest_states import rest_job
@@ -166,7 +167,7 @@ def garment_job(recipe: Recipe) -> Job[str]:
         raise
     except HemlineError as error:
         return f"left out: {error}"
-    dataset, setup = create(recipe.folder, garment), Setup.of(garment, None)
+    dataset, setup = begun(recipe.folder, garment), Setup.of(garment, None)
     names: list[str] = []
     reasons: list[str] = []
     for betas in dict.fromkeys(part.betas for part in recipe.parts):
