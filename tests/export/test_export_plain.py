@@ -17,7 +17,8 @@ from hemline.meshes import read_obj
 def test_npz_has_the_promised_keys(tmp_path, full_clip):
     assert write(tmp_path / "a.npz", full_clip) == (tmp_path / "a.npz",)
     with np.load(tmp_path / "a.npz", allow_pickle=False) as arrays:
-        assert sorted(arrays) == ["body_faces", "body_vertices", "faces", "fps", "vertices"]
+        assert sorted(arrays) == ["body_faces", "body_vertices", "faces", "fps", "notices", "vertices"]
+        assert tuple(arrays["notices"]) == full_clip.notices
         np.testing.assert_array_equal(arrays["vertices"], full_clip.vertices)
         np.testing.assert_array_equal(arrays["body_vertices"], full_clip.body_vertices)
         np.testing.assert_array_equal(arrays["body_faces"], full_clip.body_faces)

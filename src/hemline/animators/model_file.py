@@ -12,6 +12,7 @@ from hemline.errors import BadModel
 from hemline.files import read_metadata, read_tensors, write_tensors
 from hemline.files.contents import AGAIN, entry, part, refused
 from hemline.garments.garment import Garment
+from hemline.motions.terms import as_stated
 
 from .registry import animator_kind
 
@@ -82,7 +83,7 @@ def save_model(
         body: `name` and `hash` of the body that it was fitted on.
         config: Options of the fit.
         figures: What the fit reached.
-        licences: Notices of the body and of the motions.
+        licences: Terms of the body, of the garment's mesh and of the motions.
         extra: The animator's own metadata, one key a part.
 
     Raises:
@@ -94,7 +95,7 @@ def save_model(
         "config": dict(config),
         "body": dict(body),
         "units": UNITS,
-        "licences": list(licences),
+        "licences": list(as_stated(licences)),
         "figures": dict(figures),
     } | dict(extra)
     held = dict(arrays)

@@ -13,8 +13,7 @@ from .retarget import retarget
 from .shipped import load
 from .store import read_stored
 from .subjects import cmu_number
-
-_CMU_LICENCE = "free for all uses; data from mocap.cs.cmu.edu, created with funding from NSF EIA-0196217"
+from .terms import CMU_TERMS
 
 
 def read(path: str | Path, *, unit: str | None = None) -> Motion:
@@ -36,7 +35,7 @@ def read(path: str | Path, *, unit: str | None = None) -> Motion:
     if ending == ".bvh":
         number = cmu_number(path.stem)
         source = f"CMU {number}, {path.name}" if number else path.name
-        licence = _CMU_LICENCE if number else ""
+        licence = CMU_TERMS if number else ""
         return retarget(read_bvh(path), unit=unit, name=path.stem, source=source, licence=licence)
     if ending == ".npz":
         return read_amass(path)

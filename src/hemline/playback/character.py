@@ -4,11 +4,13 @@ import numpy as np
 
 from hemline.animators import Animator, Wearable
 from hemline.animators.ropes import AnimatorRopes
+from hemline.animators.terms import terms_of
 from hemline.arrays import AnyFaces, AnyVertices, Float, Int, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.errors import BadInput
 from hemline.export import BoundMesh, Character
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
+from hemline.motions.terms import as_stated
 
 from .player import Player
 from .springs import capsules_of, chain_weights, spring_chains
@@ -46,7 +48,7 @@ def character(animator: Animator | Wearable, body: ShapedBody) -> Character:
     cloth = _bound(garment.name, vertices, garment.faces, CLOTH, worn, transforms, places)
     flesh = _bound("body", posed.vertices, posed.faces, SKIN, skin, np.asarray(posed.transforms), posed.joints)
     licence = body.body.licence
-    notices = tuple(dict.fromkeys(text for text in (licence, *animator.licences) if text))
+    notices = as_stated((licence, *terms_of(animator)))
     return Character(
         name=garment.name,
         joint_names=JOINT_NAMES,

@@ -34,6 +34,8 @@ class Frame:
     """Time by stage [ms]: `body`, `animator`, `whole`, `cover`, `projection`; `layers` of several garments."""
     novelty: float | None = None
     """How far the pose is from all poses of the fit, see `Bounded`; None where the animator cannot tell."""
+    terms: tuple[str, ...] = ()
+    """Terms of the model and of its garment, which go along into whatever is exported."""
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Place in the world that `local` is counted from [m]: a whole number of 64 m along each axis, 0 near the world's
     own origin."""

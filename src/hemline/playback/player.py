@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from hemline.animators.base import Animator, Bounded, Driven, Redressing, Settled
+from hemline.animators.terms import terms_of
 from hemline.arrays import Bool, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
@@ -316,6 +317,10 @@ class Player:
         return self.animator if isinstance(self.animator, Bounded) else None
 
     @cached_property
+    def _terms(self) -> tuple[str, ...]:
+        return terms_of(self.animator)
+
+    @cached_property
     def _at_rest(self) -> Callable[[Any], Vertices]:
         return at_rest(self.animator)
 
@@ -378,7 +383,7 @@ class Player:
         if isinstance(report, LayersReport):
             spans |= {"projection": spans["projection"] - report.layers_ms, "layers": report.layers_ms}
         novelty = self._bounded.novelty(moved) if self._bounded else None
-        frame = Frame(vertices, animated, covered, posed, report, spans, novelty)
+        frame = Frame(vertices, animated, covered, posed, report, spans, novelty, self._terms)
         after = PlayerState(moved, whole, projected, state.origin, local)
         return after, frame if state.origin == HERE else frame.in_world(in_world(posed, pose))
 

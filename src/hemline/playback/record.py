@@ -4,12 +4,14 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from hemline.animators.terms import garment_terms
 from hemline.arrays import Faces, FramesOfVertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.datasets import Take
 from hemline.export import Clip, Skeleton
 from hemline.garments.garment import Garment
 from hemline.motions.motion import JOINT_NAMES, Motion
+from hemline.motions.terms import as_stated
 
 from .frame import Frame
 
@@ -38,12 +40,14 @@ def record(
     """
     cloth: list[np.ndarray] = []
     bodies: list[PosedBody] = []
+    terms: dict[str, None] = {}
     for frame in frames:
         cloth.append(frame.vertices)
         bodies.append(frame.body)
+        terms |= dict.fromkeys(frame.terms)
         if keep is not None:
             keep(frame)
-    return _clip(np.stack(cloth), garment_faces, bodies, motion, fps, garment_name)
+    return _clip(np.stack(cloth), garment_faces, bodies, motion, fps, garment_name, tuple(terms))
 
 
 def recorded_take(take: Take, garment: Garment, body: ShapedBody, *, lead_in: bool = False) -> Clip:
@@ -57,11 +61,18 @@ def recorded_take(take: Take, garment: Garment, body: ShapedBody, *, lead_in: bo
     """
     chosen = np.arange(len(take.motion)) if lead_in else take.clip_frames
     bodies = [body.posed(take.motion[int(i)]) for i in chosen]
-    return _clip(take.vertices[chosen], garment.faces, bodies, take.motion, take.motion.fps, garment.name)
+    terms = garment_terms(garment)
+    return _clip(take.vertices[chosen], garment.faces, bodies, take.motion, take.motion.fps, garment.name, terms)
 
 
 def _clip(
-    vertices: FramesOfVertices, faces: Faces, bodies: list[PosedBody], motion: Motion, fps: float, name: str
+    vertices: FramesOfVertices,
+    faces: Faces,
+    bodies: list[PosedBody],
+    motion: Motion,
+    fps: float,
+    name: str,
+    terms: tuple[str, ...],
 ) -> Clip:
     """Cloth and body; formats that can skin get the skeleton that the skin follows, which is half the size."""
     shaped = bodies[0].shaped
@@ -87,5 +98,5 @@ def _clip(
         fps=fps,
         name=name,
         skeleton=skeleton,
-        notices=tuple(text for text in (body.licence, motion.source, motion.licence) if text),
+        notices=as_stated((body.licence, *terms, motion.source, motion.licence)),
     )

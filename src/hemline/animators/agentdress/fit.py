@@ -7,6 +7,7 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.base import Progress
+from hemline.animators.terms import garment_terms
 from hemline.arrays import Float
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
@@ -15,6 +16,7 @@ from hemline.errors import BadDataset, BadInput
 from hemline.garments.garment import Garment
 from hemline.learning.packed_basis import pack_basis
 from hemline.learning.pca import deviations_of
+from hemline.motions.terms import as_stated
 
 from .anchor_set import AnchorSet
 from .config import AgentDressConfig
@@ -95,7 +97,14 @@ def fit(
         model = with_rigging(RiggedAnchors.fitted(dataset, rows, model, anchors, tell))
     figures = dict(model.figures) | suitability(dataset, anchors)
     warn_unsuited(dataset.garment.name, figures, config)
-    return replace(model, figures=figures)
+    return replace(model, figures=figures, licences=_licences((dataset, *materials)))
+
+
+def _licences(data: Sequence[Dataset]) -> tuple[str, ...]:
+    """Terms of body, garment and motions, as far as the anchors tell which these are."""
+    garment = data[0].garment
+    motions = {take_metadata(each.path(row.name))["motion"]["licence"] for each in data for row in each.anchors()}
+    return as_stated((bodies.load(garment.body_name).licence, *garment_terms(garment), *sorted(motions)))
 
 
 def _check_body(dataset: Dataset) -> None:

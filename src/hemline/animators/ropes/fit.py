@@ -12,11 +12,13 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.base import Progress
+from hemline.animators.terms import garment_terms
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
 from hemline.datasets.take import take_metadata
 from hemline.errors import BadOutput, MissingExtra
 from hemline.learning.mlp import Mlp
+from hemline.motions.terms import as_stated
 
 from .bone_source import BoneSource
 from .chains import Ropes
@@ -175,4 +177,4 @@ def _kept(checkpoints: Path | None) -> Iterator[Path]:
 
 def _licences(source: Source, shaped: ShapedBody) -> tuple[str, ...]:
     motions = {take_metadata(source.dataset.path(row.name))["motion"]["licence"] for row in source.rows}
-    return tuple(text for text in (shaped.body.licence, *sorted(motions)) if text)
+    return as_stated((shaped.body.licence, *garment_terms(source.dataset.garment), *sorted(motions)))

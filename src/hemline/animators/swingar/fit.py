@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from hemline import bodies
 from hemline.animators.base import Progress
+from hemline.animators.terms import garment_terms
 from hemline.datasets.collection import Collection, Entry
 from hemline.datasets.take import take_metadata
 from hemline.errors import BadDataset, BadInput
 from hemline.files import content_hash
 from hemline.garments.proxy import proxy_of
+from hemline.motions.terms import as_stated
 
 from .config import SwingarConfig
 from .relatives import Relatives
@@ -96,11 +98,12 @@ def _start(name: str) -> "Weights":
 
 
 def licences_of(data: Collection) -> list[str]:
-    """Notices of the bodies and of the motions, each once."""
-    found = {bodies.load(garment.body_name).licence: None for garment in data.garments}
+    """Terms of the bodies, of the garments' meshes and of the motions, each once."""
+    found = {bodies.load(garment.body_name).licence for garment in data.garments}
+    found |= {text for garment in data.garments for text in garment_terms(garment)}
     for entry in data.clips():
-        found[take_metadata(data.datasets[entry.dataset].path(entry.row.name))["motion"]["licence"]] = None
-    return sorted(each for each in found if each)
+        found.add(take_metadata(data.datasets[entry.dataset].path(entry.row.name))["motion"]["licence"])
+    return list(as_stated(sorted(found)))
 
 
 def divided(data: Collection, held_out: float, *, garments: bool = True) -> dict[str, list[Entry]]:

@@ -102,6 +102,11 @@ class AnimatorSwingar:
         """The garments of the fit that are most like this one, see `Relatives.nearest`."""
         return self.weights.relatives.nearest(self.coarse[0])
 
+    @property
+    def licences(self) -> tuple[str, ...]:
+        """Terms of what the network learned from."""
+        return tuple(self.weights.licences)
+
     @real_time_threads()
     def start(self, posed: PosedBody) -> SwingarState:
         """On a body in its first pose, into which it came from its rest pose.
