@@ -13,7 +13,7 @@ from smpl_samples import Ch, Select, chumpy_in_sight, small_arrays, write_pickle
 
 from hemline import bodies
 from hemline.bodies.smpl_pickle import pickled_arrays
-from hemline.bodies.smpl_stand_ins import STAND_INS, Refused, Sealed
+from hemline.bodies.smpl_stand_ins import ENCODE, STAND_INS, Encoder, Refused, Sealed
 from hemline.errors import BadBody
 
 P = pickle
@@ -152,6 +152,53 @@ def test_no_stand_in_can_be_changed(module, name, tmp_path):
         kind.made = None  # type: ignore[attr-defined]
 
 
+ENCODED = P.PROTO + b"\2" + named(*ENCODE) + b"q\0"
+WORD = text("x" * 6000) + b"q\1" + text("latin1") + P.TUPLE2 + b"q\2"
+
+
+def test_text_is_encoded_to_no_more_bytes_than_the_file_has():
+    """The text is in the file once, and is named each time."""
+    for times in (1, 2, 50):
+        content = ENCODED + WORD + P.REDUCE + b"h\0h\2R" * (times - 1) + b"}" + END
+        if times == 1:
+            assert pickled_arrays(content, ["f"]) == {}
+        else:
+            with pytest.raises(Refused, match="a pickle that makes more bytes than it has"):
+                pickled_arrays(content, ["f"])
+
+
+@pytest.mark.parametrize("state", [b"}X\5\0\0\0_leftM\xff\xffs", b"N}X\5\0\0\0_leftM\xff\xffs\x86", b"M\xff\xff"])
+def test_no_state_raises_what_may_be_encoded(state):
+    content = ENCODED + state + P.BUILD + WORD + P.REDUCE + b"h\0h\2R}" + END
+    with pytest.raises(Refused, match="a pickle that makes more bytes than it has"):
+        pickled_arrays(content, ["f"])
+
+
+def test_an_encoder_is_no_class_and_encodes_latin1_alone():
+    assert type(type(Encoder(9))) is type(Encoder) is Sealed
+    for made in (b")" + P.NEWOBJ, b")}" + P.NEWOBJ_EX):
+        with pytest.raises(Refused, match="a damaged pickle"):
+            pickled_arrays(ENCODED + made + b"}" + END, ["f"])
+    with pytest.raises(Refused, match="text in another encoding than latin1"):
+        pickled_arrays(ENCODED + text("x") + text("zlib") + P.TUPLE2 + P.REDUCE + b"}" + END, ["f"])
+
+
+@pytest.mark.parametrize("long", [P.LONG1 + b"\12" + bytes(9) + b"\1", b"L" + str(2**73).encode() + b"L\n"])
+def test_many_large_whole_numbers_are_refused(long):
+    """Of equal hash they make a dictionary slow; a few are let by."""
+    few, many = (P.PROTO + b"\2" + (long + b"0") * count + b"}" + END for count in (900, 1100))
+    assert pickled_arrays(few, ["f"]) == {}
+    with pytest.raises(Refused, match="a pickle of far more objects than a body has"):
+        pickled_arrays(many, ["f"])
+
+
+def test_sparse_matrices_are_no_larger_than_a_regressor(tmp_path):
+    arrays = small_arrays() | {"J_regressor": sparse((1, 2_000_001), np.array([0, 3], np.int32))}
+    write_pickle(tmp_path / "a.pkl", arrays)
+    with pytest.raises(BadBody, match=r"'J_regressor': a sparse matrix that claims shape"):
+        bodies.read(tmp_path / "a.pkl")
+
+
 BOMBS = {
     "shape": (Claimed((HUGE,)), r"'f': an array that claims shape \(1000000000000,\) with 8 bytes"),
     "axes": (Claimed((2**39, 2**39, 0, 2**39, 2**39)), "an array whose shape is none"),
@@ -272,5 +319,5 @@ def test_what_no_body_needs_is_never_looked_at(tmp_path):
 def test_far_too_long(tmp_path):
     with (tmp_path / "a.pkl").open("wb") as stream:
         stream.truncate(2**30 + 1)
-    with pytest.raises(BadBody, match="is too large for a body; got 1073741825 bytes"):
+    with pytest.raises(BadBody, match="is too large; got 1073741825 bytes"):
         bodies.read(tmp_path / "a.pkl")

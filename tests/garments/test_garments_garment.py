@@ -108,6 +108,9 @@ def test_refuses_a_file_without_an_array(small, tmp_path, lost):
     [
         ({"material": None}, "material must be a name or a table"),
         ({"chains": 5}, "readable metadata"),
+        ({"body_betas": [10**400]}, "readable metadata"),
+        ({"pieces": [3]}, "readable metadata"),
+        ({"material": {"base": "cotton", "density": 10**400}}, "density must be a finite number"),
         ({"body_betas": ["a"]}, "readable metadata"),
         ({"key_joint": "knee"}, "unknown key joint"),
     ],

@@ -171,8 +171,14 @@ def test_cloth_is_raised_over_what_is_beneath_it_and_not_beside_it(shaped):
         (lambda rows: ["1 2 -3 1 0 0", *rows[1:]], "line 10: hm08 has the vertices 0 to 19157; got vertex -3"),
         (lambda rows: [rows[0], "1 2 3 0.5 0.5", *rows[2:]], "line 11: a binding must be .* got 5 columns"),
         (lambda rows: [rows[0] + " 7", *rows[1:]], "line 10: a binding must be .* got 10 columns"),
-        (lambda rows: ["1 2 3 nan 0 0 0 0 0", *rows[1:]], "line 10: weights and offsets must be finite, below 1e.06; got NaN"),
+        (
+            lambda rows: ["1 2 3 nan 0 0 0 0 0", *rows[1:]],
+            "line 10: weights and offsets must be finite, below 1e.06; got NaN",
+        ),
         (lambda rows: ["nan", *rows[1:]], "line 10 cannot be read; got 'nan'"),
+        (lambda rows: ["9" * 400, *rows[1:]], f"line 10 cannot be read; got '{'9' * 60}'"),
+        (lambda rows: ["1 2 3 0.2 0.3 0.5 0 0 " + "9" * 400, *rows[1:]], "line 10: weights and offsets must be finite"),
+        (lambda rows: ["1 2 3 1e308 1e308 -1e308 0 0 0", *rows[1:]], "line 10: weights and offsets must be finite"),
         (lambda rows: ["1.5", *rows[1:]], "line 10 cannot be read; got '1.5'"),
         (lambda rows: [*rows[:-1], "1 2 3 0.5 0.5 0.5"], "line 441: weights must sum to 1; got 0.5 more or less"),
         (lambda rows: rows[:-2], "must bind each vertex of clothes.obj; got 430 bindings, 432 vertices"),
@@ -191,6 +197,14 @@ def test_bindings_that_cannot_be_are_refused(shaped, mesh, tmp_path, changed, me
         ("basemesh", "basemesh alpha7", "must be bound to the base mesh hm08; got 'alpha7'"),
         ("obj_file", "", "must name its mesh; got no file after 'obj_file'"),
         ("x_scale", "shear_x 1 2 0.5 0.6", "must not shear its offsets; got shear_x"),
+        (
+            "obj_file",
+            "obj_file ../clothes.obj",
+            "names a mesh that is not beside it; got '../clothes.obj'; put the OBJ",
+        ),
+        ("obj_file", "obj_file /etc/passwd", "names a mesh that is not beside it; got '/etc/passwd'"),
+        ("obj_file", "obj_file notes.txt", "must name an OBJ; got 'notes.txt'"),
+        ("x_scale", "x_scale " + "9" * 400 + " 1 2", "'x_scale' must be two vertices"),
         ("x_scale", "", "'x_scale' must be two vertices of hm08 and their distance; got ''"),
         ("y_scale", "y_scale 1 2 0", "'y_scale' must be two vertices .* got '1 2 0'"),
         ("z_scale", "z_scale 1 99999 2.0", "'z_scale' must be two vertices .* got '1 99999 2.0'"),
@@ -220,6 +234,36 @@ def test_files_that_are_none_are_refused(shaped, mesh, tmp_path):
             garments.read(path, shaped)
     with pytest.raises(BadGarment, match="cannot read .*; got No such file"):
         garments.read(tmp_path / "none.mhclo", shaped)
+
+
+def test_a_secret_is_not_quoted(shaped, mesh, tmp_path):
+    (tmp_path / "secret.obj").write_text("v 1 2 SECRET-TOKEN-12345\n")
+    (tmp_path / "sent").mkdir()
+    for name in ("../secret.obj", str(tmp_path / "secret.obj"), "link.obj"):
+        path = write_clothes(
+            tmp_path / "sent",
+            mesh,
+            shaped,
+            head=lambda lines, name=name: [f"obj_file {name}" if each.startswith("obj") else each for each in lines],
+        )
+        if name == "link.obj":
+            (tmp_path / "sent" / name).symlink_to(tmp_path / "secret.obj")
+        with pytest.raises(BadGarment, match="names a mesh that is not beside it") as found:
+            garments.read(path, shaped)
+        assert "SECRET" not in str(found.value)
+
+
+def test_clothes_of_thousands_of_components_are_refused(shaped, mesh, tmp_path):
+    """Each piece is compared with each other one, so hundreds would take hours."""
+    vertices = np.tile(mesh[0][:3], (2001, 1)) + np.repeat(np.arange(2001), 3)[:, None] * 1e-3
+    faces = np.arange(len(vertices)).reshape(-1, 3)
+    path = write_clothes(tmp_path, (vertices, faces), shaped, rows=bindings(vertices, shaped))
+    with pytest.raises(BadGarment, match="may have 2000 components; got 2001; merge vertices at equal places"):
+        garments.read(path, shaped)
+    few = (vertices[: 3 * 31] + np.repeat(np.arange(31), 3)[:, None] * 1e-2, faces[:31])
+    path = write_clothes(tmp_path, few, shaped, rows=bindings(few[0], shaped))
+    with pytest.raises(BadGarment, match="may have 30 pieces of cloth; got 31"):
+        garments.read(path, shaped)
 
 
 def test_clothes_without_an_area_are_refused(shaped, mesh, tmp_path):

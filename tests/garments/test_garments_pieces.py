@@ -133,7 +133,7 @@ def test_a_file_with_a_piece_that_lacks_a_key_is_refused(shaped):
     both = worn_together([tube(shaped), tube(shaped, radius=0.33, name="over")])
     metadata = both.metadata()
     del metadata["pieces"][1]["material"]
-    with pytest.raises(BadGarment, match="readable metadata; got 'material'"):
+    with pytest.raises(BadGarment, match="readable metadata; got values of the wrong kind"):
         Garment.of(both.arrays(), metadata)
 
 

@@ -1,3 +1,5 @@
+import zipfile
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -82,7 +84,12 @@ def without(sample, *keys):
         (lambda s: s | {"trans": s["trans"] * np.nan}, "must hold finite numbers"),
         (lambda s: s | {"poses": np.array([{"a": 1}], dtype=object)}, "pickled objects are not read"),
         (lambda s: s | {"mocap_framerate": np.array("fast")}, "is damaged or no AMASS clip"),
-        (lambda s: s | {"mocap_framerate": np.array(0.0)}, "01_01_poses.npz must have from 1 to 1000 frames a second; got 0"),
+        (lambda s: s | {"mocap_framerate": np.array(1e-6)}, "a second; got 1e-06; correct its rate"),
+        (lambda s: s | {"mocap_framerate": np.array(np.nan)}, "a second; got nan"),
+        (
+            lambda s: s | {"mocap_framerate": np.array(0.0)},
+            "01_01_poses.npz must have from 1 to 1000 frames a second; got 0",
+        ),
     ],
 )
 def test_files_that_are_no_clip_are_refused(tmp_path, sample, spoil, message):
@@ -100,3 +107,49 @@ def test_damaged_and_missing_files_are_refused(tmp_path, sample):
         motions.read(path)
     with pytest.raises(BadMotion, match="cannot read .*absent.npz; got No such file"):
         motions.read(tmp_path / "absent.npz")
+
+
+def long(frames: int, dtype: type = np.float16) -> dict[str, np.ndarray]:
+    """A clip of one pose."""
+    poses, trans = np.zeros((frames, 66), dtype), np.zeros((frames, 3), dtype)
+    return {"poses": poses, "trans": trans, "mocap_framerate": np.array(120.0)}
+
+
+def test_equal_frames_are_read_where_they_are_few_or_take_room(tmp_path):
+    np.savez_compressed(tmp_path / "few.npz", **long(9_000))
+    np.savez(tmp_path / "room.npz", **long(20_000))
+    assert len(motions.read(tmp_path / "few.npz")) == 9_000 and len(motions.read(tmp_path / "room.npz")) == 20_000
+
+
+@pytest.mark.parametrize(
+    ("frames", "dtype", "save", "message"),
+    [
+        (20_000, np.float16, np.savez_compressed, "has more frames than a recording of its size has; got 20000 in"),
+        (200_000, np.float16, np.savez_compressed, r"got a file of \d+ bytes that unpacks to 27600"),
+        (432_001, np.int8, np.savez, "may have 432000 frames, an hour at 120 a second; got 432001; cut it"),
+    ],
+)
+def test_far_too_many_frames_are_refused(frames, dtype, save, message, tmp_path):
+    save(tmp_path / "a.npz", **long(frames, dtype))
+    with pytest.raises(BadMotion, match=message):
+        motions.read(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize("shape", [(0, 10**30), (1,) * 65, (-1, 3)])
+def test_shapes_that_no_array_has_are_refused(shape, tmp_path):
+    header = f"{{'descr': '<f2', 'fortran_order': False, 'shape': {shape}}}".encode()
+    header += b" " * (-(len(header) + 11) % 64) + b"\n"
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("poses.npy", b"\x93NUMPY\1\0" + len(header).to_bytes(2, "little") + header)
+    with pytest.raises(BadMotion, match="is damaged or no AMASS clip"):
+        motions.read(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_ways_of_packing_that_numpy_does_not_write_are_refused(method, tmp_path):
+    np.savez(tmp_path / "plain.npz", **long(9))
+    with zipfile.ZipFile(tmp_path / "plain.npz") as plain, zipfile.ZipFile(tmp_path / "a.npz", "w", method) as packed:
+        for name in plain.namelist():
+            packed.writestr(name, plain.read(name))
+    with pytest.raises(BadMotion, match="packed in another way than NumPy does"):
+        motions.read(tmp_path / "a.npz")

@@ -81,6 +81,11 @@ def without_last_line(text):
         (lambda text: text.replace("JOINT LeftFoot", "LIMB LeftFoot"), "got 'LIMB'"),
         (lambda text: text.replace("}\nMOTION", "MOTION"), "got an end inside a joint"),
         (lambda text: text.replace("JOINT LeftLeg", "JOINT RightLeg"), "different names; got 'RightLeg' twice"),
+        (lambda text: text.replace("Frame Time: 0.0166667", "Frame Time: 1e-320"), "from 1 to 1000 frames a second"),
+        (lambda text: text.replace("Frame Time: 0.0166667", "Frame Time: 1000000"), "a second; got 1e-06; correct"),
+        (lambda text: text.replace("Frames: 4", f"Frames: {'9' * 4000}"), "got far too many frames, more than 432000"),
+        (lambda text: text.replace("Frames: 4", f"Frames: {'9' * 5000}"), "in place of a number"),
+        (lambda text: text.replace("CHANNELS 3 Z", f"CHANNELS {'9' * 4000} Z", 1), f"got CHANNELS {'9' * 60};"),
         (lambda text: text.replace("MOTION", "ROOT B { OFFSET 0 0 0 CHANNELS 0 } MOTION"), "two roots"),
     ],
 )
@@ -88,6 +93,21 @@ def test_damaged_files_are_refused(tmp_path, clip, spoil, message):
     text = spoil(text_of(clip))
     with pytest.raises(BadMotion, match=message):
         read_bvh(written(tmp_path, text))
+
+
+@pytest.mark.parametrize(("time", "fps"), [("1", 1), ("0.0010", 1000), ("0.0083333", 120), ("0.03333", 30)])
+def test_rates_from_one_to_a_thousand_are_read(tmp_path, clip, time, fps):
+    assert read_bvh(written(tmp_path, text_of(clip).replace("0.0166667", time))).fps == fps
+
+
+def test_numbers_may_stand_on_one_line_and_lines_end_in_any_way(tmp_path, clip):
+    text = text_of(clip)
+    head, _, numbers = text.partition("0.0166667\n")
+    found = read_bvh(written(tmp_path, text))
+    for other in (f"{head}0.0166667\n{' '.join(numbers.split())}", text.replace("\n", "\r\n"), text.rstrip()):
+        (tmp_path / "other.bvh").write_bytes(other.encode())
+        again = read_bvh(tmp_path / "other.bvh")
+        assert np.array_equal(again.rotations, found.rotations) and again.fps == found.fps
 
 
 def test_a_missing_file_is_refused(tmp_path):

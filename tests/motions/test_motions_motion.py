@@ -98,6 +98,12 @@ def test_bad_rates_and_stretches_are_refused():
     motion = make_motion()
     with pytest.raises(BadMotion, match="must be positive; got -1"):
         motion.resampled(-1)
+    with pytest.raises(BadMotion, match="must have from 1 to 1000 frames a second; got 2000"):
+        motion.resampled(2000)
+    with pytest.raises(BadMotion, match="must have from 1 to 1000 frames a second; got 0.3"):
+        motion[::100]
+    with pytest.raises(BadMotion, match="may have 432000 frames at 1000 a second; got 1000001 for 1000 s; cut it"):
+        make_motion(frames=1001, fps=1.0).resampled(1000)
     with pytest.raises(BadMotion, match="must go forward; got step -1"):
         motion[::-1]
     with pytest.raises(BadMotion, match="must have a frame"):

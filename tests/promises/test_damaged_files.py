@@ -9,6 +9,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "bodies"))
 from character_samples import Sample, write_character
+from smpl_samples import small_arrays
 
 from hemline import bodies, garments, motions
 from hemline.bodies.character_mesh import read_character_mesh
@@ -32,6 +33,11 @@ SPECIAL = (
     b"ply\n",
     b"solid\n",
 )
+NUMBERS = (
+    *(b"0", b"-1", b"nan", b"1e999", b"-1e308", b"1e-320", b"2147483648", b"18446744073709551616"),
+    *(b"9" * 400, b"1" * 5000, b"0x" + b"f" * 5000),
+)
+"""What a number of a text is replaced by."""
 JARGON = re.compile(
     r"codec|decode|tokeni|struct\.|unpack \(|NoneType|__|Traceback|KeyError|Error -?\d|errno|dtype|serializ|deserial|"
     r"invalid literal|could not convert|out of range|No module|not in list|pop from|CRC|magic|usize|JSON|ast\.|numpy|"
@@ -143,13 +149,14 @@ READERS = {
     "animation.glb": (_animation, motions.read),
     "garment.toml": (TOML, read_garment_toml),
     "clothes.mhclo": (MHCLO, lambda path: read_mhclo(path, 19158)),
+    "smpl.npz": (lambda path: np.savez_compressed(path, **small_arrays()), bodies.read),
 }
 """Files by name: their content, or what writes them; and what reads them."""
 
 
 def damaged(content: bytes, random: np.random.Generator) -> bytes:
-    """Cut off, with bits turned over, with a byte changed near an end, with bytes left out or put in."""
-    kind, data = random.integers(6), bytearray(content)
+    """Cut off, with bits turned over, a byte changed near an end, bytes left out or put in, or another number."""
+    kind, data = random.integers(7), bytearray(content)
     place = int(random.integers(len(data)))
     near = int(random.integers(min(len(data), 400)))
     if kind == 0:
@@ -161,6 +168,11 @@ def damaged(content: bytes, random: np.random.Generator) -> bytes:
         data[near if kind == 2 else -1 - near] = random.integers(256)
     elif kind == 4:
         del data[place : place + random.integers(1, 40)]
+    elif kind == 5:
+        number = re.search(rb"-?\d[\d.e-]*", content[near:])
+        if number:
+            first, last = (near + end for end in number.span())
+            data[first:last] = NUMBERS[random.integers(len(NUMBERS))]
     else:
         data[place:place] = random.bytes(random.integers(1, 20))
     return bytes(data)

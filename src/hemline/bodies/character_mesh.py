@@ -13,6 +13,7 @@ from hemline.motions.gltf_rig import GltfRig
 
 _AGAIN = "normalise the weights, and export it again"
 _VERTICES_MAX = 2_000_000
+_LARGEST = 1e9
 _VERTEX_BYTES = 8
 """A skinned vertex has so many bytes in its file, at least: three of its place, one or more of bones and of weights."""
 
@@ -55,7 +56,7 @@ def read_character_mesh(rig: GltfRig, owners: Int[np.ndarray, " nodes"]) -> Char
     """
     gltf, pieces, names, notes = rig.gltf, [], [], []
     count = Counted(gltf)
-    with gltf.readable():
+    with gltf.readable(), np.errstate(all="ignore"):
         for node, said in enumerate(gltf.all("nodes")):
             if "mesh" not in said or "skin" not in said:
                 continue
@@ -140,7 +141,10 @@ def _piece(
     for number in range(len(attributes)):
         if f"JOINTS_{number}" not in attributes:
             break
-        bones = gltf.array(attributes[f"JOINTS_{number}"])[used].astype(np.int64)
+        bones = gltf.array(attributes[f"JOINTS_{number}"])
+        if bones.dtype.kind != "u":
+            raise ValueError("JOINTS")
+        bones = bones[used].astype(np.int64)
         shares = gltf.array(attributes[f"WEIGHTS_{number}"])[used].astype(np.float64)
         if bones.shape != shares.shape:
             raise ValueError("WEIGHTS")
@@ -156,7 +160,10 @@ def _piece(
     place = rig.skins[skin]
     if np.linalg.det(place[:3, :3]) < 0:
         faces = faces[:, [0, 2, 1]]
-    return points @ place[:3, :3].T + place[:3, 3], faces, weights
+    points = points @ place[:3, :3].T + place[:3, 3]
+    if not (np.abs(points) < _LARGEST).all():
+        raise BadBody(f"{gltf.path}: '{name}' must lie within {_LARGEST:g} of its units", "more", "export it again")
+    return points, faces, weights
 
 
 def _whole(weights: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:

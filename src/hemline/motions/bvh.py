@@ -17,6 +17,8 @@ from .quaternions import from_euler
 _ROTATIONS = {"Xrotation": "X", "Yrotation": "Y", "Zrotation": "Z"}
 _POSITIONS = {"Xposition": 0, "Yposition": 1, "Zposition": 2}
 _JOINTS_MAX = 5_000
+_LARGEST = 1e9
+"""Angles and places are below it, in any unit."""
 _ROTATIONS_FREE = 100_000
 """Rotations that are made whatever the file's size is; beyond, there is a number in the file for each, at least."""
 
@@ -147,8 +149,8 @@ def _hierarchy(words: list[str], path: Path) -> Skeleton:
             raise _Odd("an end inside a joint")
         if parents.count(-1) > 1:
             raise _Odd("two roots")
-        if not np.isfinite(offsets).all():
-            raise _Odd("an OFFSET that is NaN or infinite")
+        if not (np.abs(offsets) < _LARGEST).all():
+            raise _Odd(f"an OFFSET that is NaN, infinite or beyond {_LARGEST:g}")
     except (ValueError, IndexError) as reason:
         got = reason if isinstance(reason, _Odd) else f"'{' '.join(words[place : place + 4])[:60]}'"
         raise BadMotion(f"the hierarchy of {path} cannot be read", got, "export the file again") from reason
@@ -191,11 +193,10 @@ def _frames(text: str, channel_count: int, path: Path) -> tuple[np.ndarray, floa
     if len(values) != frame_count * channel_count:
         got = f"{len(values)} numbers, enough for {len(values) / channel_count:.6g}"
         raise BadMotion(f"{path} declares {frame_count} frames", got, again)
-    if not np.isfinite(values).all():
-        frame = int(np.argmax(~np.isfinite(values))) // channel_count
-        raise BadMotion(
-            f"{path} must hold finite numbers", f"NaN or infinity in frame {frame}", "cut or mend that frame"
-        )
+    odd = ~(np.abs(values) < _LARGEST)  # also of NaN
+    if odd.any():
+        got = f"NaN or infinity in frame {int(np.argmax(odd)) // channel_count}, or a number beyond {_LARGEST:g}"
+        raise BadMotion(f"{path} must hold finite numbers", got, "cut or mend that frame")
     return values.reshape(frame_count, channel_count), fps
 
 

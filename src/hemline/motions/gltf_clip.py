@@ -10,7 +10,7 @@ from hemline.files.gltf import ENDINGS, Gltf
 from hemline.files.gltf_nodes import Nodes, matrices
 
 from .bvh import Bvh
-from .gltf_rig import GltfRig, read_rig
+from .gltf_rig import LARGEST, GltfRig, read_rig
 from .motion import Motion
 from .quaternions import from_matrix, inverse, multiply, rotate, slerp
 from .retarget import retarget
@@ -54,7 +54,7 @@ def read_gltf_motion(path: str | Path) -> Motion:
         raise BadMotion(f"{file}: the animation is too long for its few keys", got, "cut it, or key each frame")
     with rig.gltf.readable(), np.errstate(all="ignore"):
         world = _played(rig.nodes, tracks, moments)
-        if not np.isfinite(world).all():
+        if not (np.abs(world) < LARGEST).all():
             raise ValueError("keys")
         turned = _turned(rig, world)
     title = str(animation.get("name") or file.stem)

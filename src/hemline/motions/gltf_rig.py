@@ -15,6 +15,9 @@ from .bvh import Skeleton
 from .names import Found, find_joints
 from .quaternions import to_matrix
 
+LARGEST = 1e9
+"""Places of bones are below it, in any unit, and so are their scales."""
+
 _FEWEST = 11
 """Bones of a humanoid, at least."""
 _BONES_MAX, _SKINS_BONES_MAX = 2_000, 50_000
@@ -85,7 +88,10 @@ def read_rig(path: str | Path, *, error: type[BadInput], skinned: bool) -> GltfR
     if skinned and not any(skins):
         cure = "skin its mesh to an armature with bones, and export it with its skin"
         raise error(f"{path} has no skin", f"{len(gltf.all('meshes'))} meshes without bones", cure)
-    rest, binds, bound = _rest(gltf, nodes, skins)
+    with gltf.readable(), np.errstate(all="ignore"):
+        rest, binds, bound = _rest(gltf, nodes, skins)
+        if not all((np.abs(each) < LARGEST).all() for each in (rest, *binds)):
+            raise ValueError("places")
     bones = _bones(gltf, nodes, skins, humanoid)
     count = len({joint for skin in skins for joint in skin}) if skinned else len(bones)
     if count < _FEWEST:
