@@ -17,6 +17,7 @@ import tempfile
 import textwrap
 import threading
 from pathlib import Path
+from typing import ClassVar
 
 import bpy
 import numpy as np
@@ -101,12 +102,15 @@ class Job:
 
     running: "Job | None" = None
     """The one that the panel shows; there is one at a time."""
+    folders: ClassVar[set[Path]] = set()
+    """Folders that were made since Blender was started: none but these are ever removed, whatever a .blend names."""
 
     def __init__(self, context, root):
         self.owner, self.scene = root.session_uid, context.scene.name
         self.asked = all_asked(root, context.scene)
         words, program = arguments(root, context.scene), executable(context)
-        self.folder = Path(tempfile.mkdtemp(prefix="hemline-", dir=bpy.app.tempdir or None))
+        self.folder = Path(tempfile.mkdtemp(prefix="hemline-", dir=bpy.app.tempdir or None)).resolve()
+        self.folders.add(self.folder)
         if root.hemline.mesh is not None:
             words += ["--garment", str(write_mesh(root.hemline.mesh, self.folder / "own.obj", context))]
         self.said, self.stage, self.share, self.stopped = [], "starting (compiles at the first run)", 0.0, False
@@ -293,7 +297,7 @@ def played(job: Job) -> str:
         scene = bpy.data.scenes.get(job.scene)
         if root is None or scene is None:
             raise Refused("the object was removed while it was played")
-        before = Path(cache_of(root)).parent
+        before = Path(cache_of(root)).resolve().parent
         wanted = ["garment", "body"] if root.hemline.with_body else ["garment"]
         for part, cache, mesh in zip(PARTS, files[::2], files[1::2], strict=False):
             if part in wanted:
@@ -308,7 +312,7 @@ def played(job: Job) -> str:
     except Refused:
         job.clear()
         raise
-    if before.name.startswith("hemline-") and not in_use(before):
+    if before in Job.folders and not in_use(before):
         shutil.rmtree(before, ignore_errors=True)
     return "\n".join(job.said)
 
@@ -316,7 +320,7 @@ def played(job: Job) -> str:
 def in_use(folder: Path) -> bool:
     """Whether some object reads a cache of a folder: a copy of ours does."""
     modifiers = (modifier for each in bpy.data.objects for modifier in each.modifiers if modifier.type == "MESH_CACHE")
-    return any(Path(bpy.path.abspath(modifier.filepath)).parent == folder for modifier in modifiers)
+    return any(Path(bpy.path.abspath(modifier.filepath)).resolve().parent == folder for modifier in modifiers)
 
 
 # ---------------------------------------------------------------------------------------------- what acts by itself
@@ -416,25 +420,34 @@ def baked_to_caches(root, scene) -> str:
 
 
 def copied(sources: list[str], targets: list[Path]) -> None:
-    """Copy files to others, all or none: what was there before comes back where one cannot be written."""
+    """Copy files to others, all or none; at each moment each of the others is whole, the old one or the new one."""
     with tempfile.TemporaryDirectory(dir=targets[0].parent) as waiting:
         copies = [
             shutil.copyfile(source, Path(waiting) / target.name)
             for source, target in zip(sources, targets, strict=True)
         ]
-        before = [Path(waiting) / f"{target.name}.before" for target in targets]
+        before = [also_named(target, Path(waiting) / f"{target.name}.before") for target in targets]
         try:
-            for copy, target, old in zip(copies, targets, before, strict=True):
-                if target.is_file():
-                    os.replace(target, old)
+            for copy, target in zip(copies, targets, strict=True):
                 os.replace(copy, target)
         except OSError:
-            for target, old, copy in zip(targets, before, copies, strict=True):
-                if not copy.exists():
-                    os.replace(target, copy)
-                if old.exists():
+            for copy, target, old in zip(copies, targets, before, strict=True):
+                if not copy.exists() and old is None:
+                    os.unlink(target)
+                elif not copy.exists():
                     os.replace(old, target)
             raise
+
+
+def also_named(path: Path, name: Path) -> "Path | None":
+    """Give a file a second name, or copy it where the disk knows no second names; None: there is no file."""
+    if not path.is_file():
+        return None
+    try:
+        os.link(path, name)
+    except OSError:
+        shutil.copyfile(path, name)
+    return name
 
 
 def baked_to_keys(root, scene) -> str:

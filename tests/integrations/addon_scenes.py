@@ -167,6 +167,23 @@ def scene_bakes_a_cache(addon):
     )
 
 
+def scene_removes_its_own(addon):
+    """Played again, what Play wrote before goes; a folder that a .blend names does not, whatever it is called."""
+    root = added()
+    bpy.ops.hemline.play()
+    made = Path(addon.cache_of(root)).parent
+    mine = FOLDER / "hemline-winter-collection"
+    mine.mkdir()
+    (mine / "sketches.txt").write_text("mine")
+    for part in parts(root).values():
+        cache = Path(part.modifiers["hemline"].filepath)
+        part.modifiers["hemline"].filepath = shutil.copy(cache, mine / cache.name)
+    bpy.ops.hemline.play()
+    again = Path(addon.cache_of(root)).parent
+    bpy.ops.hemline.play()
+    TOLD.update(mine=sorted(each.name for each in mine.iterdir()), first=made.exists(), second=again.exists())
+
+
 def scene_bakes_keys(addon):
     """Opened where there is no add-on; then played again."""
     root = added(fps=20.0)

@@ -104,6 +104,10 @@ class TestInBlender:
         assert all(path.startswith("//hemline/hemline") for path in told["paths"])
         np.testing.assert_array_equal(read["garment"], read["opened"])
 
+    def test_playing_again_removes_what_play_wrote_and_no_folder_that_a_file_names(self, scene):
+        told, _ = scene("removes_its_own")
+        assert told == {"mine": ["garment.pc2", "garment_body.pc2", "sketches.txt"], "first": True, "second": False}
+
     def test_baked_keys_need_neither_addon_nor_files(self, scene):
         told, read = scene("bakes_keys")
         for name in ("baked", "opened", "again"):

@@ -17,7 +17,7 @@ class Arguments:
     models: Annotated[tuple[str, ...], tyro.conf.Positional]
     """Model files, or names of shipped models, of rope chains or close-fitting garments."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """One file that ends in .html, or a folder for a static web host."""
+    """One file that ends in .html, or a folder for a static web host; what else lies in the folder stays."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m", "--clips"])] = ("walk", "dance")
     """Clips (BVH, AMASS), or names of shipped excerpts."""
     betas: tuple[float, ...] = ()

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from hemline.files import written_whole
+
 PAGE = Path(__file__).parent / "page"
 FLAGS = ("-O3", "--enable", "simd", "--runtime", "stub", "--importMemory", "--noAssert")
 
@@ -17,10 +19,14 @@ def build(compiler: Path, out: Path) -> None:
     Args:
         compiler: The folder `node_modules` that holds assemblyscript.
         out: The file to write.
+
+    Raises:
+        subprocess.CalledProcessError: The compiler failed; the file is as it was.
     """
-    command = ["node", str(compiler / "assemblyscript/bin/asc.js"), "kernels.ts", *FLAGS, "--outFile", str(out)]
-    subprocess.run(command, cwd=PAGE, check=True)
+    command = ["node", str(compiler.resolve() / "assemblyscript/bin/asc.js"), "kernels.ts", *FLAGS, "--outFile"]
+    with written_whole(out) as temporary:
+        subprocess.run([*command, str(temporary)], cwd=PAGE, check=True)
 
 
 if __name__ == "__main__":
-    build(Path(sys.argv[1]).resolve(), PAGE / "kernels.wasm")
+    build(Path(sys.argv[1]), PAGE / "kernels.wasm")
