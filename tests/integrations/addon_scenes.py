@@ -177,7 +177,7 @@ def scene_removes_its_own(addon):
     (mine / "sketches.txt").write_text("mine")
     for part in parts(root).values():
         cache = Path(part.modifiers["hemline"].filepath)
-        part.modifiers["hemline"].filepath = shutil.copy(cache, mine / cache.name)
+        part.modifiers["hemline"].filepath = str(shutil.copy(cache, mine))
     bpy.ops.hemline.play()
     again = Path(addon.cache_of(root)).parent
     bpy.ops.hemline.play()

@@ -189,7 +189,10 @@ def test_a_list_from_a_stranger_removes_nothing_beyond_its_own_folder(tmp_path):
         (place / "js").symlink_to(elsewhere)
         (place / "mine.txt").symlink_to(elsewhere / "mine.txt")
     (folder / "hemline-00000000000a").symlink_to(elsewhere)
-    (elsewhere / "page.json").write_text(json.dumps({"kind": "hemline page", "index": "", "parts": {ways[-1]: digest}}))
+    (elsewhere / "js").mkdir()
+    (elsewhere / "js" / "mine.txt").write_text("mine")
+    told = {"kind": "hemline page", "index": "", "parts": {"js/mine.txt": digest}}
+    (elsewhere / "page.json").write_text(json.dumps(told))
     for number, text in enumerate(["[" * 100_000, "7", '{"kind": "hemline page", "index": [], "parts": {}}', "{"]):
         place = folder / f"hemline-{number:011x}f"
         place.mkdir()
