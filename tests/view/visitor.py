@@ -67,7 +67,7 @@ class Visitor:
 
     def until(self, what, why: str):
         """Wait for something to be true; its value."""
-        ends = time.monotonic() + 60
+        ends = time.monotonic() + 30
         while not (found := what()):
             assert time.monotonic() < ends, f"no {why}"
             time.sleep(0.02)

@@ -84,9 +84,8 @@ class Page:
         try:
             self.stage, self.look = Stage(shelf.source(self.choice)), Look()
             self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
-            self.scene = Scene(self._server)
+            self.scene = Scene(self._server, self._dragged)
             self.panel = Panel(self._server, shelf, self.choice, self.wishes.put)
-            self.scene.handle.on_update(self._dragged)
             self._renew()
         except BaseException:
             self.close()

@@ -1,5 +1,6 @@
 """The meshes of the page: body, garment, truth beside it, marks; one node holds all, by which the camera follows."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,9 +56,11 @@ class Scene:
 
     Args:
         server: The viser server.
+        dragged: Called with viser's event when a hand drags the handle.
     """
 
-    def __init__(self, server: Any):
+    def __init__(self, server: Any, dragged: Callable[[Any], Any]):
+        self._dragged = dragged
         self._api = server.scene
         self._api.set_up_direction("+y")
         self._api.configure_environment_map(None)
@@ -67,9 +70,7 @@ class Scene:
         self._camera.fov = 0.6
         self.world = self._api.add_frame("/world", show_axes=False)
         self._api.add_line_segments("/world/floor", floor(), FLOOR, thickness=1.0, thickness_units="screen")
-        self.handle = self._api.add_transform_controls(
-            "/world/handle", scale=HANDLE, disable_sliders=True, depth_test=False, visible=False
-        )
+        self.handle = self._new_handle()
         self.held = False
         """Whether a hand holds the handle."""
         self._meshes: dict[str, Any] = {}
@@ -114,10 +115,20 @@ class Scene:
         self._bones(stage, cloth, look.bones)
         self._colliders(stage, look.colliders)
         pelvis = frame.body.joints[0].astype(np.float64)
+        if np.shape(self.handle.position) != (3,) or np.shape(self.handle.wxyz) != (4,):  # viser keeps all it is sent
+            self.handle.remove()
+            self.handle = self._new_handle()
         self.handle.visible = look.handle
         if not self.held:  # a hand that drags it holds on to the ground
             self.handle.position, self.handle.wxyz = pelvis, (1.0, 0.0, 0.0, 0.0)
             self.world.position = (-pelvis[0], 0.0, -pelvis[2]) if look.follow else (0.0, 0.0, 0.0)
+
+    def _new_handle(self) -> Any:
+        handle = self._api.add_transform_controls(
+            "/world/handle", scale=HANDLE, disable_sliders=True, depth_test=False, visible=False
+        )
+        handle.on_update(self._dragged)
+        return handle
 
     def _ready(self, stage: Stage) -> None:
         """Make meshes anew where garment or body have other triangles."""
