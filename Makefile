@@ -15,7 +15,7 @@ ifneq ($(wildcard $(NEWTON)),)
 export HEMLINE_NEWTON_PYTHON ?= $(abspath $(NEWTON))
 endif
 
-.PHONY: demo demo-from-nothing test test-all check site bench judges judges-install clean
+.PHONY: demo demo-from-nothing test test-all test-pythons check site bench judges judges-install clean
 
 $(VENV)/.base: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -50,6 +50,11 @@ test: $(VENV)/.dev
 
 test-all: $(VENV)/.dev
 	$(BIN)/python -m pytest
+
+# the tests on each Python at hand, 3.11 to 3.13, and once with the lowest versions that pyproject.toml allows, each in
+# an environment of its own and without PyTorch, whose tests are skipped aloud; HEMLINE_TORCH=1 takes it along
+test-pythons:
+	$(PYTHON) tools/pythons.py
 
 check: $(VENV)/.dev
 	$(BIN)/ruff check .

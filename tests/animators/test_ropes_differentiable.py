@@ -5,14 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 from scipy.spatial.transform import Rotation
 
 from hemline.animators.ropes.constants import RopeConstants
-from hemline.animators.ropes.differentiable import Drive, trajectory
 from hemline.animators.ropes.dynamics import RopeChains
 from hemline.collide.primitives.distances import round_cone_shape
 from hemline.collide.primitives.proxy import BodyProxy
+
+torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
+from hemline.animators.ropes.differentiable import Drive, trajectory  # noqa: E402  # after the skip
 
 FRAMES, STEPS, DT = 3, 2, 1 / 30
 FORCES = {"drag": 1.5, "lateral": 50.0, "shrink": 30.0, "rest_angle": 20.0, "wind": (1.0, 0.5, 2.0), "substep": 1.0}

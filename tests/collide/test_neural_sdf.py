@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-import torch
 
 from hemline import bodies
 from hemline.collide import inside
@@ -16,9 +15,11 @@ from hemline.collide.neural_sdf.neural_sdf import LAYERS, NeuralSdf, load_neural
 from hemline.collide.neural_sdf.neural_sdf_kernels import softplus
 from hemline.errors import BadModel, BadOutput
 from hemline.files import read_tensors, write_tensors
-from hemline.learning.distance_network import DistanceNetwork
 from hemline.motions import Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
+
+torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
+from hemline.learning.distance_network import DistanceNetwork  # noqa: E402  # after the skip
 
 
 @cache

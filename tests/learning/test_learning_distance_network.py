@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-import torch
 
 from hemline.errors import BadModel
-from hemline.learning.distance_network import DistanceNetwork, distance_loss, distances_at
+
+torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
+from hemline.learning.distance_network import DistanceNetwork, distance_loss, distances_at  # noqa: E402  # after the skip
 
 
 def directions(count: int) -> torch.Tensor:

@@ -76,9 +76,16 @@ def test_the_page_lists_what_pyproject_asks_for():
     assert {name: extra for name, extra in page.items() if extra != "none"} == asked()
 
 
-def test_every_pin_is_reached_from_what_pyproject_asks_for():
+def pinned() -> dict[str, Requirement]:
+    """What constraints.txt pins on any Python, by name."""
     lines = (ROOT / "constraints.txt").read_text().splitlines()
-    pins = {normal(line.split("==")[0]) for line in lines if line and not line.startswith("#")}
+    pins = [Requirement(line) for line in lines if line and not line.startswith("#")]
+    return {normal(each.name): each for each in pins}
+
+
+def test_every_pin_is_reached_from_what_pyproject_asks_for():
+    """Some are needed by one Python alone, and have a marker that says so."""
+    pins = {name for name, pin in pinned().items() if pin.marker is None or pin.marker.evaluate()}
     queue, reached, seen = [(name, "") for name in asked()], set(), set()
     while queue:
         name, extra = queue.pop()
@@ -94,6 +101,28 @@ def test_every_pin_is_reached_from_what_pyproject_asks_for():
         queue += [(normal(need.name), more) for need in wanted for more in ("", *need.extras)]
     assert pins <= reached, f"pinned, but nothing asks for them: {sorted(pins - reached)}"
     assert set(asked()) <= pins, f"asked for, but not pinned: {sorted(set(asked()) - pins)}"
+    later = {name for name in reached & set(pinned()) if name not in pins}
+    assert not later, f"needed, but their pin is for another Python: {sorted(later)}"
+
+
+def test_every_bound_holds_what_the_tests_run_with():
+    """And each dependency of the package has a lower bound, which `make test-pythons` installs."""
+    for lines in (PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()):
+        for need in map(Requirement, lines):
+            versions = pinned()[normal(need.name)].specifier
+            assert all(each.operator == "==" and need.specifier.contains(each.version) for each in versions), need
+            assert any(each.operator == ">=" for each in need.specifier), need
+            assert not any(each.operator == "==" for each in need.specifier), f"{need} leaves no room beside others"
+
+
+def test_the_command_for_all_pythons_asks_for_each_that_is_promised():
+    sys.path.insert(0, str(ROOT / "tools"))
+    import pythons
+
+    assert Requirement(f"python{PROJECT['requires-python']}").specifier.contains(pythons.PYTHONS[0])
+    bounds = {normal(line.split("==")[0]) for line in pythons.lowest_pins(pythons.EXTRAS)}
+    assert bounds == {name for name, extra in asked().items() if extra in ("base", *pythons.EXTRAS)}
+    assert "tools/pythons.py" in (ROOT / "Makefile").read_text()
 
 
 def test_the_reader_knows_what_a_module_belongs_to():

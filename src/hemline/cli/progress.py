@@ -21,7 +21,12 @@ def bars() -> Iterator[Any]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(file=sys.stderr), disable=not sys.stderr.isatty()) as progress:
+    shown = sys.stderr.isatty()
+    progress = Progress(*columns, console=Console(file=sys.stderr), disable=not shown)
+    if not shown:  # begun and ended, rich before 14.3 writes an empty line even so
+        yield progress
+        return
+    with progress:
         yield progress
 
 
