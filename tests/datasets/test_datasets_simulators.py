@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from dataset_samples import make_garment, make_take
 
+from hemline import animators
 from hemline.datasets import create, newest, open_collection, warn_of_others, warn_of_several
-from hemline.errors import HemlineWarning
+from hemline.errors import BadInput, HemlineWarning
+from hemline.playback.evaluate import takes_of
 
 
 def numbered(garment, number: int | None, **options):
@@ -72,3 +74,16 @@ def test_the_rest_state_is_that_of_the_newest_simulator(tmp_path):
         dataset.add(rest)
     assert dataset.rest().simulator == 2
     assert [row.simulator for row in dataset.rest_rows(np.zeros(16))] == [0, 1, 2]
+
+
+def test_the_door_of_fits_says_it_before_anything_is_learned(mixed):
+    # nothing is fitted for this one, so that it refuses; the warning comes first
+    with pytest.warns(HemlineWarning, match="takes of several simulators in .*data"), pytest.raises(BadInput):
+        animators.fit(mixed, "live")
+
+
+def test_evaluate_takes_the_truth_of_the_newest_simulator(mixed):
+    motion = numbered(mixed.garment, 3).motion
+    with pytest.warns(HemlineWarning, match="clip '02_01' in .*data; got 2 of number 0, 1 of number 3"):
+        (take,) = takes_of(mixed, motion, np.zeros(16))
+    assert take.simulator == 3

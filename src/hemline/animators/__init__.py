@@ -53,10 +53,11 @@ def fit(
         BadDataset: The dataset holds too little, or several were given to an animator of one garment.
         MissingExtra: The animator learns with a library that is not installed.
     """
-    from hemline.datasets import Collection, warn_of_several
+    from hemline.datasets import Collection, Dataset, warn_of_several
 
     kind = animator_kind(animator)
-    warn_of_several(data.datasets if isinstance(data, Collection) else (data,))
+    if isinstance(data, Dataset | Collection):  # an animator of another package may learn from something else
+        warn_of_several(data.datasets if isinstance(data, Collection) else (data,))
     return kind.fit(data, config, seed=seed, progress=progress, checkpoints=checkpoints)
 
 
