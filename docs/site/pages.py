@@ -53,13 +53,19 @@ def on_page_markdown(markdown: str, page, config, files) -> str:
 
 
 def public() -> dict[str, list[str]]:
-    """Rooms that promise names in `__all__`, the package itself first, each with its names."""
+    """Rooms that promise names in `__all__`, the package itself first, each with its names.
+
+    Names that a room passes on from other packages are described there.
+    """
     doors = [ROOT / "src/hemline/__init__.py", *sorted(ROOT.glob("src/hemline/*/__init__.py"))]
     found = {}
     for door in doors:
+        foreign: set[str] = set()
         for node in ast.parse(door.read_text()).body:
+            if isinstance(node, ast.ImportFrom) and node.level == 0 and not node.module.startswith("hemline"):
+                foreign |= {alias.asname or alias.name for alias in node.names}
             if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
-                found[door.parent.name] = ast.literal_eval(node.value)
+                found[door.parent.name] = [name for name in ast.literal_eval(node.value) if name not in foreign]
     return found
 
 

@@ -133,12 +133,16 @@ def test_stems_of_kernel_files_differ():
 
 @pytest.mark.parametrize("file", FILES, ids=name_of)
 def test_nothing_unpickles_and_nothing_prints_outside_the_cli(file):
-    """Modules of `models/make` and `bench/body` are run with `python -m`."""
+    """Modules of `models/make` and `bench/body` are run with `python -m`.
+
+    Numba pickles machine code; `compiled/cache.py` reads what a process of this user wrote, see `compiled/folder.py`.
+    """
     talks = room_of(file) in ("cli", "models") or name_of(file) == "bench/body.py"
     for node in ast.walk(ast.parse(file.read_text())):
         if isinstance(node, ast.Call):
             name = ast.unparse(node.func)
-            assert name not in ("pickle.load", "pickle.loads", "eval", "exec"), f"{file.name}: {name}"
+            own = (name_of(file), name) == ("compiled/cache.py", "pickle.loads")
+            assert own or name not in ("pickle.load", "pickle.loads", "eval", "exec"), f"{file.name}: {name}"
             assert name != "print" or talks, f"{file.name} prints"
             for keyword in node.keywords:
                 assert ast.unparse(keyword) != "allow_pickle=True", file.name

@@ -2,7 +2,7 @@
 
 Kernels live in files named `*kernels.py`, whose stems differ, and import `kernel` from here; nothing else imports
 numba. Where the machine code is kept, and who may write there, is decided in `folder`; when it is compiled anew, in
-`sources` and `cache`; how many threads kernels use, in `threads`.
+`sources` and `cache`; how many threads kernels use, in `threads`. Names of numba that kernels need are passed on.
 """
 
 from numba import prange as prange
