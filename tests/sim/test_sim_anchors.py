@@ -17,7 +17,7 @@ def shaped():
 
 @pytest.fixture(scope="module")
 def napkin(shaped):
-    return garments.make_cape(shaped, rows=12, columns=24, name="napkin")
+    return garments.make_cape(shaped, rows=10, columns=20, name="napkin")
 
 
 def turned(shaped, angle: float) -> Pose:

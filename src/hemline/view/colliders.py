@@ -35,8 +35,10 @@ def rounded_cones(proxy: BodyProxy, transforms: Transforms) -> tuple[Vertices, F
     other = np.cross(along, across)
     ring = np.cos(round_about)[:, None] * across[:, None] + np.sin(round_about)[:, None] * other[:, None]
     normals = np.cos(tilts)[:, :, None, None] * along[:, None, None] + np.sin(tilts)[:, :, None, None] * ring[:, None]
-    of_end = np.repeat([1, 0], RINGS)
-    points = ends[of_end].transpose(1, 0, 2)[:, :, None] + radii[:, of_end][:, :, None, None] * normals
+    of_end = np.tile(np.repeat([1, 0], RINGS), (len(radii), 1))
+    of_end[meeting == 0], of_end[meeting == np.pi] = 0, 1  # one end holds the other, and the cone is its sphere
+    each = np.arange(len(radii))[:, None]
+    points = ends[of_end, each][:, :, None] + radii[each, of_end][:, :, None, None] * normals
     return points.reshape(-1, 3).astype(np.float32), _faces(len(proxy.joints))
 
 
