@@ -3,5 +3,8 @@
 from hemline.animators.live import Live
 from hemline.animators.model_file import SHIPPED
 
+from .terms import main as write_terms
+
 if __name__ == "__main__":
     Live().save(SHIPPED / "live.safetensors")
+    write_terms()
