@@ -162,10 +162,15 @@ def test_trimesh_is_not_asked(tmp_path, monkeypatch):
     assert len(read_gltf_mesh(write(tmp_path, [PLAIN])).faces) == 3
 
 
-def test_a_ply_cannot_have_another_file_read(tmp_path):
+def test_a_ply_cannot_have_another_file_read(tmp_path, monkeypatch):
     """PLY may name a texture, which trimesh reads where it knows the folder."""
     (tmp_path / "picture.png").write_bytes(b"no picture")
     text = trimesh.Trimesh(POINTS, FACES, process=False).export(file_type="ply", encoding="ascii").decode()
     named = text.replace("format ascii 1.0\n", "format ascii 1.0\ncomment TextureFile picture.png\n")
     (tmp_path / "it.ply").write_text(named)
-    assert len(read_mesh(tmp_path / "it.ply").faces) == 3
+    asked = []
+    monkeypatch.setattr(trimesh.resolvers.FilePathResolver, "get", lambda self, name: asked.append(name))
+    trimesh.load(tmp_path / "it.ply", process=False)
+    assert asked == ["picture.png"]
+    asked.clear()
+    assert len(read_mesh(tmp_path / "it.ply").faces) == 3 and not asked

@@ -180,7 +180,7 @@ def characters(folder: Path) -> Iterator[tuple[str, str, bytes]]:
 def texts() -> Iterator[tuple[str, str, bytes]]:
     """Clips, meshes and garments as text."""
     fan = "".join(
-        f"JOINT f{n} {{ OFFSET 0 1 0 JOINT g{n} {{ OFFSET 1 1 0 {JOINT.format(f'h{n}')} }} }}" for n in range(1600)
+        f"JOINT f{n} {{ OFFSET 0 1 0 JOINT g{n} {{ OFFSET 1 1 0 {JOINT.format(f'h{n}')} }} }}\n" for n in range(1600)
     )
     nameless = bvh(fan, 1, 1).replace(b"LeftLeg", b"x").replace(b"Head", b"y")
     flat = "".join(JOINT.format(f"j{n}") for n in range(4900))

@@ -106,6 +106,8 @@ def test_a_small_file_takes_little_memory_and_time_and_is_read_or_refused(told):
         ("barest.glb", "may have 2000000 entries; got 19000000"),
         ("shared.glb", "asks for more numbers than it can hold"),
         ("slow.glb", "the animation is too long for its few keys"),
+        ("nodes.glb", "may have 10000 nodes; got 2500"),
+        ("nameless.bvh", "lacks the joint 'head'"),
         ("instances.glb", "asks for more numbers than it can hold"),
         ("selves.gltf", "has one file, or its own end, for two buffers"),
     ],
