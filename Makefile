@@ -43,9 +43,10 @@ demo-from-nothing: $(VENV)/.learn
 	$(BIN)/hemline demo --from-nothing --out out/demo-from-nothing
 
 # one process a core, a file of tests to each at a time: what a file makes for all its tests is made once; kernels are
-# compiled before, lest each process compiles them all; files go out in their own order, lest a slow one comes last
+# compiled before, for one thread as the tests use them, lest each process compiles them all; files go out in their own
+# order, lest a slow one comes last
 test: $(VENV)/.dev
-	$(BIN)/hemline warmup --jobs 2
+	NUMBA_NUM_THREADS=1 $(BIN)/hemline warmup --jobs 2
 	$(BIN)/python -m pytest -m "not slow" --numprocesses auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder
 
 test-all: $(VENV)/.dev
