@@ -189,3 +189,10 @@ def test_benchmarks_are_listed(capsys):
     assert main(["bench", "--list"]) == 0
     out = capsys.readouterr().out
     assert all(name in out for name in ("cape", "projection-cape", "sim-4k", "sim-12k"))
+
+
+def test_figures_that_cannot_be_recorded_are_an_error_before_anything_is_timed(tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    assert main(["bench", "cape", "--record", str(tmp_path / "file")]) == 2
+    assert "cannot write to" in capsys.readouterr().err
+    assert (tmp_path / "file").read_text() == "mine"

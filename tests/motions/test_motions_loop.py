@@ -68,6 +68,16 @@ def seam_share(values, period):
     return values[near].max() / values[~near].max()
 
 
+def test_a_walk_that_gets_faster_does_not_jerk_forward_where_it_begins_anew():
+    clip = walk()
+    times = np.arange(len(clip)) / clip.fps
+    hurried = clip.translations + np.outer(0.3 * times**2, [0, 0, 1]).astype(np.float32)
+    faster = Motion(clip.rotations, hurried, clip.fps, 0.8, name="walk")
+    loop = seamless(faster, seconds=3, fps=120)
+    velocity, inside = (np.diff(each.translations, axis=0) * each.fps for each in (loop, faster))
+    assert np.abs(np.diff(velocity, axis=0)).max() < 2 * np.abs(np.diff(inside, axis=0)).max()
+
+
 def test_the_shipped_run_has_no_seam():
     run = motions.load("run")
     assert run.seconds >= 4

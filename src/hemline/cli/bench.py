@@ -3,7 +3,7 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
@@ -31,11 +31,14 @@ class Arguments:
 def run(arguments: Arguments) -> int:
     """Time and print."""
     from hemline.bench.benchmarks import BENCHMARKS, run_benchmark
+    from hemline.files import check_folder
 
     if arguments.list:
         for name, benchmark in BENCHMARKS.items():
             print(f"{name:<18}{(benchmark.__doc__ or '').splitlines()[0]}")
         return 0
+    if arguments.record is not None:
+        check_folder(arguments.record)
     names = list(BENCHMARKS) if arguments.all else [str(arguments.name)]
     for name in names:
         if name not in BENCHMARKS:
@@ -44,7 +47,19 @@ def run(arguments: Arguments) -> int:
         row = run_benchmark(name)
         print(json.dumps(row) if arguments.json else table(row))
         if arguments.record is not None:
-            arguments.record.mkdir(parents=True, exist_ok=True)
-            with (arguments.record / f"{name}.jsonl").open("a") as stream:
-                stream.write(json.dumps(row) + "\n")
+            _record(arguments.record / f"{name}.jsonl", row)
     return 0
+
+
+def _record(file: Path, row: dict[str, Any]) -> None:
+    """Add a line to a file, which is made if it is missing.
+
+    Raises:
+        BadOutput: It cannot be written.
+    """
+    from hemline.files import written_whole
+
+    file.parent.mkdir(parents=True, exist_ok=True)
+    before = file.read_bytes() if file.exists() else b""
+    with written_whole(file) as temporary:
+        temporary.write_bytes(before + json.dumps(row).encode() + b"\n")

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from hemline.files import written_whole
+from hemline.files import written_together
 from hemline.garments.garment import Garment
 
 
@@ -35,7 +35,7 @@ def write_with_toml(path: str | Path, garment: Garment) -> Path:
     }
     betas = ", ".join(f"{float(beta):g}" for beta in garment.body_betas)
     table = [f'{key} = "{value}"' for key, value in said.items()] + [f"betas = [{betas}]", "flat_rest = true"]
-    for name, content in ((path, lines), (path.with_suffix(".toml"), table)):
-        with written_whole(name) as temporary:
+    with written_together([path, path.with_suffix(".toml")]) as temporaries:
+        for temporary, content in zip(temporaries, (lines, table), strict=True):
             temporary.write_text("\n".join(content) + "\n")
     return path.with_suffix(".toml")

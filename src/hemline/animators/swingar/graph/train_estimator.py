@@ -106,7 +106,7 @@ def train_estimator(
 
     Raises:
         BadDataset: There is nothing to train on, or nothing to choose the best weights by.
-        BadModel: The loss is no longer finite, or a checkpoint is damaged.
+        BadModel: The loss is no longer finite, or a checkpoint cannot be read.
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Section IV. Differs: in stages, on sparse frames that do not depend
         on each other; the corrective predictor is admitted only where it lowers the error on held-out samples.

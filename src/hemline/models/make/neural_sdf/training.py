@@ -157,7 +157,7 @@ def trained(
         progress: Called with the epochs done and in all.
 
     Raises:
-        BadModel: The training diverged, or the checkpoint is damaged.
+        BadModel: The training diverged, or the checkpoint cannot be read.
     """
     from hemline.learning.trainer import Checkpoint, Schedule, Trainer
 
