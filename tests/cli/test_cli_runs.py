@@ -23,7 +23,8 @@ def short(tmp_path, monkeypatch):
 def test_animate_writes_plain_arrays(short, capsys):
     assert main(["animate", "cape", "-m", short, "-o", "out.npz"]) == 0
     with np.load("out.npz", allow_pickle=False) as clip:
-        assert set(clip.files) == {"vertices", "faces", "body_vertices", "body_faces", "fps"}
+        assert set(clip.files) == {"vertices", "faces", "body_vertices", "body_faces", "fps", "notices"}
+        assert "may not resell this data directly" in " ".join(clip["notices"].reshape(-1).tolist())
         assert clip["vertices"].shape == (16, 12690, 3) and clip["body_vertices"].shape == (16, 13348, 3)
         assert float(clip["fps"]) == 30
     assert capsys.readouterr().out.strip() == "out.npz"
