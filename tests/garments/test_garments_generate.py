@@ -98,6 +98,17 @@ def test_the_same_name_gives_the_same_bits_and_seeds_differ(shaped):
     assert random_design("dress", 3) == random_design("dress", 3) != random_design("dress", 4)
 
 
+@pytest.mark.parametrize("kind", ["top", "trousers", "skirt"])
+def test_a_close_design_is_the_same_one_nearer_to_the_skin(kind, shaped):
+    from hemline.meshes import ClosestTree
+
+    plain, close = garments.load(f"{kind}:4@45"), garments.load(f"close-{kind}:4@45")
+    assert close.name == f"close-{kind}-4" and close.material == plain.material
+    tree = ClosestTree(shaped.vertices, shaped.body.faces)
+    far = [tree.closest(each.vertices.astype(float)).distances.mean() for each in (plain, close)]
+    assert far[1] < 0.85 * far[0], far
+
+
 def test_another_edge_gives_the_same_shape(shaped, each):
     from hemline.meshes import ClosestTree
 
@@ -120,7 +131,7 @@ def test_an_obj_with_its_toml_reads_back_as_the_same_cloth(tmp_path, each, shape
     assert set(back.pins.vertices.tolist()) == set(each["skirt"].pins.vertices.tolist())
 
 
-@pytest.mark.parametrize("name", ["dress:", "dress:x", "dress:7@4", "dress:7@90", "dress:-1", "top:1@"])
+@pytest.mark.parametrize("name", ["dress:", "dress:x", "dress:7@4", "dress:7@90", "dress:-1", "top:1@", "close-dress:"])
 def test_names_that_cannot_be_read_are_refused(name):
     with pytest.raises(BadGarment, match="name cannot be read.*KIND:SEED"):
         garments.load(name)

@@ -13,6 +13,9 @@ _CLOTH = {
     "jumpsuit": ("cotton", "jersey"),
 }
 
+CLOSE = 0.4
+"""Share of ease and flare that is left to a design that fits closely."""
+
 
 def plain_design(kind: Kind) -> Design:
     """A usual garment of a kind.
@@ -28,12 +31,13 @@ def plain_design(kind: Kind) -> Design:
     return Design(kind, length=lengths.get(kind, 0.6), flare=flares.get(kind, 0.0))
 
 
-def random_design(kind: Kind, seed: int) -> Design:
+def random_design(kind: Kind, seed: int, *, close: bool = False) -> Design:
     """A garment of a kind that differs visibly from that of another seed.
 
     Args:
         kind: top, dress, skirt, trousers or jumpsuit.
         seed: A number from 0; the same one gives the same design.
+        close: Whether it fits closely: the same design, its ease and flare `CLOSE` of what they would be.
 
     Raises:
         BadInput: An unknown kind.
@@ -79,4 +83,7 @@ def random_design(kind: Kind, seed: int) -> Design:
         chosen |= {"length": drawn(0.42, 0.95), "ease": drawn(0.02, 0.12), "waist_height": drawn(-0.07, 0.02)}
     else:
         chosen |= {"length": drawn(0.8, 1.3)}
+    if close:
+        wide = [name for name in chosen if name.endswith(("ease", "flare"))]
+        chosen |= {name: round(CLOSE * float(chosen[name]), 4) for name in wide}
     return Design(kind, **chosen)  # type: ignore[arg-type]

@@ -6,6 +6,10 @@ of its own; what is there is kept, so a killed run goes on. With `--scheduler` t
 mesh is then tried on in this process. A garment is a name or a file; a mesh that does not sit on
 the body is tried on. With `--only CLIP...`, `--betas`, `--edge` and `--most`, it makes the takes that a model is
 judged by, too.
+
+`--generated N` adds so many random designs, the kinds in turn, every other round close-fitting. `--quality good`
+simulates with the settings of `hemline animate live --quality good`, several times as fast as the settings of
+`hemline simulate`.
 """
 
 import argparse
@@ -19,12 +23,14 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, motions
+from hemline.animators.simulated_proxy import LEVELS
 from hemline.datasets import Row
 from hemline.errors import BadCluster, HemlineError
 from hemline.garments.garment import Garment
+from hemline.garments.generate import KINDS
 from hemline.garments.proxy import ProxySize, proxy_of
 from hemline.motions.motion import Motion
-from hemline.sim import Clip, random_shapes
+from hemline.sim import Clip, SimSettings, random_shapes
 from hemline.sim.takes.begun import begun
 from hemline.sim.takes.jobs import Call, Job, Tell, nothing_told, run_jobs
 from hemline.sim.takes.produce import Plan, clip_job
@@ -36,7 +42,7 @@ from hemline.tryon import open_worn
 FIT_CLIPS = Path(__file__).parents[1] / "fit.clips"
 BODY = "anny24"
 BODIES = 9
-"""The mean body and random ones."""
+"""The mean body and random ones, unless another number is asked for."""
 BODIES_EACH = 2
 """Of which a garment is worn by so many."""
 SPEEDS = (1.0, 1.0, 0.8, 1.25)
@@ -63,6 +69,8 @@ class Recipe:
     garment: str
     folder: Path
     size: ProxySize
+    settings: SimSettings | None
+    """Those of a level of `live`; None: those of `hemline simulate`."""
     seconds: float
     parts: tuple[Part, ...]
 
@@ -71,24 +79,34 @@ def main() -> None:
     """Make what is missing; say what failed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("clips", type=Path)
-    parser.add_argument("garments", nargs="+")
+    parser.add_argument("garments", nargs="*")
+    parser.add_argument("--generated", type=int, default=0, help="random designs beside those garments")
+    parser.add_argument("--first-seed", type=int, default=1000, help="seed of the first of them")
+    parser.add_argument("--quality", choices=LEVELS, help="a level of `live` instead of the settings of `simulate`")
     parser.add_argument("-o", "--output", type=Path, required=True)
     parser.add_argument("--only", nargs="*", default=None, help="clips, instead of those of fit.clips")
     parser.add_argument("--takes", type=int, default=8, help="takes of each garment")
     parser.add_argument("--seconds", type=float, default=4.0)
     parser.add_argument("--edge", type=float, default=ProxySize().edge, help="length of the proxy's edges [m]")
+    parser.add_argument("--fewest", type=int, default=ProxySize().fewest, help="vertices of a proxy at least")
     parser.add_argument("--most", type=int, default=ProxySize().most, help="vertices of a proxy at most")
+    parser.add_argument("--bodies", type=int, default=BODIES, help="shapes of bodies: the mean one and random ones")
     parser.add_argument("--betas", action="append", type=_betas, help="a body, as 3,-3; in the place of random ones")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--scheduler", help="address of a dask scheduler, whose workers simulate instead")
     given = parser.parse_args()
     names = given.only or FIT_CLIPS.read_text().split()
-    size = ProxySize(edge=given.edge, most=given.most, fewest=min(given.most, ProxySize().fewest))
-    dealt = parts([given.clips / name for name in names], len(given.garments), given.takes, given.seed, given.betas)
+    garments = [*given.garments, *designs(given.generated, given.first_seed, given.edge)]
+    if not garments:
+        parser.error("name garments, or ask for random designs with --generated")
+    size = ProxySize(edge=given.edge, most=given.most, fewest=min(given.most, given.fewest))
+    settings = LEVELS[given.quality].settings() if given.quality else None
+    clips, shapes = [given.clips / name for name in names], body_shapes(given.betas, given.bodies, given.seed)
+    dealt = parts(clips, len(garments), given.takes, given.seed, shapes)
     recipes = [
-        Recipe(name, given.output / folder_of(name), size, given.seconds, each)
-        for name, each in zip(given.garments, dealt, strict=True)
+        Recipe(name, given.output / folder_of(name), size, settings, given.seconds, each)
+        for name, each in zip(garments, dealt, strict=True)
     ]
     began = time.monotonic()
     try:
@@ -116,12 +134,37 @@ def folder_of(garment: str) -> str:
     return stem.replace(":", "-").replace(" ", "_")
 
 
+def designs(count: int, first: int, edge: float) -> list[str]:
+    """Names of random designs.
+
+    Args:
+        count: How many.
+        first: Seed of the first.
+        edge: Length of their edges [m].
+    """
+    close = [i // len(KINDS) % 2 == 1 for i in range(count)]
+    return [
+        f"{'close-' * close[i]}{KINDS[i % len(KINDS)]}:{first + i // len(KINDS)}@{round(1000 * edge)}"
+        for i in range(count)
+    ]
+
+
+def body_shapes(betas: Sequence[tuple[float, ...]] | None, count: int, seed: int) -> list[tuple[float, ...]]:
+    """Shapes of the bodies that wear the garments.
+
+    Args:
+        betas: The first coefficients of each; None: the mean body and random ones.
+        count: Number of the bodies then.
+        seed: Seed of the random ones.
+    """
+    body = bodies.load(BODY)
+    zeros = tuple(0.0 for _ in range(len(body.shapedirs)))
+    given = betas and [(*each, *zeros[len(each) :]) for each in betas]
+    return given or [zeros, *random_shapes(body, count - 1, seed)]
+
+
 def parts(
-    clips: Sequence[Path],
-    garments: int,
-    takes: int,
-    seed: int,
-    betas: Sequence[tuple[float, ...]] | None = None,
+    clips: Sequence[Path], garments: int, takes: int, seed: int, shapes: Sequence[tuple[float, ...]]
 ) -> list[tuple[Part, ...]]:
     """What each garment is simulated in.
 
@@ -130,13 +173,9 @@ def parts(
         garments: Number of garments.
         takes: Takes of each.
         seed: Another one deals otherwise.
-        betas: Shapes of bodies; None: the mean one and random ones.
+        shapes: Those of the bodies.
     """
     random = np.random.default_rng(seed)
-    body = bodies.load(BODY)
-    zeros = tuple(0.0 for _ in range(len(body.shapedirs)))
-    given = betas and [(*each, *zeros[len(each) :]) for each in betas]
-    shapes = given or [zeros, *random_shapes(body, BODIES - 1, seed)]
     rounds = -(-garments * takes // len(clips))
     order = np.concatenate([random.permutation(len(clips)) for _ in range(rounds)])
     firsts, dealt = random.random(len(order)), []
@@ -167,7 +206,7 @@ def garment_job(recipe: Recipe) -> Job[str]:
         raise
     except HemlineError as error:
         return f"left out: {error}"
-    dataset, setup = begun(recipe.folder, garment), Setup.of(garment, None)
+    dataset, setup = begun(recipe.folder, garment), Setup.of(garment, recipe.settings)
     names: list[str] = []
     reasons: list[str] = []
     for betas in dict.fromkeys(part.betas for part in recipe.parts):
