@@ -28,21 +28,27 @@ def packages() -> Path:
     """The folder `node_modules` with what `web/package.json` names, or a skip that says why there is none."""
     if shutil.which("node") is None or shutil.which("npm") is None:
         pytest.skip("node and npm are not installed (Debian: apt install nodejs npm)")
-    wanted = (WEB / "package.json").read_text()
-    if not (FETCHED / "package.json").exists() or (FETCHED / "package.json").read_text() != wanted:
+    if not _fetched():
         with tempfile.TemporaryDirectory(dir=FETCHED.parent, prefix=".node-") as made:  # workers may fetch side by side
             shutil.copy(WEB / "package.json", made)
             command = ["npm", "install", "--no-audit", "--no-fund", "--no-package-lock", "--prefix", made]
             done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=False)
             if done.returncode:
                 pytest.skip(f"npm could not fetch what reads our exports: {done.stderr.strip().splitlines()[-1]}")
-            shutil.rmtree(FETCHED, ignore_errors=True)
-            try:
-                os.rename(made, FETCHED)
-            except OSError:
-                assert FETCHED.exists()  # another worker was faster
+            if not _fetched():  # what another worker, which was faster, has fetched is in use already
+                shutil.rmtree(FETCHED, ignore_errors=True)
+                try:
+                    os.rename(made, FETCHED)
+                except OSError:
+                    assert _fetched()
             Path(made).mkdir(exist_ok=True)
     return FETCHED / "node_modules"
+
+
+def _fetched() -> bool:
+    """Whether the packages that are wanted are there."""
+    there = FETCHED / "package.json"
+    return there.exists() and there.read_text() == (WEB / "package.json").read_text()
 
 
 def validated(*paths: Path) -> list[dict]:
