@@ -8,8 +8,8 @@ the body is tried on. With `--only CLIP...`, `--betas`, `--edge` and `--most`, i
 judged by, too.
 
 `--generated N` adds so many random designs, the kinds in turn, every other round close-fitting. `--quality good`
-simulates with the settings of `hemline animate live --quality good`, several times as fast as the settings of
-`hemline simulate`.
+simulates as `hemline animate live --quality good` does, several times as fast as `hemline simulate`: with its settings,
+and limbs are not lifted out of each other.
 """
 
 import argparse
@@ -211,11 +211,12 @@ def garment_job(recipe: Recipe) -> Job[str]:
     reasons: list[str] = []
     for betas in dict.fromkeys(part.betas for part in recipe.parts):
         clips = [stretch(part, recipe.seconds) for part in recipe.parts if part.betas == betas]
+        plan = Plan(betas, untangle=recipe.settings is None)
         try:
             rest = yield from rest_job(dataset, setup, betas)
             for clip in clips:
                 if clip is not None:
-                    names += yield from clip_job(dataset, setup, Plan(betas), clip, rest, nothing_told)
+                    names += yield from clip_job(dataset, setup, plan, clip, rest, nothing_told)
         except BadCluster:
             raise
         except HemlineError as error:
