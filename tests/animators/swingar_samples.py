@@ -30,13 +30,15 @@ def inputs(config: EstimatorConfig, vertex_count: int, frames: int, seed: int = 
     def drawn(*shape: int) -> np.ndarray:
         return (0.4 * random.normal(size=shape)).astype(np.float32)
 
+    turns = drawn(frames, vertex_count, 4) + np.float32([1, 0, 0, 0])
     weights = random.dirichlet(np.full(24, 0.3), vertex_count) + 1e-3
     return {
         "features": drawn(vertex_count, 7),
         "descriptor": np.abs(drawn(config.descriptor)),
         "skin_logits": np.log(weights).astype(np.float32),
         "motion": drawn(frames, 65, 75),
-        "lag": drawn(frames, vertex_count, config.lag),
+        "told": drawn(frames, vertex_count, config.told),
+        "turns": turns / np.linalg.norm(turns, axis=-1, keepdims=True),
         "transforms": drawn(frames, 24, 3, 4),
         "meshes": drawn(frames, 3, vertex_count, 3),
         "joints": drawn(frames, 3, 24, 3),

@@ -54,6 +54,14 @@ class Swaying:
         return np.maximum(number - [1, 2], first)
 
     @property
+    def wanted(self) -> np.ndarray:
+        return np.ones(CLIPS * FRAMES, bool)
+
+    @property
+    def missed(self) -> np.ndarray:
+        return np.full(len(self.garments), 0.05)
+
+    @property
     def training(self) -> np.ndarray:
         return np.arange((CLIPS - 2) * FRAMES)
 

@@ -62,14 +62,17 @@ def test_it_learns_what_trails_on_garments_and_clips_never_seen(fitted):
     assert set(names) < set(made.SMALL) and len(names) == fitted.figures["garments"] >= 2
 
 
-def test_garments_that_skinning_misses_less_count_more(folders):
+def test_garments_that_skinning_misses_less_count_more(folders, tmp_path):
+    from hemline.animators.swingar.features.sided_frames import SidedFrames
+    from hemline.animators.swingar.features.walk import Walk
     from hemline.animators.swingar.lag.fit_lag import scales
-    from hemline.animators.swingar.lag.lag_samples import gather
+    from hemline.animators.swingar.lag.lag_samples import garment_samples
     from hemline.animators.swingar.lag.lag_training import LagObjective, TorchLagNet
 
     data = open_collection(folders)
-    samples = gather(data, data.clips()[::4], 4, QUICK.size)
-    missed = np.array([np.linalg.norm(each.apart.astype(np.float32), axis=2).mean() for each in samples])
+    frames = SidedFrames.of(data, {"train": data.clips()[::4]}, Walk(QUICK.size, 4), tmp_path)
+    samples = garment_samples(frames, "train")
+    missed = np.array([np.linalg.norm(each.apart(), axis=2).mean() for each in samples])
     net, losses = TorchLagNet(8, *scales(samples), 0), {}
     for evenness in (0.0, 1.0):
         config = replace(QUICK, evenness=evenness, unknown=1e-9, mirrored=False, edge_weight=0.0)

@@ -1,6 +1,5 @@
-"""The estimator: what it is made of, its laws, its twin that plays, its ONNX file."""
+"""The estimator: what it is made of, its laws, its twin that plays."""
 
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -10,16 +9,15 @@ from swingar_samples import SMALL, graph_of, inputs, sheet
 from hemline.animators.swingar.graph.estimator_config import EstimatorConfig, weight_shapes
 from hemline.animators.swingar.graph.graph import Graph
 from hemline.animators.swingar.graph.graph_inputs import skin_logits
-from hemline.animators.swingar.graph.onnx_frame import frame_inputs, write_onnx
 from hemline.animators.swingar.graph.runtime import PlayedEstimator
-from hemline.errors import BadInput, BadModel, MissingExtra
+from hemline.errors import BadInput, BadModel
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 from hemline.animators.swingar.graph.estimator import Estimator, cost  # noqa: E402  # after the skip
 
 FRAMES = 3
 CONFIGS = {
-    "small": EstimatorConfig(**SMALL, lag=4, body=76, corrective_heads=2),
+    "small": EstimatorConfig(**SMALL, told=9, state_told=4, displacement=5, body=76, corrective_heads=2),
     "pooled": EstimatorConfig(**SMALL | {"blend_last": 12}, body=76, corrective_heads=2, global_shape="pooled"),
     "plain": EstimatorConfig(**SMALL, body=76, corrective_heads=1, global_shape="none", lipschitz=False),
 }
@@ -34,6 +32,10 @@ def made(config: EstimatorConfig, seed: int = 0) -> Estimator:
             parameter.fill_(0.3)
         estimator.peepholes.normal_()
         estimator.weight.weight.normal_()
+        if estimator.config.displacement:
+            estimator.displace.weight.normal_()
+            estimator.told_mean.normal_()
+            estimator.told_spread.uniform_(0.5, 2)
     return estimator
 
 
@@ -42,8 +44,8 @@ def run(estimator: Estimator, graph: Graph, given: dict[str, np.ndarray]) -> lis
     t = {name: torch.from_numpy(each) for name, each in given.items()}
     with torch.no_grad():
         garment = estimator.garment(graph, t["features"], t["descriptor"], t["skin_logits"])
-        lag = t["lag"] if estimator.config.lag else None
-        coarse = estimator.coarse(garment, t["motion"], lag, t["transforms"])
+        told = (t["told"], t["turns"]) if estimator.config.told else ()
+        coarse = estimator.coarse(garment, t["motion"], t["transforms"], *told)
         found = [*coarse, estimator.corrective(garment, t["meshes"], t["joints"], t["body"])]
     return [each.numpy() for each in found]
 
@@ -60,14 +62,16 @@ def test_the_twin_that_plays_is_equal(name):
     garment = played.garment(graph, given["features"], given["descriptor"], given["skin_logits"])
     batch = run(estimator, graph, given)
     for frame in range(FRAMES):
-        lag = given["lag"][frame] if config.lag else None
-        coarse = played.coarse(garment, given["motion"][frame], lag, given["transforms"][frame])
+        told = [given[each][frame] for each in ("told", "turns")] if config.told else []
+        coarse = played.coarse(garment, given["motion"][frame], given["transforms"][frame], *told)
         corrective = played.corrective(garment, *(given[each][frame] for each in ("meshes", "joints", "body")))
         for one, other in zip([*coarse, corrective], batch, strict=True):
             assert np.abs(one - other[frame]).max() < 1e-5  # and so one frame at a time is a batch of frames
 
 
-@pytest.mark.parametrize("config", [*CONFIGS.values(), EstimatorConfig(), EstimatorConfig.lean(lag=12)])
+@pytest.mark.parametrize(
+    "config", [*CONFIGS.values(), EstimatorConfig(), EstimatorConfig.lean(told=12, displacement=8)]
+)
 def test_no_array_of_the_weights_knows_a_vertex_count(config):
     found = {name: tuple(each.shape) for name, each in Estimator(config).state_dict().items()}
     assert found == weight_shapes(config)
@@ -100,7 +104,8 @@ def test_permuting_vertices_permutes_the_output():
     order = np.random.default_rng(6).permutation(graph.vertex_count)
     renamed = Graph.of(np.argsort(order)[sheet()[1]].astype(np.int32), graph.vertex_count)
     turned = given | {name: given[name][order] for name in ("features", "skin_logits")}
-    turned |= {"lag": given["lag"][:, order], "meshes": given["meshes"][:, :, order]}
+    turned |= {name: given[name][:, order] for name in ("told", "turns")}
+    turned |= {"meshes": given["meshes"][:, :, order]}
     for one, other in zip(run(estimator, renamed, turned), run(estimator, graph, given), strict=True):
         assert np.abs(one - other[:, order]).max() < 1e-5
 
@@ -120,7 +125,8 @@ def test_gradients_reach_all_weights_each_by_its_stage():
     garment = estimator.garment(graph, t["features"], t["descriptor"], t["skin_logits"])
     coarse, corrective = estimator.coarse_parameters(), estimator.corrective_parameters()
     assert {id(each) for each in (*coarse, *corrective)} == {id(each) for each in estimator.parameters()}
-    found = torch.autograd.grad(estimator.coarse(garment, t["motion"], t["lag"], t["transforms"])[0].sum(), coarse)
+    given = (t[name] for name in ("motion", "transforms", "told", "turns"))
+    found = torch.autograd.grad(estimator.coarse(garment, *given)[0].sum(), coarse)
     assert all(each.abs().max() > 0 for each in found if each.numel())
     found = torch.autograd.grad(estimator.corrective(garment, t["meshes"], t["joints"], t["body"]).sum(), corrective)
     assert all(each.abs().max() > 0 for each in found if each.numel())
@@ -143,31 +149,23 @@ def test_a_body_without_betas_is_refused():
         EstimatorConfig(body=72)
 
 
-@pytest.mark.parametrize("name", CONFIGS)
-def test_the_onnx_file_gives_the_same_frame_for_any_garment(name, tmp_path):
-    pytest.importorskip("onnx", reason="ONNX files need onnx (extra 'onnx')")
-    import onnxruntime as runtime
-
-    config = CONFIGS[name]
-    played = PlayedEstimator.of(config, arrays_of(made(config)), "float32")
-    write_onnx(tmp_path / "frame.onnx", played)
-    session = runtime.InferenceSession(tmp_path / "frame.onnx", providers=["CPUExecutionProvider"])
-    for graph in (graph_of(), graph_of(4, 9)):
-        given = inputs(config, graph.vertex_count, 1)
-        garment = played.garment(graph, given["features"], given["descriptor"], given["skin_logits"])
-        lag = given["lag"][0] if config.lag else None
-        coarse, weights, _ = played.coarse(garment, given["motion"][0], lag, given["transforms"][0])
-        meshes = np.concatenate([given["meshes"][0, :2], coarse[None]])
-        whole = coarse + played.corrective(garment, meshes, given["joints"][0], given["body"][0])
-        frame = given["motion"][0], lag, given["transforms"][0], meshes[:2], given["joints"][0], given["body"][0]
-        found = session.run(["coarse", "weights", "vertices"], frame_inputs(garment, *frame))
-        for one, other in zip(found, (coarse, weights, whole), strict=True):
-            assert np.abs(one - other).max() < 1e-4
+def test_more_features_for_the_state_than_there_are_is_refused():
+    with pytest.raises(BadInput, match="'state_told' must be at most 'told'; got 5 of 4"):
+        EstimatorConfig(told=4, state_told=5)
 
 
-def test_without_onnx_it_says_what_to_install(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "onnx", None)
-    config = CONFIGS["small"]
-    played = PlayedEstimator.of(config, arrays_of(made(config)), "float32")
-    with pytest.raises(MissingExtra, match="writing ONNX files needs onnx"):
-        write_onnx(tmp_path / "frame.onnx", played)
+def test_what_displaces_moves_each_vertex_as_skinning_turns_it():
+    config, graph = CONFIGS["small"], graph_of()
+    estimator, given = made(config), inputs(CONFIGS["small"], graph.vertex_count, 1)
+    still = run(estimator, graph, given)[0]
+    back = given["turns"] * np.float32([-1, -1, -1, -1])  # the same turn by the other quaternion
+    assert np.abs(run(estimator, graph, given | {"turns": back})[0] - still).max() < 1e-5
+    with torch.no_grad():
+        estimator.displace.weight.zero_()
+        estimator.displace.bias.copy_(torch.tensor([0.1, 0.0, 0.0]))
+    moved = run(estimator, graph, given)[0]
+    with torch.no_grad():
+        estimator.displace.bias.zero_()
+    w, x, y, z = given["turns"][0].T
+    along = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=1)
+    assert np.abs(moved[0] - run(estimator, graph, given)[0][0] - 0.1 * along).max() < 1e-5

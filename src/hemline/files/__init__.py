@@ -10,6 +10,7 @@ from .npz import npz_arrays as npz_arrays
 from .reading import read_bytes as read_bytes
 from .reading import read_text as read_text
 from .tensors import content_hash as content_hash
+from .tensors import map_tensors as map_tensors
 from .tensors import read_metadata as read_metadata
 from .tensors import read_tensors as read_tensors
 from .tensors import tensor_bytes as tensor_bytes
@@ -20,6 +21,7 @@ __all__ = [
     "check_folder",
     "check_writable",
     "content_hash",
+    "map_tensors",
     "mapped_array",
     "npz_arrays",
     "read_bytes",

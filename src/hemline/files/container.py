@@ -77,6 +77,29 @@ class Container:
             OSError: The file cannot be read.
             MemoryError: There is not enough memory.
         """
+        # in the order of their bytes, so that the file is read from its beginning to its end
+        return {entry.name: self._array(entry) for entry in self._entries()}
+
+    def mapped(self, path: Path) -> dict[str, np.ndarray]:
+        """All arrays, mapped from the file and not to be written to: they take memory as they are looked at.
+
+        Args:
+            path: The file.
+
+        Raises:
+            Untrue: As `arrays`.
+            OSError: The file cannot be read.
+        """
+        start = self.stream.tell()
+        return {
+            entry.name: np.memmap(path, entry.dtype, "r", start + entry.begin, entry.shape)
+            if entry.size
+            else np.empty(entry.shape, entry.dtype)
+            for entry in self._entries()
+        }
+
+    def _entries(self) -> list[Entry]:
+        """The arrays that the header lists, in the order of their bytes, which they must fill."""
         entries = [_entry(name, value) for name, value in self.header.items() if name != "__metadata__"]
         end = 0
         for entry in sorted(entries, key=lambda entry: (entry.begin, entry.size)):
@@ -85,8 +108,7 @@ class Container:
             end += entry.size
         if end != self.room:
             raise Untrue("arrays that do not fill it as its header says")
-        # in the order of their bytes, so that the file is read from its beginning to its end
-        return {entry.name: self._array(entry) for entry in sorted(entries, key=lambda each: (each.begin, each.size))}
+        return sorted(entries, key=lambda each: (each.begin, each.size))
 
     def _array(self, entry: Entry) -> np.ndarray:
         array = np.empty(entry.shape, entry.dtype)

@@ -103,6 +103,31 @@ def read_tensors(
     return arrays, metadata
 
 
+def map_tensors(
+    path: str | Path, kind: str, *, error: type[BadInput] = BadInput, damaged: type[BadInput] | None = None
+) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Map a file of the given kind: its arrays, which take memory only as they are looked at, and its metadata.
+
+    The arrays cannot be written to, and whether they are finite is not looked at.
+
+    Args:
+        path: The file; it must stay as it is while the arrays are used.
+        kind: As for `read_metadata`.
+        error: The class to raise.
+        damaged: As for `read_metadata`.
+
+    Raises:
+        error: As for `read_metadata`.
+        damaged: As for `read_metadata`.
+    """
+    damaged = damaged or error
+    with _described(path, kind, error, damaged) as (metadata, container):
+        try:
+            return container.mapped(Path(path)), metadata
+        except Untrue as reason:
+            raise damaged(f"{path} is damaged", reason, "copy it again from where it was made") from reason
+
+
 def content_hash(*parts: np.ndarray | str | bytes | Mapping[str, Any] | None) -> str:
     """A short hash of arrays (with their dtype and shape), text and JSON-like values, in the order given."""
     digest = hashlib.sha256()

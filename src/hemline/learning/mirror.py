@@ -93,7 +93,7 @@ def mirror_of(garment: Garment, shaped: ShapedBody) -> Int[np.ndarray, " verts"]
 def is_symmetric(shaped: ShapedBody) -> bool:
     """Whether the joints of a body in its rest pose are mirror images of each other."""
     joints = shaped.joints
-    return bool(np.abs(joints[_swapped()] * _SIGNS - joints).max() <= FARTHEST)
+    return bool(np.abs(joints[swapped_joints()] * _SIGNS - joints).max() <= FARTHEST)
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def mirrored_vertices(vertices: FramesOfVertices, partner: Int[np.ndarray, " ver
 def mirrored_transforms(transforms: Float[np.ndarray, "frames joints 3 4"]) -> Float[np.ndarray, "frames joints 3 4"]:
     r"""Skin transforms of the mirrored motion: $M A_{\sigma(j)} M$ with left and right joints exchanged by $\sigma$."""
     fourth = np.append(_SIGNS, np.float32(1))
-    return transforms[:, _swapped()] * _SIGNS[:, None] * fourth
+    return transforms[:, swapped_joints()] * _SIGNS[:, None] * fourth
 
 
 def mirrored_motion(motion: Motion) -> Motion:
@@ -150,10 +150,11 @@ def mirrored_motion(motion: Motion) -> Motion:
 
 def mirrored_rotations(rotations: Float[np.ndarray, "... joints 4"]) -> Float[np.ndarray, "... joints 4"]:
     """Local rotations of the mirrored body."""
-    return rotations[..., _swapped(), :] * np.array([1, 1, -1, -1], rotations.dtype)
+    return rotations[..., swapped_joints(), :] * np.array([1, 1, -1, -1], rotations.dtype)
 
 
-def _swapped() -> list[int]:
+def swapped_joints() -> list[int]:
+    """For each joint the one on the other side of the body, itself where it is in the middle."""
     other = {"left": "right", "right": "left"}
     names = ["_".join(other.get(part, part) for part in name.split("_")) for name in JOINT_NAMES]
     return [JOINT_NAMES.index(name) for name in names]

@@ -34,13 +34,19 @@ class SwingarConfig:
     """Units of the lag network's hidden layers."""
     sizes: Sizes = "lean"
     """Sizes of the graph network: those of the paper, or smaller ones."""
-    lag_features: bool = True
-    """Whether vertices of the graph network know how they trail; off, as in the paper."""
+    features: bool = True
+    """Whether the graph network is given how vertices trail and what is near them, and displaces them by that; off: as
+    the paper describes it."""
     alpha: float = not_negative(2.0)
     """Scale of the graph network's attention scores."""
     epochs: int = positive(30)
-    """Passes of the lag network over the training set; epochs of 100 groups of frames of the graph network's coarse
-    part, to which its corrective part adds half as many."""
+    """Passes of the lag network over the training set; epochs of the graph network's coarse predictor."""
+    term_epochs: int = not_negative(0)
+    """Epochs that it goes on with all terms of the paper's loss."""
+    corrective_epochs: int = not_negative(0)
+    """Epochs of the graph network's corrective predictor; 0: it has none."""
+    groups: int = positive(100)
+    """Groups of frames in an epoch of the graph network."""
     rate: float = positive(1e-3)
     """First learning rate."""
     frames: int = positive(8)
@@ -49,8 +55,8 @@ class SwingarConfig:
     """Vertices of each that are learned from at a time: the ends of half as many edges."""
     garments: int = positive(2)
     """Garments in a batch."""
-    stride: int = positive(3)
-    """Every so many frames of a take are learned from."""
+    stride: int = positive(8)
+    """Every so many frames of a take are learned from, and the two before each of them."""
     edge_weight: float = not_negative(0.3)
     """Weight of the error of edge vectors, in edges, beside that of vertices."""
     evenness: float = not_negative(0.5)
@@ -68,6 +74,8 @@ class SwingarConfig:
     """Share of subjects and of garments that epochs are chosen by."""
     threads: int = positive(1)
     """Threads of torch."""
+    jobs: int = positive(1)
+    """Processes that read takes."""
 
     def __post_init__(self) -> None:
         check_options(self)

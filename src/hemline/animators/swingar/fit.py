@@ -1,7 +1,10 @@
 """From takes of many garments to a model that is worn by garments never seen."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from hemline import bodies
@@ -15,14 +18,13 @@ from hemline.garments.proxy import proxy_of
 from hemline.motions.terms import as_stated
 
 from .config import SwingarConfig
+from .features.sided_frames import SIDES, SidedFrames, id_of
+from .features.walk import Walk
 from .relatives import Relatives
 
 if TYPE_CHECKING:
     from .wearable import Swingar
     from .weights import Weights
-
-SIDES = ("new_clip", "new_garment", "both_new")
-"""What epochs are chosen by."""
 
 
 def fit(
@@ -62,11 +64,12 @@ def fit(
     if not sides["train"] or not any(sides[name] for name in SIDES):
         raise BadDataset("swingar needs takes to learn from and takes to choose by", "none", "simulate more clips")
     mark = content_hash(asdict(config) | {"seed": seed, "takes": [each.row.name for each in sides["train"]]})
-    if checkpoints is not None:
-        checkpoints.mkdir(parents=True, exist_ok=True)
     learn: Any = fit_lag if config.learner == "lag" else fit_graph
     before = None if start is None else start.mover
-    mover, figures = learn(data, sides, config, start=before, seed=seed, mark=mark, checkpoints=checkpoints, tell=tell)
+    with _frames_folder(checkpoints) as folder:
+        walk = Walk(config.size, config.stride)
+        frames = SidedFrames.of(data, sides, walk, folder, jobs=config.jobs, tell=lambda *done: tell("read", *done))
+        mover, figures = learn(frames, config, start=before, seed=seed, mark=mark, checkpoints=checkpoints, tell=tell)
     garments = sorted({each.dataset for each in sides["train"]})
     figures |= {"garments": float(len(garments)), "takes": float(len(sides["train"]))}
     known = Relatives.of_garments([proxy_of(data.garments[each], config.size)[0] for each in garments])
@@ -75,9 +78,20 @@ def fit(
     return Swingar(Weights(config, mover, known, figures, licences_of(data)).rounded())
 
 
+@contextmanager
+def _frames_folder(checkpoints: Path | None) -> Iterator[Path]:
+    """Where the frames of takes are kept while they are learned from."""
+    if checkpoints is not None:
+        yield checkpoints / "frames"
+        return
+    with TemporaryDirectory(prefix="hemline-frames-") as folder:
+        yield Path(folder)
+
+
 HOW = (
-    *("start", "epochs", "rate", "frames", "vertices", "garments", "stride"),
-    *("edge_weight", "evenness", "unknown", "precision", "beginning", "mirrored", "held_out", "threads"),
+    *("start", "epochs", "term_epochs", "corrective_epochs", "groups", "rate", "frames", "vertices", "garments"),
+    *("stride", "edge_weight", "evenness", "unknown", "precision", "beginning", "mirrored", "held_out"),
+    *("threads", "jobs"),
 )
 """Options of how it is learned; the others are those of the weights that are gone on from."""
 
@@ -125,8 +139,3 @@ def divided(data: Collection, held_out: float, *, garments: bool = True) -> dict
         name = "train" if clip and garment else "new_clip" if garment else "new_garment" if clip else "both_new"
         found[name].append(entry)
     return found
-
-
-def id_of(entry: Entry) -> tuple[int, str]:
-    """Which take it is."""
-    return entry.dataset, entry.row.name

@@ -8,7 +8,7 @@ import numpy as np
 
 from hemline.animators.swingar.features.proxy_on_body import ProxyOnBody
 from hemline.animators.swingar.features.trail import Trail
-from hemline.animators.swingar.graph.graph_inputs import body_inputs, garment_inputs, lag_inputs
+from hemline.animators.swingar.graph.graph_inputs import body_inputs, garment_inputs, vertex_inputs
 from hemline.animators.swingar.graph.history import History, Seen
 from hemline.animators.swingar.graph.runtime import PlayedEstimator
 from hemline.animators.swingar.lag.lag_net import LagNet
@@ -88,10 +88,11 @@ class GraphMover:
     ) -> Moved:
         """The coarse mesh, and its corrective displacement where one was admitted."""
         assert history is not None
-        seen, lag = Seen.of(posed.pose), None
-        if self.estimator.config.lag:
-            lag = lag_inputs(trail.told(proxy, posed))
-        coarse, _, _ = self.estimator.coarse(prepared, history.times.window(), lag, seen.transforms(posed))
+        seen, told, turns = Seen.of(posed.pose), None, None
+        if self.estimator.config.told:
+            told, turns = vertex_inputs(trail.told(proxy, posed), proxy.static), seen.turns(trail.turns)
+        given = history.times.window(), seen.transforms(posed), told, turns
+        coarse, _, _ = self.estimator.coarse(prepared, *given)
         history = history.with_mesh(seen.out(coarse), posed.joints)
         if self.estimator.arrays["corrective_scale"][0] == 0:
             return history, history.meshes[-1]

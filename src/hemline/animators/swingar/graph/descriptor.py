@@ -68,18 +68,14 @@ class Descriptor:
             with graphs", 1959; Takes, Kosters, "Determining the diameter of small world networks", 2011 (bounds by
             which most vertices need not be searched from). Differs: they begin with a random vertex.
         """
-        if len(vertices) == 0 or len(faces) == 0:
-            raise BadMesh("a spectral descriptor needs a mesh", "no triangles", "check the file")
-        lengths = _edge_lengths(vertices, faces)
-        samples, distances = _spread(lengths, min(size, len(vertices)))
+        samples, between = sampled(vertices, faces, size)
         if len(samples) < size:
             what, got = f"a spectral descriptor of {size} numbers is filled up with zeros", f"{len(samples)} vertices"
             warnings.warn(HemlineWarning(what, got, "use a finer mesh"), stacklevel=2)
-        between = distances[:, samples]
         if distance == "euclidean":
             points = np.asarray(vertices, np.float64)[samples]
             between = np.linalg.norm(points[:, None] - points[None], axis=2)
-        found = np.linalg.eigvalsh(affinity(0.5 * (between + between.T)))
+        found = np.linalg.eigvalsh(affinity(between))
         filled = np.concatenate([found, np.zeros(size - len(found))])
         return cls(np.sort(filled)[::-1].astype(np.float32), samples)
 
@@ -94,10 +90,25 @@ class Descriptor:
         """
         return float(np.linalg.norm(self.eigenvalues.astype(np.float64) - other.eigenvalues))
 
-    def nearest(self, others: "list[Descriptor]", count: int = 3) -> list[tuple[int, float]]:
-        """The most similar garments: their numbers in the list and distances [1], the nearest first."""
-        found = sorted((self.distance(other), i) for i, other in enumerate(others))
-        return [(i, far) for far, i in found[:count]]
+
+def sampled(
+    vertices: Vertices, faces: Faces, size: int
+) -> tuple[Int[np.ndarray, " samples"], Float[np.ndarray, "samples samples"]]:
+    """Points spread over a garment, and their distances from each other along edges [m]; inf where no way leads.
+
+    Args:
+        vertices: Positions [m].
+        faces: Triangles.
+        size: Number of points; a mesh of fewer vertices has all of them.
+
+    Raises:
+        BadMesh: The mesh is empty.
+    """
+    if len(vertices) == 0 or len(faces) == 0:
+        raise BadMesh("a spectral descriptor needs a mesh", "no triangles", "check the file")
+    samples, distances = _spread(_edge_lengths(vertices, faces), min(size, len(vertices)))
+    between = distances[:, samples]
+    return samples, 0.5 * (between + between.T)
 
 
 def affinity(distances: np.ndarray) -> np.ndarray:

@@ -37,9 +37,10 @@ class Estimator(nn.Module):
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Sections III-C and IV, Eq. 6.
     Differs: heads of a layer stay apart up to the 24 joints; the last layers of the fully connected encoders are
-        linear; logits of the dynamic weights start at those of skinning; lag features, where there are any, reach the
-        state encoder and the blend shape; displacements are scaled by a small learned factor, that of the corrective
-        one beginning at zero; the inverse hyperbolic sine of the descriptor is encoded.
+        linear; logits of the dynamic weights start at those of skinning; features of vertices, where there are any,
+        reach the state encoder, the blend shape and a displacement of each vertex of the coarse mesh, which begins at
+        zero; the blend shape and the corrective displacement are scaled by a small learned factor, that of the
+        corrective one beginning at zero; the inverse hyperbolic sine of the descriptor is encoded.
     """
 
     def __init__(self, config: EstimatorConfig | None = None):
@@ -54,12 +55,18 @@ class Estimator(nn.Module):
             self.shape = nn.Linear(c.motion, JOINTS)
         self.motion = nn.LSTM(POSE_WIDTH, c.motion, batch_first=True)
         self.body = _connected(c.body, 256, 128, c.corrective)
-        self.state = GatLn(c.motion, c.state, JOINTS, alpha=alpha, extra=c.lag)
+        self.state = GatLn(c.motion, c.state, JOINTS, alpha=alpha, extra=c.state_told)
         self.weight = nn.Linear(c.state, 1, bias=False)
-        self.blend_first = GatLn(c.state, c.blend, 3, alpha=alpha, extra=c.lag)
+        self.blend_first = GatLn(c.state, c.blend, 3, alpha=alpha, extra=c.told)
         self.blend_second = GatLn(c.blend, c.blend_last, 3, alpha=alpha)
         self.blend_motion = nn.Linear(c.motion, c.blend_last) if c.motion != c.blend_last else nn.Identity()
         self.blend_scale = nn.Parameter(torch.full((1,), START))
+        self.register_buffer("told_mean", torch.zeros(c.told))
+        self.register_buffer("told_spread", torch.ones(c.told))
+        if c.displacement:
+            self.displace_first = nn.Linear(c.state + c.told, c.displacement)
+            self.displace_second = nn.Linear(c.displacement, c.displacement)
+            self.displace = nn.Linear(c.displacement, 3)
         heads = 4 * c.corrective_heads
         self.mesh_gates = GatLn(CORRECTIVE_WIDTH, c.corrective, heads, groups=4, alpha=alpha)
         self.hidden_gates = GatLn(c.corrective, c.corrective, heads, groups=4, alpha=alpha)
@@ -69,6 +76,9 @@ class Estimator(nn.Module):
         self.corrective_scale = nn.Parameter(torch.zeros(1))
         with torch.no_grad():
             self.weight.weight.mul_(FAINT)
+            if c.displacement:
+                self.displace.weight.zero_()
+                self.displace.bias.zero_()
 
     def coarse_parameters(self) -> list[nn.Parameter]:
         """What the coarse mesh depends on: encoders of garment, shape and motion, and the coarse predictor."""
@@ -99,29 +109,48 @@ class Estimator(nn.Module):
         return GarmentCode(graph, features[:, 3:6], encoded, shape, skin_logits)
 
     def coarse(
-        self, garment: GarmentCode, motion: Tensor, lag: Tensor | None, transforms: Tensor
+        self,
+        garment: GarmentCode,
+        motion: Tensor,
+        transforms: Tensor,
+        told: Tensor | None = None,
+        turns: Tensor | None = None,
     ) -> tuple[Tensor, Tensor, Tensor]:
         """The coarse meshes of some frames, each on its own.
 
         Args:
             garment: The garment.
             motion: The last poses (frames, poses, 75), see `POSE_WIDTH`.
-            lag: Lag features (frames, verts, lag); not looked at where the estimator has none.
             transforms: Skinning transforms of the joints (frames, joints, 3, 4).
+            told: Features of the vertices (frames, verts, told); None where the estimator has none.
+            turns: How skinning turns each vertex, wxyz (frames, verts, 4); None where nothing is displaced.
 
         Returns:
             Vertices (frames, verts, 3) [m], dynamic weights (frames, verts, joints), blend shape at rest
             (frames, verts, 3) [m].
         """
-        lag = lag if self.config.lag else None
+        c, extra, first = self.config, None, None
+        if c.told:
+            assert told is not None
+            extra = (told - self.told_mean) / self.told_spread
+            first = extra[..., : c.state_told].contiguous() if c.state_told else None
         moved = self.motion(motion)[1][0][0]
-        state = self.state(garment.graph, garment.features, scale=moved, extra=lag)
+        state = self.state(garment.graph, garment.features, scale=moved, extra=first)
         mean, scores = condensed(state, self.weight.weight[0])
         weights = (scores * garment.shape + garment.logits).softmax(-1)
-        blend = self.blend_first(garment.graph, mean[:, None], extra=lag)
+        blend = self.blend_first(garment.graph, mean[:, None], extra=extra)
         blend = self.blend_second(garment.graph, blend)
         blend = self.blend_scale * torch.einsum("tcvd,td->tvc", blend, self.blend_motion(moved))
-        return skinned(weights, transforms, garment.positions + blend), weights, blend
+        vertices = skinned(weights, transforms, garment.positions + blend)
+        if c.displacement:
+            assert turns is not None
+            vertices = vertices + turned(turns, self._displacements(mean, extra))
+        return vertices, weights, blend
+
+    def _displacements(self, state: Tensor, told: Tensor | None) -> Tensor:
+        """Of each vertex, in the frame that skinning turns it to (frames, verts, 3) [m]."""
+        hidden = torch.relu(self.displace_first(state if told is None else torch.cat([state, told], dim=-1)))
+        return self.displace(torch.relu(self.displace_second(hidden)))
 
     def corrective(self, garment: GarmentCode, meshes: Tensor, joints: Tensor, body: Tensor) -> Tensor:
         """The corrective displacement of some frames.
@@ -162,6 +191,13 @@ def skinned(weights: Tensor, transforms: Tensor, points: Tensor) -> Tensor:
     return (blended[..., :3] @ points[..., None])[..., 0] + blended[..., 3]
 
 
+def turned(turns: Tensor, vectors: Tensor) -> Tensor:
+    """Vectors (..., 3) turned by unit quaternions, wxyz (..., 4)."""
+    scalar, axis = turns[..., :1], turns[..., 1:]
+    cross = 2 * torch.linalg.cross(axis, vectors)
+    return vectors + scalar * cross + torch.linalg.cross(axis, cross)
+
+
 def cost(config: EstimatorConfig, vertex_count: int, *, ring: float = 7.0) -> dict[str, tuple[int, int]]:
     """Weights, and operations of one frame, part by part.
 
@@ -186,7 +222,8 @@ def cost(config: EstimatorConfig, vertex_count: int, *, ring: float = 7.0) -> di
             return vertex_count * heads * each * per_frame.get(name, 1)
         if isinstance(module, nn.LSTM):
             return 2 * 65 * weights_of(module)
-        return 2 * weights_of(module) * (vertex_count * JOINTS if name == "weight" else 1)
+        times = vertex_count * JOINTS if name == "weight" else vertex_count if name.startswith("displace") else 1
+        return 2 * weights_of(module) * times
 
     found = {name: (weights_of(part), work_of(name, part)) for name, part in estimator.named_children()}
     return {name: each for name, each in found.items() if each[0]}

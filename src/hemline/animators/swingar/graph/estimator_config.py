@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 from hemline.errors import BadInput
 from hemline.options import check_options, not_negative, positive
@@ -33,8 +33,12 @@ class EstimatorConfig:
     """Scale of the attention scores."""
     lipschitz: bool = True
     """Whether scores are normalised; off: ordinary graph attention (Fig. 8)."""
-    lag: int = not_negative(0)
-    """Lag features of a vertex; 0: none, as in the paper."""
+    told: int = not_negative(0)
+    """Features of a vertex in a frame that reach the blend shape, and the displacement; 0: none, as in the paper."""
+    state_told: int = not_negative(0)
+    """So many of them, the first ones, reach the state encoder, too."""
+    displacement: int = not_negative(0)
+    """Width of the layers that displace each vertex of the coarse mesh; 0: none, as in the paper."""
     body: int = positive(82)
     """Entries of shape and pose that the body encoder is given: betas, and 72 of axis-angles."""
     graph: int = positive(64)
@@ -54,14 +58,21 @@ class EstimatorConfig:
 
     def __post_init__(self) -> None:
         check_options(self, "option of the estimator")
+        if self.state_told > self.told:
+            what = "option of the estimator 'state_told' must be at most 'told'"
+            raise BadInput(what, f"{self.state_told} of {self.told}", "give fewer")
         if self.body <= 3 * JOINTS:
             what = f"option of the estimator 'body' must count betas beside {3 * JOINTS} numbers of the pose"
             raise BadInput(what, self.body, f"give more than {3 * JOINTS}")
 
     @classmethod
-    def lean(cls, *, lag: int = 0, body: int = 82) -> "EstimatorConfig":
-        """The sizes that keep what the full ones learn at two thirds of the weights (`state`, `blend`, four heads)."""
-        return cls(lag=lag, body=body, state=64, blend=128, blend_last=64, corrective_heads=4)
+    def lean(cls, **others: Any) -> "EstimatorConfig":
+        """The sizes that keep what the full ones learn at two thirds of the weights (`state`, `blend`, four heads).
+
+        Args:
+            others: Further options.
+        """
+        return cls(state=64, blend=128, blend_last=64, corrective_heads=4, **others)
 
     @property
     def scale(self) -> float | None:
@@ -78,6 +89,8 @@ def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
     c, heads = config, 4 * config.corrective_heads
     found: dict[str, tuple[int, ...]] = {
         "blend_scale": (1,),
+        "told_mean": (c.told,),
+        "told_spread": (c.told,),
         "peepholes": (3, c.corrective),
         "corrective_scale": (1,),
         "motion.weight_ih_l0": (4 * c.motion, POSE_WIDTH),
@@ -89,8 +102,8 @@ def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
     layers = {
         "graph_first": (JOINTS, VERTEX_WIDTH, 0, c.graph),
         "graph_second": (JOINTS, c.graph, 0, c.motion),
-        "state": (JOINTS, c.motion, c.lag, c.state),
-        "blend_first": (3, c.state, c.lag, c.blend),
+        "state": (JOINTS, c.motion, c.state_told, c.state),
+        "blend_first": (3, c.state, c.told, c.blend),
         "blend_second": (3, c.blend, 0, c.blend_last),
         "mesh_gates": (heads, CORRECTIVE_WIDTH, 0, c.corrective),
         "hidden_gates": (heads, c.corrective, 0, c.corrective),
@@ -109,6 +122,9 @@ def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
             found[f"{name}.{2 * i}.weight"], found[f"{name}.{2 * i}.bias"] = (outputs, inputs), (outputs,)
     single = {"shape": (c.motion, JOINTS)} if c.global_shape == "pooled" else {}
     single |= {"blend_motion": (c.motion, c.blend_last)} if c.motion != c.blend_last else {}
+    if c.displacement:
+        wide = c.displacement
+        single |= {"displace_first": (c.state + c.told, wide), "displace_second": (wide, wide), "displace": (wide, 3)}
     for name, (inputs, outputs) in single.items():
         found[f"{name}.weight"], found[f"{name}.bias"] = (outputs, inputs), (outputs,)
     return found

@@ -1,22 +1,24 @@
 """The fit of the graph network."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from hemline.animators.swingar.config import SwingarConfig
+from hemline.animators.swingar.features.sided_frames import SidedFrames
 from hemline.animators.swingar.mover import GraphMover
-from hemline.datasets.collection import Collection, Entry
 
 from .estimator_config import JOINTS, EstimatorConfig
-from .graph_inputs import LAG
-from .graph_samples import take_samples
+from .graph_inputs import STATE_TOLD, TOLD
+from .graph_samples import TakeSamples
 from .runtime import PlayedEstimator
+
+DISPLACEMENT = 128
+"""Width of the layers that displace vertices."""
 
 
 def fit_graph(
-    data: Collection,
-    sides: Mapping[str, Sequence[Entry]],
+    frames: SidedFrames,
     config: SwingarConfig,
     *,
     start: GraphMover | None,
@@ -35,18 +37,21 @@ def fit_graph(
     """
     from .train_estimator import TrainingPlan, train_estimator
 
-    held_out = [entry for name, entries in sides.items() if name != "train" for entry in entries]
-    estimator = estimator_of(config, len(held_out[0].row.betas)) if start is None else start.estimator.config
-    sizes = estimator.descriptor, config.size
-    samples = take_samples(data, sides["train"], held_out, config.stride, *sizes, lambda *done: tell("read", *done))
+    betas = frames.worn[0].body.shape[1] - 3 * JOINTS
+    estimator = estimator_of(config, betas) if start is None else start.estimator.config
+    samples = samples_of(frames, estimator.descriptor)
     plan = TrainingPlan(
         coarse_epochs=config.epochs,
-        term_epochs=config.epochs // 4,
-        corrective_epochs=config.epochs // 2,
+        term_epochs=config.term_epochs,
+        corrective_epochs=config.corrective_epochs,
+        epoch=config.groups,
         frames=config.frames,
         garments=config.garments,
         rate=config.rate,
         threads=config.threads,
+        mirrored=config.mirrored,
+        evenness=config.evenness,
+        unknown=config.unknown,
     )
     trained = train_estimator(
         samples,
@@ -57,6 +62,7 @@ def fit_graph(
         folder=checkpoints,
         progress=lambda *done: tell(*done),
         start=None if start is None else dict(start.estimator.arrays),
+        scales=samples.scales,
     )
     figures = {
         "frames": float(len(samples.training)),
@@ -74,6 +80,16 @@ def estimator_of(config: SwingarConfig, betas: int) -> EstimatorConfig:
         config: The options.
         betas: Shape coefficients of the body.
     """
-    lag, body = LAG if config.lag_features else 0, betas + 3 * JOINTS
-    made = EstimatorConfig.lean if config.sizes == "lean" else EstimatorConfig
-    return replace(made(lag=lag, body=body), alpha=config.alpha)
+    made = EstimatorConfig.lean() if config.sizes == "lean" else EstimatorConfig()
+    own = {"told": TOLD, "state_told": STATE_TOLD, "displacement": DISPLACEMENT} if config.features else {}
+    return replace(made, body=betas + 3 * JOINTS, alpha=config.alpha, **own)
+
+
+def samples_of(frames: SidedFrames, descriptor: int) -> TakeSamples:
+    """Frames of takes as samples.
+
+    Args:
+        frames: The frames, and what they are for.
+        descriptor: Numbers of the spectral descriptor.
+    """
+    return TakeSamples(frames.worn, [each == "train" for each in frames.sides], descriptor)

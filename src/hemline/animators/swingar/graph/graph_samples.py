@@ -1,141 +1,114 @@
-"""Takes as the graph network is trained on them: every frame of every take, numbered one after the other."""
+"""Frames of takes as the graph network is trained on them, numbered one after the other."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from hemline.animators.swingar.features.dataset_proxy import worn_in
-from hemline.animators.swingar.features.trail import Trail
-from hemline.arrays import Float, Int, Vertices
-from hemline.bodies import PosedBody
-from hemline.datasets.collection import Collection, Entry
-from hemline.garments.proxy import ProxySize
-from hemline.learning.collision import clearance
+from hemline.animators.swingar.features.proxy_on_body import BEGUN, STATIC
+from hemline.animators.swingar.features.worn_frames import WornFrames
+from hemline.arrays import Bool, Float, Int
 
-from .graph_inputs import body_inputs, garment_inputs, lag_inputs
-from .history import Seen, Times
+from .graph_inputs import garment_of_frames, vertex_inputs
 from .samples import FrameBatch, GarmentSample
 
-
-@dataclass(eq=False)
-class TakeSamples:
-    """`samples.Samples` of takes."""
-
-    garments: list[GarmentSample] = field(default_factory=list)
-    garment_of: Int[np.ndarray, " samples"] = field(default_factory=lambda: np.zeros(0, np.int64))
-    before: Int[np.ndarray, "samples 2"] = field(default_factory=lambda: np.zeros((0, 2), np.int64))
-    training: Int[np.ndarray, " training"] = field(default_factory=lambda: np.zeros(0, np.int64))
-    validation: Int[np.ndarray, " validation"] = field(default_factory=lambda: np.zeros(0, np.int64))
-    _rows: list["_Row"] = field(default_factory=list)
-
-    def frames(self, chosen: Int[np.ndarray, " frames"]) -> FrameBatch:
-        """Some samples, all of one garment."""
-        rows = [self._rows[number] for number in chosen.tolist()]
-        return FrameBatch(
-            np.stack([row.motion for row in rows]),
-            np.stack([row.transforms for row in rows]),
-            np.stack([row.joints for row in rows]),
-            np.stack([row.body for row in rows]),
-            np.stack([row.heading for row in rows]),
-            np.stack([row.truth for row in rows]),
-            np.stack([row.lag for row in rows]).astype(np.float32),
-            np.stack([row.normals for row in rows]).astype(np.float32),
-            np.stack([row.heights for row in rows]).astype(np.float32),
-        )
+SPREAD = 0.01
+"""Features vary by this much at least, as they are scaled."""
+SHOWN = 8
+"""Frames of each garment that features are scaled by."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Row:
-    motion: Float[np.ndarray, "poses 75"]
-    transforms: Float[np.ndarray, "joints 3 4"]
-    joints: Float[np.ndarray, "joints 3"]
-    body: Float[np.ndarray, " body"]
-    heading: Float[np.ndarray, "3 3"]
-    truth: Float[np.ndarray, "verts 3"]
-    lag: Float[np.ndarray, "verts lag"]
-    normals: Float[np.ndarray, "verts 3"]
-    heights: Float[np.ndarray, " verts"]
+class TakeSamples:
+    """`samples.Samples` of takes. Arrays may be mapped from files: what is asked for is read then."""
+
+    frames_of: Sequence[WornFrames]
+    """Of each garment on a body."""
+    trains: Sequence[Bool[np.ndarray, " frames"]]
+    """Which of them are learned from; by the others the best weights are chosen."""
+    descriptor: int
+    """Numbers of the spectral descriptor."""
+
+    @cached_property
+    def garments(self) -> list[GarmentSample]:
+        """All garments."""
+        return [garment_of_frames(each, self.descriptor) for each in self.frames_of]
+
+    @cached_property
+    def firsts(self) -> Int[np.ndarray, " garments_and_one"]:
+        """Number of the first sample of each garment, and of all samples."""
+        return np.concatenate([[0], np.cumsum([len(each) for each in self.frames_of])]).astype(np.int64)
+
+    @cached_property
+    def garment_of(self) -> Int[np.ndarray, " samples"]:
+        """Which garment each sample is of."""
+        return np.repeat(np.arange(len(self.frames_of)), np.diff(self.firsts))
+
+    @cached_property
+    def before(self) -> Int[np.ndarray, "samples 2"]:
+        """Samples one and two frames before each, where they are samples, too."""
+        return np.concatenate(
+            [first + each.before for first, each in zip(self.firsts[:-1], self.frames_of, strict=True)]
+        )
+
+    @cached_property
+    def training(self) -> Int[np.ndarray, " training"]:
+        """Samples to train on."""
+        return np.flatnonzero(np.concatenate(self.trains))
+
+    @cached_property
+    def wanted(self) -> Bool[np.ndarray, " samples"]:
+        """Whether the two frames before a sample are samples, too."""
+        return np.concatenate([np.asarray(each.wanted) for each in self.frames_of])
+
+    @cached_property
+    def validation(self) -> Int[np.ndarray, " validation"]:
+        """Samples to choose the best weights by."""
+        return np.flatnonzero(~np.concatenate(self.trains) & self.wanted)
+
+    @cached_property
+    def missed(self) -> Float[np.ndarray, " garments"]:
+        """How far skinning misses each garment that is learned from, mean distance [m]; nan of the others."""
+        return np.array(
+            [
+                np.linalg.norm(np.asarray(each.apart[mine], np.float32), axis=2).mean() if mine.any() else np.nan
+                for each, mine in zip(self.frames_of, self.trains, strict=True)
+            ]
+        )
+
+    def frames(self, chosen: Int[np.ndarray, " frames"]) -> FrameBatch:
+        """Some samples, all of one garment."""
+        number = int(self.garment_of[chosen[0]])
+        worn, rows = self.frames_of[number], chosen - self.firsts[number]
+        return FrameBatch(
+            worn.motion[rows].astype(np.float32),
+            np.array(worn.transforms[rows]),
+            np.array(worn.joints[rows]),
+            np.array(worn.body[rows]),
+            np.array(worn.heading[rows]),
+            np.array(worn.truth[rows]),
+            vertex_inputs(worn.told[rows], worn.static),
+            worn.turns[rows].astype(np.float32),
+        )
+
+    @cached_property
+    def scales(self) -> tuple[Float[np.ndarray, " told"], Float[np.ndarray, " told"]]:
+        """Mean and spread of each feature of the vertices over frames that are learned from, float32."""
+        sums, squares, count = 0.0, 0.0, 0
+        for each, mine in zip(self.frames_of, self.trains, strict=True):
+            rows = np.flatnonzero(mine)
+            rows = rows[:: max(1, len(rows) // SHOWN)]
+            if len(rows):
+                told = vertex_inputs(each.told[rows], each.static).astype(np.float64)
+                sums = sums + told.sum(axis=(0, 1))
+                squares = squares + (told**2).sum(axis=(0, 1))
+                count += told.shape[0] * told.shape[1]
+        mean = sums / count
+        spread = np.sqrt(np.maximum(squares / count - mean**2, 0))
+        return mean.astype(np.float32), np.where(spread < 1e-4, 1, np.maximum(spread, SPREAD)).astype(np.float32)
 
 
-def take_samples(
-    data: Collection,
-    training: Sequence[Entry],
-    validation: Sequence[Entry],
-    stride: int,
-    descriptor: int,
-    size: ProxySize,
-    progress: Callable[[int, int], None] = lambda *_: None,
-) -> TakeSamples:
-    """Read takes.
-
-    Args:
-        data: The datasets.
-        training: Takes to train on.
-        validation: Takes to choose the best weights by.
-        stride: Every so many frames are trained on; the two before each are samples, too.
-        descriptor: Numbers of the spectral descriptor.
-        size: Of proxies.
-        progress: Called with the takes read and in all.
-    """
-    found, numbers = TakeSamples(), {}
-    garment_of: list[int] = []
-    before: list[tuple[int, int]] = []
-    sides: dict[bool, list[int]] = {True: [], False: []}
-    entries = [*((each, True) for each in training), *((each, False) for each in validation)]
-    for read, (entry, trains) in enumerate(entries, 1):
-        key = entry.dataset, tuple(entry.row.betas)
-        if key not in numbers:
-            made = worn_in(data.datasets[entry.dataset], entry.row.betas, size)
-            numbers[key] = len(found.garments), made
-            found.garments.append(garment_inputs(made.proxy, descriptor))
-        garment, worn = numbers[key]
-        proxy = worn.proxy
-        take, trail = data.take(entry), None
-        times = Times.always(take.motion[0])
-        wanted = {frame for frame in take.clip_frames.tolist() if frame % stride == 0}
-        needed = {max(frame - back, 0) for frame in wanted for back in (0, 1, 2)}
-        own: dict[int, int] = {}
-        for frame in range(len(take.motion)):
-            pose = take.motion[frame]
-            posed = proxy.shaped.posed(pose)
-            if trail is None:
-                trail = Trail.start(proxy, posed)
-            else:
-                trail = trail.stepped(proxy, posed, 1 / take.motion.fps)
-                times = times.followed(pose, 1 / take.motion.fps)
-            if frame not in needed:
-                continue
-            seen = Seen.of(pose)
-            own[frame] = len(found._rows)
-            if frame in wanted:
-                sides[trains].append(own[frame])
-            garment_of.append(garment)
-            truth = take.vertices[frame][worn.kept]
-            normals, heights = _clearance(truth, posed, seen, known=frame in wanted)
-            found._rows.append(
-                _Row(
-                    times.window(),
-                    seen.transforms(posed),
-                    seen.into(posed.joints),
-                    body_inputs(proxy.shaped, posed, seen),
-                    seen.turn.astype(np.float32),
-                    seen.into(truth),
-                    lag_inputs(trail.told(proxy, posed)).astype(np.float16),
-                    normals,
-                    heights,
-                )
-            )
-            before.append(tuple(own.get(max(frame - back, 0), own[frame]) for back in (1, 2)))  # type: ignore[arg-type]
-        progress(read, len(entries))
-    found.garment_of, found.before = np.array(garment_of), np.array(before)
-    found.training, found.validation = np.array(sides[True]), np.array(sides[False])
-    return found
-
-
-def _clearance(truth: Vertices, posed: PosedBody, seen: Seen, *, known: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Half-spaces of a frame as the network sees it, float16; without terms where the frame is not trained on."""
-    if not known:
-        return np.zeros(truth.shape, np.float16), np.full(len(truth), np.inf, np.float16)
-    normals, heights = clearance(truth, posed.vertices, posed.normals)
-    return (normals @ seen.turn).astype(np.float16), heights.astype(np.float16)
+def forget_beginning(told: Float[np.ndarray, "... told"]) -> None:
+    """Take from features what they tell of how the garment lay at the beginning, in place."""
+    told[..., -STATIC - BEGUN : -STATIC] = 0

@@ -95,6 +95,10 @@ class Seen:
         """Points that are seen, in the world [m], float32."""
         return (points @ self.turn.T + self.origin).astype(np.float32)
 
+    def turns(self, turns: Float[np.ndarray, "verts 4"]) -> Float[np.ndarray, "verts 4"]:
+        """Turns into the world, wxyz, seen; float32."""
+        return multiply(inverse(from_matrix(self.turn)), turns.astype(np.float64)).astype(np.float32)
+
     def transforms(self, posed: "PosedBody") -> Float[np.ndarray, "joints 3 4"]:
         """Skin transforms of a body, seen; float32."""
         found = self.turn.T @ posed.transforms.astype(np.float64)

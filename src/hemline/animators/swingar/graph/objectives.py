@@ -9,15 +9,20 @@ from torch import Tensor
 
 from hemline.arrays import Int
 from hemline.learning.collision import missing
+from hemline.learning.mirror import swapped_joints
 
 from .estimator import Estimator, GarmentCode
-from .losses import LossWeights, bend_loss, edge_loss, gravity_loss, vertex_loss
+from .graph_samples import forget_beginning
+from .losses import LossWeights, bend_loss, distance_loss, edge_loss, gravity_loss
+from .mirrored import mirrored_frames, mirrored_garment
 from .samples import FrameBatch, GarmentSample, Samples
 
 SUPERVISED = LossWeights(edge=0.0, bend=0.0, gravity=0.0, collision=0.0)
 """The vertex term alone, with which a training begins."""
 MARGIN = 0.002
 """Distance that vertices should keep from the body [m]."""
+_IMAGE = torch.tensor([-1.0, 1.0, 1.0])
+"""Signs of a point in a mirror."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,23 @@ class Groups:
     """Groups in an epoch."""
     validation: int = 12
     """Frames of each garment of the validation set that are looked at, evenly over its samples."""
+    garments: int = 60
+    """Garments of the validation set that are looked at, evenly over all."""
+    mirrored: bool = True
+    """Whether half of the groups are shown with left and right exchanged."""
+    evenness: float = 0.5
+    """Garments count by what skinning misses of them to minus this power."""
+    unknown: float = 0.2
+    """Share of the groups that are shown without how the garment lay at the beginning."""
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A group: frames of one garment, as they are or in a mirror."""
+
+    chosen: np.ndarray
+    mirrored: bool
+    forgetful: bool
 
 
 class _Stage:
@@ -37,9 +59,18 @@ class _Stage:
 
     def __init__(self, estimator: Estimator, samples: Samples, groups: Groups, weights: LossWeights):
         self.estimator, self.data, self.groups, self.weights = estimator, samples, groups, weights
-        self._training = _by_garment(samples, samples.training)
-        self._shares = np.array([len(each) for each in self._training], float) / len(samples.training)
+        self._training = _by_garment(samples, self.shown)
+        self._shares = np.array([len(each) for each in self._training], float) / len(self.shown)
+        missed = np.nan_to_num(np.asarray(samples.missed, float), nan=1.0)
+        counts = (missed + 1e-3) ** -groups.evenness
+        self._counts = counts / np.average(counts, weights=self._shares)
+        self._images = [mirrored_garment(each) for each in samples.garments] if groups.mirrored else []
         self._sheets = [_Sheet.of(garment) for garment in samples.garments]
+
+    @property
+    def shown(self) -> np.ndarray:
+        """Samples that are trained on."""
+        return self.data.training
 
     @property
     def samples(self) -> np.ndarray:
@@ -49,7 +80,7 @@ class _Stage:
     def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> Tensor:
         """The weighted terms, mean over the groups of a batch."""
         drawn = [self._drawn(random) for _ in chosen]
-        return torch.stack([self._terms(frames) for frames in drawn[mine]]).mean()
+        return torch.stack([self._terms(each) for each in drawn[mine]]).mean()
 
     def validation_loss(self, random: np.random.Generator) -> Tensor:
         """Mean distance of vertices [m], mean over garments."""
@@ -60,23 +91,39 @@ class _Stage:
         with torch.no_grad():
             return [float(self._distances(frames)) for frames in validation_frames(self.data, self.groups)]
 
-    def predicted(self, chosen: np.ndarray, batch: FrameBatch) -> Tensor:
-        """The garment in some frames of one garment (frames, verts, 3) [m]."""
+    def predicted(self, chosen: np.ndarray, batch: FrameBatch, mirrored: bool = False) -> Tensor:
+        """The garment in some frames of one garment (frames, verts, 3) [m].
+
+        Args:
+            chosen: Numbers of the samples.
+            batch: The frames, as they are shown.
+            mirrored: Whether they are shown in a mirror.
+        """
         raise NotImplementedError
 
-    def _drawn(self, random: np.random.Generator) -> np.ndarray:
+    def _drawn(self, random: np.random.Generator) -> _Drawn:
         members = self._training[random.choice(len(self._shares), p=self._shares)]
-        return np.sort(random.choice(members, min(self.groups.frames, len(members)), replace=False))
+        chosen = np.sort(random.choice(members, min(self.groups.frames, len(members)), replace=False))
+        mirrored, forgetful = random.random(2) < (0.5 * self.groups.mirrored, self.groups.unknown)
+        return _Drawn(chosen, bool(mirrored), bool(forgetful))
 
     def _distances(self, chosen: np.ndarray) -> Tensor:
         batch = self.data.frames(chosen)
         return (self.predicted(chosen, batch) - torch.from_numpy(batch.truth)).norm(dim=-1).mean()
 
-    def _terms(self, chosen: np.ndarray) -> Tensor:
-        batch = self.data.frames(chosen)
-        vertices, truth = self.predicted(chosen, batch), torch.from_numpy(batch.truth)
-        sheet, w = self._sheets[int(self.data.garment_of[chosen[0]])], self.weights
-        total = w.vertex * vertex_loss(vertices, truth)
+    def _garment(self, chosen: np.ndarray, mirrored: bool) -> GarmentSample:
+        number = int(self.data.garment_of[chosen[0]])
+        return self._images[number] if mirrored else self.data.garments[number]
+
+    def _terms(self, drawn: _Drawn) -> Tensor:
+        batch, number = self.data.frames(drawn.chosen), int(self.data.garment_of[drawn.chosen[0]])
+        if drawn.forgetful and batch.told is not None:
+            forget_beginning(batch.told)
+        if drawn.mirrored:
+            batch = mirrored_frames(batch)
+        vertices, truth = self.predicted(drawn.chosen, batch, drawn.mirrored), torch.from_numpy(batch.truth)
+        sheet, w = self._sheets[number], self.weights
+        total = w.vertex * distance_loss(vertices, truth)
         if w.edge:
             total = total + w.edge * edge_loss(vertices, truth, sheet.edges)
         if w.bend:
@@ -86,7 +133,7 @@ class _Stage:
         if w.collision and batch.normals is not None and batch.heights is not None:
             normals, heights = torch.from_numpy(batch.normals), torch.from_numpy(batch.heights)
             total = total + w.collision * missing(vertices - truth, normals, heights, MARGIN).square().mean()
-        return total
+        return float(self._counts[number]) * total
 
 
 class CoarseObjective(_Stage):
@@ -99,10 +146,9 @@ class CoarseObjective(_Stage):
         """Encoders of garment, shape and motion, and the coarse predictor."""
         return self.estimator.coarse_parameters()
 
-    def predicted(self, chosen: np.ndarray, batch: FrameBatch) -> Tensor:
+    def predicted(self, chosen: np.ndarray, batch: FrameBatch, mirrored: bool = False) -> Tensor:
         """The coarse meshes."""
-        code = encoded(self.estimator, self.data.garments[int(self.data.garment_of[chosen[0]])])
-        return _coarse(self.estimator, code, batch)
+        return _coarse(self.estimator, encoded(self.estimator, self._garment(chosen, mirrored)), batch)
 
 
 class CorrectiveObjective(_Stage):
@@ -121,7 +167,12 @@ class CorrectiveObjective(_Stage):
         """The encoder of the body, and the corrective predictor."""
         return self.estimator.corrective_parameters()
 
-    def predicted(self, chosen: np.ndarray, batch: FrameBatch) -> Tensor:
+    @property
+    def shown(self) -> np.ndarray:
+        """Samples whose two frames before are samples, too."""
+        return self.data.training[self.data.wanted[self.data.training]]
+
+    def predicted(self, chosen: np.ndarray, batch: FrameBatch, mirrored: bool = False) -> Tensor:
         """The coarse meshes with the displacement added."""
         code = self._codes[self.data.garment_of[chosen[0]]]
         times = np.concatenate([self.data.before[chosen][:, ::-1], chosen[:, None]], axis=1)
@@ -130,8 +181,11 @@ class CorrectiveObjective(_Stage):
             torch.from_numpy(np.stack([[self._known[i][part] for i in row] for row in times.tolist()]))
             for part in range(3)
         )
-        turned = torch.from_numpy(batch.heading).transpose(1, 2)[:, None] @ heading
+        # all three are seen from the heading of the last
+        turned = heading[:, -1:].transpose(2, 3) @ heading
         meshes, joints = (each.float() @ turned.transpose(2, 3) for each in (meshes, joints))
+        if mirrored:
+            meshes, joints = meshes * _IMAGE, joints[:, :, swapped_joints()] * _IMAGE
         return meshes[:, -1] + self.estimator.corrective(code, meshes, joints, torch.from_numpy(batch.body))
 
     def _make(self, unknown: np.ndarray) -> None:
@@ -155,15 +209,19 @@ def encoded(estimator: Estimator, garment: GarmentSample) -> GarmentCode:
 
 
 def validation_frames(samples: Samples, groups: Groups) -> Iterator[Int[np.ndarray, " frames"]]:
-    """Some samples of each garment of the validation set, evenly over all it has, as sample numbers."""
-    for members in _by_garment(samples, samples.validation):
-        if len(members):
-            yield members[np.unique(np.linspace(0, len(members) - 1, groups.validation).round().astype(int))]
+    """Some samples of garments of the validation set, evenly over all that there are, as sample numbers."""
+    held_out = [members for members in _by_garment(samples, samples.validation) if len(members)]
+    for i in _evenly(len(held_out), groups.garments):
+        yield held_out[i][_evenly(len(held_out[i]), groups.validation)]
+
+
+def _evenly(count: int, wanted: int) -> Int[np.ndarray, " chosen"]:
+    return np.unique(np.linspace(0, count - 1, wanted).round().astype(int))
 
 
 def _coarse(estimator: Estimator, code: GarmentCode, batch: FrameBatch) -> Tensor:
-    lag = None if batch.lag is None else torch.from_numpy(batch.lag)
-    return estimator.coarse(code, torch.from_numpy(batch.motion), lag, torch.from_numpy(batch.transforms))[0]
+    told, turns = (None if each is None else torch.from_numpy(each) for each in (batch.told, batch.turns))
+    return estimator.coarse(code, torch.from_numpy(batch.motion), torch.from_numpy(batch.transforms), told, turns)[0]
 
 
 def _by_garment(samples: Samples, chosen: np.ndarray) -> list[np.ndarray]:

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hemline.arrays import Faces, Float, Int
+from hemline.arrays import Bool, Faces, Float, Int
 
 from .graph import Graph
 
@@ -43,8 +43,10 @@ class FrameBatch:
     """Rotations from the frame's own heading to one that all frames of a clip share."""
     truth: Float[np.ndarray, "frames verts 3"]
     """The garment of the ground truth [m]."""
-    lag: Float[np.ndarray, "frames verts lag"] | None = None
-    """Lag features."""
+    told: Float[np.ndarray, "frames verts told"] | None = None
+    """Features of the vertices, see `graph_inputs.vertex_inputs`."""
+    turns: Float[np.ndarray, "frames verts 4"] | None = None
+    """How skinning turns each vertex, wxyz."""
     normals: Float[np.ndarray, "frames verts 3"] | None = None
     """Unit normal of the body where it is nearest to each true vertex, see `learning.collision`."""
     heights: Float[np.ndarray, "frames verts"] | None = None
@@ -67,6 +69,16 @@ class Samples(Protocol):
     @property
     def before(self) -> Int[np.ndarray, "samples 2"]:
         """Samples one and two frames before each; at the start of a clip the first itself."""
+        ...
+
+    @property
+    def wanted(self) -> Bool[np.ndarray, " samples"]:
+        """Whether the two frames before a sample are samples, too, or it is the first of its clip."""
+        ...
+
+    @property
+    def missed(self) -> Float[np.ndarray, " garments"]:
+        """Mean distance of each garment that is trained on from skinning [m]; nan: not trained on."""
         ...
 
     @property

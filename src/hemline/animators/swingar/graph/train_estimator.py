@@ -11,7 +11,7 @@ import torch
 from hemline.compiled import use_threads
 from hemline.errors import BadDataset
 from hemline.learning.trainer import Checkpoint, Schedule, Trainer
-from hemline.options import check_options, not_negative, positive
+from hemline.options import check_options, not_negative, positive, share
 
 from .estimator import Estimator
 from .estimator_config import EstimatorConfig
@@ -43,6 +43,12 @@ class TrainingPlan:
     """Groups of such frames in an epoch."""
     validation: int = positive(12)
     """Frames of each held-out garment that are looked at after an epoch."""
+    mirrored: bool = True
+    """Whether half of the groups are shown with left and right exchanged."""
+    evenness: float = not_negative(0.5)
+    """Garments count by what skinning misses of them to minus this power."""
+    unknown: float = share(0.2)
+    """Share of the groups that are shown without how the garment lay at the beginning."""
     rate: float = positive(1e-3)
     """First learning rate of Adam."""
     warm_up: int = not_negative(200)
@@ -60,7 +66,14 @@ class TrainingPlan:
     @property
     def groups(self) -> Groups:
         """How samples are drawn."""
-        return Groups(self.frames, self.epoch, self.validation)
+        return Groups(
+            self.frames,
+            self.epoch,
+            self.validation,
+            mirrored=self.mirrored,
+            evenness=self.evenness,
+            unknown=self.unknown,
+        )
 
 
 @dataclass(frozen=True)
@@ -90,6 +103,7 @@ def train_estimator(
     progress: Callable[[str, int, int], None],
     start: dict[str, np.ndarray] | None = None,
     weights: LossWeights | None = None,
+    scales: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Trained:
     """Train the coarse predictor, then the corrective one on what the first makes.
 
@@ -103,6 +117,8 @@ def train_estimator(
         progress: Called with the stage, epochs done and in all; what it raises stops the training.
         start: Weights to go on from (fine-tuning); None: drawn.
         weights: Of the terms of the loss; None: the paper's.
+        scales: Mean and spread of the features of vertices (told,); None: 0 and 1. Those of `start` count where there
+            is one.
 
     Raises:
         BadDataset: There is nothing to train on, or nothing to choose the best weights by.
@@ -117,6 +133,9 @@ def train_estimator(
     use_threads(plan.threads)
     torch.manual_seed(seed)
     estimator, weights, curves = Estimator(config), weights or LossWeights(), {}
+    if scales is not None and config.told:
+        estimator.told_mean.copy_(torch.from_numpy(scales[0]))
+        estimator.told_spread.copy_(torch.from_numpy(scales[1]))
     if start is not None:
         estimator.load_state_dict({name: torch.from_numpy(each) for name, each in start.items()})
 

@@ -1,21 +1,20 @@
 """The fit of the lag network."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from hemline.animators.swingar.config import SwingarConfig
 from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.swingar.features.sided_frames import SIDES, SidedFrames
 from hemline.animators.swingar.mover import LagMover
-from hemline.datasets.collection import Collection, Entry
 
-from .lag_samples import GarmentSamples, gather
+from .lag_samples import GarmentSamples, garment_samples
 
 
 def fit_lag(
-    data: Collection,
-    sides: Mapping[str, Sequence[Entry]],
+    frames: SidedFrames,
     config: SwingarConfig,
     *,
     start: LagMover | None,
@@ -27,8 +26,7 @@ def fit_lag(
     """Learn.
 
     Args:
-        data: The datasets.
-        sides: Takes to learn from, `train`, and takes to choose the best epoch by, by what is new about them.
+        frames: Frames to learn from, `train`, and frames to choose the best epoch by, by what is new about them.
         config: Options.
         start: What to go on from; None: from skinning.
         seed: Seed of all that is random.
@@ -46,11 +44,8 @@ def fit_lag(
 
     from .lag_training import LagObjective, TorchLagNet
 
-    samples = {
-        name: gather(data, entries, config.stride, config.size, lambda *done, name=name: tell(f"read {name}", *done))
-        for name, entries in sides.items()
-    }
-    train, valid = samples["train"], [each for name in sides if name != "train" for each in samples[name]]
+    samples = {name: garment_samples(frames, name) for name in ("train", *SIDES)}
+    train, valid = samples["train"], [each for name in SIDES for each in samples[name]]
     net = TorchLagNet(config.width, *scales(train), seed, config.precision)
     if start is not None:
         net.go_on_from(start.net)
@@ -58,7 +53,7 @@ def fit_lag(
     trainer = Trainer(objective, Schedule(config.epochs, config.garments, config.rate, seed, config.threads))
     kept = Checkpoint(checkpoints / "lag.safetensors", mark, 1, seconds=60.0) if checkpoints else None
     trainer.run(checkpoint=kept, progress=lambda *done: tell("learn", *done))
-    figures = {"frames": float(sum(len(each.told) for each in train))}
+    figures = {"frames": float(sum(len(each) for each in train))}
     for name, each in samples.items():
         if each:
             figures[f"{name}_mm"] = 1e3 * _mean(objective.errors(each), each)
@@ -71,9 +66,9 @@ def scales(samples: Sequence[GarmentSamples]) -> tuple[np.ndarray, np.ndarray]:
     count, sums = 0, np.zeros(STATIC + DYNAMIC)
     squares = sums.copy()
     for each in samples:
-        told = each.told[:: max(1, len(each.told) // 20)].astype(np.float64)
+        told = each.told(np.arange(0, len(each), max(1, len(each) // 20))).astype(np.float64)
         frames, verts = told.shape[:2]
-        static = np.broadcast_to(each.proxy.static.astype(np.float64), (frames, *each.proxy.static.shape))
+        static = np.broadcast_to(each.worn.static.astype(np.float64), (frames, *each.worn.static.shape))
         rows = np.concatenate([static, told], axis=2).reshape(frames * verts, -1)
         sums, squares, count = sums + rows.sum(axis=0), squares + (rows**2).sum(axis=0), count + len(rows)
     mean = sums / count
@@ -82,8 +77,8 @@ def scales(samples: Sequence[GarmentSamples]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _skinned(samples: GarmentSamples) -> float:
-    return float(np.linalg.norm(samples.apart.astype(np.float32), axis=2).mean())
+    return float(np.linalg.norm(samples.apart(), axis=2).mean())
 
 
 def _mean(errors: Sequence[float], samples: Sequence[GarmentSamples]) -> float:
-    return float(np.average(errors, weights=[len(each.told) for each in samples]))
+    return float(np.average(errors, weights=[len(each) for each in samples]))

@@ -11,9 +11,8 @@ from hemline.animators.swingar.features.mirror import VECTOR, dynamic_mirror, st
 from hemline.animators.swingar.features.proxy_on_body import BEGUN, DYNAMIC, STATIC, Cells
 
 from .lag_net import LagNet, layer_sizes
-from .lag_samples import GarmentSamples
+from .lag_samples import ALL, Ends, GarmentSamples
 
-Ends = np.ndarray | slice
 VALIDATED = 4
 """Every so many samples of a garment are looked at after an epoch."""
 
@@ -112,12 +111,12 @@ class LagObjective:
         chunks = [
             (number, first)
             for number, each in enumerate(train)
-            for first in range(0, len(each.told) - config.frames + 1, config.frames)
+            for first in range(0, len(each) - config.frames + 1, config.frames)
         ]
         self._chunks = chunks
-        missed = np.array([np.linalg.norm(each.apart.astype(np.float32), axis=2).mean() for each in train])
+        missed = np.array([np.linalg.norm(each.apart(), axis=2).mean() for each in train])
         weights = (missed + 1e-3) ** -config.evenness
-        self._weights = weights / np.average(weights, weights=[len(each.told) for each in train])
+        self._weights = weights / np.average(weights, weights=[len(each) for each in train])
 
     @property
     def parameters(self) -> Sequence[torch.Tensor]:
@@ -210,17 +209,17 @@ class _Ready:
 
     def __init__(self, samples: GarmentSamples):
         self._samples = samples
-        self.count = len(samples.told)
-        self.static = torch.from_numpy(samples.proxy.static)
-        self.cells = TorchCells.of(samples.proxy.cells)
-        self.edges = samples.edges
+        self.count = len(samples)
+        self.static = torch.from_numpy(np.array(samples.worn.static))
+        self.cells = TorchCells.of(samples.worn.cells)
+        self.edges = samples.worn.edges
 
-    def told(self, frames: np.ndarray, ends: Ends = slice(None)) -> torch.Tensor:
-        return torch.from_numpy(self._samples.told[frames][:, ends].astype(np.float32))
+    def told(self, frames: np.ndarray, ends: Ends = ALL) -> torch.Tensor:
+        return torch.from_numpy(self._samples.told(frames, ends))
 
-    def apart(self, frames: np.ndarray, ends: Ends = slice(None)) -> torch.Tensor:
-        return torch.from_numpy(self._samples.apart[frames][:, ends].astype(np.float32))
+    def apart(self, frames: np.ndarray, ends: Ends = ALL) -> torch.Tensor:
+        return torch.from_numpy(self._samples.apart(frames, ends))
 
     def turns(self, frames: np.ndarray, ends: Ends, mirrored: bool) -> torch.Tensor:
-        turns = self._samples.turns[frames][:, ends].astype(np.float32)
+        turns = self._samples.turns(frames, ends)
         return torch.from_numpy(turns * np.array([1, 1, -1, -1], np.float32) if mirrored else turns)

@@ -7,6 +7,7 @@ from typing import Self
 
 import numpy as np
 
+from hemline.animators.swingar.features.feature_kernels import displace
 from hemline.animators.swingar.graph.estimator_config import (
     CORRECTIVE_WIDTH,
     JOINTS,
@@ -97,31 +98,48 @@ class PlayedEstimator:
         self,
         garment: Garment,
         motion: Float[np.ndarray, "poses 75"],
-        lag: Float[np.ndarray, "verts lag"] | None,
         transforms: Float[np.ndarray, "joints 3 4"],
+        told: Float[np.ndarray, "verts told"] | None = None,
+        turns: Float[np.ndarray, "verts 4"] | None = None,
     ) -> tuple[Vertices, Float[np.ndarray, "verts joints"], Vertices]:
         """The coarse mesh of one frame; see `Estimator.coarse`.
 
         Args:
             garment: The garment.
             motion: The last poses.
-            lag: Lag features; None where the estimator has none.
             transforms: Skinning transforms of the joints.
+            told: Features of the vertices; None where the estimator has none.
+            turns: How skinning turns each vertex, wxyz; None where nothing is displaced.
 
         Returns:
             Vertices [m], dynamic weights [1], blend shape at rest [m].
         """
+        c, extra, first = self.config, None, None
+        if c.told:
+            assert told is not None
+            extra = (told - self.arrays["told_mean"]) / self.arrays["told_spread"]
+            first = np.ascontiguousarray(extra[:, : c.state_told]) if c.state_told else None
         moved = self._motion_feature(np.asarray(motion, np.float32))
-        lag = None if lag is None else np.ascontiguousarray(lag, np.float32)
-        mean, scores = self._state(garment, moved, lag)
+        mean, scores = self._state(garment, moved, first)
         logits = scores * garment.shape + garment.logits
         weights = np.exp(logits - logits.max(1, keepdims=True))
         weights /= weights.sum(1, keepdims=True)
-        blend = self.layers["blend_first"](garment.graph, mean[None], extra=lag)
+        blend = self.layers["blend_first"](garment.graph, mean[None], extra=extra)
         blend = self.layers["blend_second"](garment.graph, blend)
         asked = self._linear("blend_motion", moved) if "blend_motion.weight" in self.arrays else moved
         blend = (self.arrays["blend_scale"] * (blend @ asked)).T
-        return _skinned(weights, np.asarray(transforms, np.float32), garment.positions + blend), weights, blend
+        vertices = _skinned(weights, np.asarray(transforms, np.float32), garment.positions + blend)
+        if c.displacement:
+            assert turns is not None
+            out = np.empty_like(vertices)
+            displace(vertices, np.asarray(turns, np.float32), self._displacements(mean, extra), out)
+            vertices = out
+        return vertices, weights, blend
+
+    def _displacements(self, state: np.ndarray, told: np.ndarray | None) -> np.ndarray:
+        hidden = self._linear("displace_first", state if told is None else np.concatenate([state, told], axis=1))
+        hidden = self._linear("displace_second", np.maximum(hidden, 0))
+        return np.ascontiguousarray(self._linear("displace", np.maximum(hidden, 0)), np.float32)
 
     def corrective(
         self,
@@ -165,10 +183,10 @@ class PlayedEstimator:
         recall(given, self._recurrent, hidden)
         return hidden
 
-    def _state(self, garment: Garment, moved: np.ndarray, lag: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    def _state(self, garment: Garment, moved: np.ndarray, told: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Mean of the heads of the state (verts, state), and what each adds to a logit (verts, joints)."""
         layer, graph, count = self.layers["state"], garment.graph, garment.graph.vertex_count
-        extra = np.zeros((count, 0), np.float32) if lag is None else lag
+        extra = np.zeros((count, 0), np.float32) if told is None else told
         means = np.empty((min(threads(), JOINTS), count, self.config.state), np.float32)
         scores = np.empty((count, JOINTS), np.float32)
         alpha = 0.0 if layer.alpha is None else layer.alpha

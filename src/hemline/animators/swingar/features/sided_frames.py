@@ -1,0 +1,64 @@
+"""Frames of takes, and what each is for: to learn from, or to choose by."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from hemline.arrays import Int
+from hemline.datasets.collection import Collection, Entry
+from hemline.sim.takes.jobs import Tell, nothing_told
+
+from .walk import Walk, walked
+from .worn_frames import WornFrames
+
+SIDES = ("new_clip", "new_garment", "both_new")
+"""What epochs are chosen by: takes of subjects, of garments, or of both that are not learned from."""
+
+
+@dataclass(frozen=True, eq=False)
+class SidedFrames:
+    """Frames garment by garment and body by body."""
+
+    worn: Sequence[WornFrames]
+    sides: Sequence[np.ndarray]
+    """Of each frame of each: `train` or one of `SIDES`."""
+
+    @classmethod
+    def of(
+        cls,
+        data: Collection,
+        sides: Mapping[str, Sequence[Entry]],
+        walk: Walk,
+        folder: Path,
+        *,
+        jobs: int = 1,
+        tell: Tell = nothing_told,
+    ) -> Self:
+        """Frames of takes, see `walk.walked`.
+
+        Args:
+            data: The datasets.
+            sides: The takes by what they are for.
+            walk: Which frames.
+            folder: Where they are kept.
+            jobs: Processes that walk.
+            tell: Called with the garments on bodies done and in all.
+        """
+        side_of = {id_of(entry): name for name, entries in sides.items() for entry in entries}
+        entries = [entry for each in sides.values() for entry in each]
+        worn, takes = walked(data, entries, walk, folder, jobs=jobs, tell=tell)
+        found = [np.array([side_of[id_of(each)] for each in own]) for own in takes]
+        return cls(worn, [own[np.asarray(each.take)] for each, own in zip(worn, found, strict=True)])
+
+    def part(self, side: str) -> list[tuple[WornFrames, Int[np.ndarray, " frames"]]]:
+        """The frames of one side: those of each garment on a body that has some, and their numbers."""
+        rows = [(each, np.flatnonzero(own == side)) for each, own in zip(self.worn, self.sides, strict=True)]
+        return [(each, own) for each, own in rows if len(own)]
+
+
+def id_of(entry: Entry) -> tuple[int, str]:
+    """Which take it is."""
+    return entry.dataset, entry.row.name
