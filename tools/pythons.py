@@ -20,7 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PYTHONS = ("3.11", "3.12", "3.13")
 LOWEST = "lowest"
-EXTRAS = ["cluster", "onnx", "usd", "view"]
+EXTRAS = ["cluster", "usd", "view"]
 TORCH = os.environ.get("HEMLINE_TORCH") == "1"
 QUICK = [f"tests/{room}" for room in ("files", "motions", "meshes", "bodies", "garments", "export", "pictures", "cli")]
 """What is run with the lowest versions: all that reads and writes through a library, and the command line."""

@@ -62,10 +62,10 @@ CASES = (
     Case("trousers-light", "skirt", "walk"),
     Case("trousers-light", "skirt", "dance"),
     Case("tshirt-light", "cape", "dance"),
-    Case("trousers-light", "dress-light", "walk", "swingar"),
+    Case("trousers-light", "dress-light", "walk", "lag"),
     Case("trousers-light", "skirt-light", "walk", "live"),
-    Case("tshirt-light", "dress-light", "walk", "swingar"),
-    Case("tshirt-light", "cape-light", "dance", "swingar"),
+    Case("tshirt-light", "dress-light", "walk", "lag"),
+    Case("tshirt-light", "cape-light", "dance", "lag"),
 )
 
 
@@ -138,10 +138,10 @@ def page(rows: list[dict[str, Any]]) -> str:
     """The page."""
     head = (
         "# Garments over garments\n\n"
-        "`hemline animate trousers-light --over skirt -m dance` wears two models together, `hemline animate swingar "
+        "`hemline animate trousers-light --over skirt -m dance` wears two models together, `hemline animate lag "
         "--garment trousers-light --over dress-light -m walk`\ntwo garments of one model. Each is kept out of those "
         "beneath it, in the order of `--over`, and out of the body: [how](../src/hemline/collide/layers/README.md).\n"
-        "`swingar` and `live` settle them together first. Where that fails, as garments go through each other where "
+        "`lag` and `live` settle them together first. Where that fails, as garments go through each other where "
         "they were\nmade, such as a dress with sleeves over a shirt, they settle one by one, and are moved apart "
         "before they are played.\n\n"
         "![Before and after](layers.webp)\n\n"

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hemline.animators.swingar.graph.estimator_config import EstimatorConfig
-from hemline.animators.swingar.graph.graph import Graph
+from hemline.animators.swingar.estimator_config import EstimatorConfig
+from hemline.animators.swingar.graph import Graph
 
 SMALL = {"descriptor": 16, "graph": 8, "motion": 12, "state": 10, "blend": 9, "blend_last": 7, "corrective": 6}
 

@@ -1,12 +1,12 @@
 """A training set by formula: sheets that hang from a body which slides to and fro, and sway after it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from swingar_samples import sheet
 
-from hemline.animators.swingar.graph.graph import Graph
-from hemline.animators.swingar.graph.samples import FrameBatch, GarmentSample
+from hemline.animators.swingar.graph import Graph
+from hemline.animators.swingar.samples import FrameBatch, GarmentSample
 from hemline.meshes import vertex_normals
 
 FRAMES, CLIPS = 60, 4
@@ -25,6 +25,19 @@ def garment(size: float) -> GarmentSample:
     return GarmentSample(Graph.of(faces, count), faces, features.astype(np.float32), descriptor, logits, mass)
 
 
+@dataclass(frozen=True)
+class Wall:
+    """A signed distance."""
+
+    z: float
+
+    def signed(self, points: np.ndarray) -> np.ndarray:
+        return points[:, 2] - self.z
+
+    def with_gradients(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return self.signed(points), np.tile(np.float32([0, 0, 1]), (len(points), 1))
+
+
 @dataclass(frozen=True, eq=False)
 class Swaying:
     """The samples: clip by clip, each of one of two garments; the last two clips are held out."""
@@ -32,7 +45,7 @@ class Swaying:
     garments: tuple[GarmentSample, ...]
     way: np.ndarray  # the pelvis's way in each frame (clips, 64 + FRAMES, 3) [m]
     sway: np.ndarray  # a mean of past ways (clips, FRAMES)
-    with_body: bool = False
+    wall: float = -9.0  # the body is all that lies behind z = wall [m]
 
     @classmethod
     def made(cls, seed: int = 0) -> "Swaying":
@@ -81,8 +94,7 @@ class Swaying:
         still = np.tile(np.eye(3, 4, dtype=np.float32), (count, 24, 1, 1))
         joints = np.tile(np.linspace(0, 1, 24, dtype=np.float32)[:, None], (count, 1, 3))
         heading = np.tile(np.eye(3, dtype=np.float32), (count, 1, 1))
-        found = FrameBatch(motion, still, joints, np.zeros((count, 76), np.float32), heading, truth)
-        if self.with_body:
-            normals = np.tile(np.float32([0, 0, 1]), (*truth.shape[:2], 1))
-            found = replace(found, normals=normals, heights=np.full(truth.shape[:2], -0.01, np.float32))
-        return found
+        return FrameBatch(motion, still, joints, np.zeros((count, 76), np.float32), heading, truth)
+
+    def bodies(self, garment: int, batch: FrameBatch) -> list[Wall]:
+        return [Wall(self.wall)] * len(batch.truth)

@@ -211,7 +211,7 @@ def test_what_is_not_known_of_materials_is_said(model, anchors, others, tmp_path
 def test_who_knows_of_materials():
     assert isinstance(animators.load("live"), MaterialAware)
     assert not isinstance(animators.load("cape"), MaterialAware)
-    assert not isinstance(animators.load("swingar"), MaterialAware)
+    assert not isinstance(animators.load("lag"), MaterialAware)
 
 
 def test_live_simulates_the_material_that_it_is_told():

@@ -1,18 +1,17 @@
-"""Takes tell the graph network where the body is: the half-spaces of its collision term."""
+"""The collision term of swingar: the neural distance to the body that each frame sees, mirrored or not."""
 
 import numpy as np
 import pytest
 import swaying_takes as made
-from scipy.spatial import KDTree
-from scipy.spatial.transform import Rotation
 
 from hemline import bodies
+from hemline.animators.coarse.sided_frames import SidedFrames
+from hemline.animators.coarse.walk import Walk
 from hemline.animators.swingar import SwingarConfig
-from hemline.animators.swingar.graph.graph_samples import take_samples
+from hemline.animators.swingar.fit_graph import samples_of
+from hemline.animators.swingar.mirrored import mirrored_frames
+from hemline.collide.neural_sdf.exact import ExactDistance
 from hemline.datasets import open_collection
-from hemline.learning.collision import REACH
-
-STRIDE = 8
 
 
 @pytest.fixture(scope="module")
@@ -21,35 +20,28 @@ def taken(tmp_path_factory):
     made.swaying(root / "tshirt-light", "tshirt-light")
     data = open_collection([root / "tshirt-light"])
     entries = data.clips()
-    size = SwingarConfig(fewest=50, most=400).size
-    return data, entries, take_samples(data, entries[:1], entries[1:2], STRIDE, 16, size)
+    sides = {"train": entries[:1], "new_clip": entries[1:2]}
+    frames = SidedFrames.of(data, sides, Walk(SwingarConfig(fewest=50, most=400).size, 8), root / "frames")
+    return data.take(entries[0]), samples_of(frames, 16)
 
 
-def test_heights_are_those_above_the_nearest_skin_in_the_world(taken):
-    data, entries, samples = taken
-    batch = samples.frames(samples.training)
-    take, body = data.take(entries[0]), bodies.load("anny24").shaped()
-    frames = [frame for frame in take.clip_frames.tolist() if frame % STRIDE == 0]
-    assert len(frames) == len(batch.heights)
-    for row, frame in enumerate(frames):
-        posed = body.posed(take.motion[frame])
-        far, nearest = KDTree(posed.vertices).query(take.vertices[frame])
-        way = take.vertices[frame] - posed.vertices[nearest]
-        heights = (way * posed.normals[nearest]).sum(1)
-        known = np.isfinite(batch.heights[row])
-        assert known.any() and not known[far > REACH].any()
-        np.testing.assert_allclose(batch.heights[row][known], heights[known], atol=1e-4)
-        turned = batch.normals[row][known] @ seen(take.motion[frame]).T
-        np.testing.assert_allclose(turned, posed.normals[nearest][known], atol=1e-3)
+def test_the_body_of_a_frame_is_that_of_the_take(taken):
+    take, samples = taken
+    chosen = samples.training[:3]
+    batch, body = samples.frames(chosen), bodies.load("anny24").shaped()
+    for row, (number, distance) in enumerate(zip(chosen, samples.bodies(0, batch), strict=True)):
+        posed = body.posed(take.motion[int(samples.worn[0].frame[number])])
+        exact = ExactDistance.of(posed)
+        near = np.abs(exact.signed(posed.vertices[::500] + 0.02 * posed.normals[::500]) - 0.02) < 0.005
+        points = (posed.vertices[::500] + 0.02 * posed.normals[::500])[near]
+        seen = (points - take.motion[int(samples.worn[0].frame[number])].translation) @ batch.heading[row]
+        assert np.median(np.abs(distance.signed(seen.astype(np.float32)) - 0.02)) < 0.004
 
 
-def seen(pose):
-    """From the heading of a pose to the world: the part of the pelvis's turn that is about the vertical."""
-    half = np.arctan2(pose.rotations[0, 2], pose.rotations[0, 0])
-    return Rotation.from_rotvec([0, 2 * half, 0]).as_matrix()
-
-
-def test_frames_that_are_not_trained_on_have_no_term(taken):
-    samples = taken[2]
-    others = np.setdiff1d(samples.before[samples.training], samples.training)
-    assert len(others) and np.isinf(samples.frames(others).heights).all()
+def test_a_mirrored_frame_sees_the_body_in_the_mirror(taken):
+    samples = taken[1]
+    batch = samples.frames(samples.training[:2])
+    points = batch.truth[0][::7]
+    plain, image = (samples.bodies(0, each)[0] for each in (batch, mirrored_frames(batch)))
+    apart = np.abs(image.signed(points * np.float32([-1, 1, 1])) - plain.signed(points))
+    assert np.median(apart) < 0.005

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from swingar_samples import graph_of, sheet
 
-from hemline.animators.swingar.graph.curve_kernels import fill_exponentials, fill_tangents
-from hemline.animators.swingar.graph.graph import Graph
+from hemline.animators.swingar.curve_kernels import fill_exponentials, fill_tangents
+from hemline.animators.swingar.graph import Graph
 from hemline.errors import BadInput, BadMesh
 from hemline.learning.product_kernels import product
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.animators.swingar.graph.layers import GatLn, condensed, gathered_attention  # noqa: E402  # after the skip
+from hemline.animators.swingar.layers import GatLn, condensed, gathered_attention  # noqa: E402  # after the skip
 
 GRAPH = graph_of()
 VERTS = GRAPH.vertex_count

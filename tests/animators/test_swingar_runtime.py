@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from swingar_samples import SMALL, graph_of, inputs, sheet
 
-from hemline.animators.swingar.graph.estimator_config import EstimatorConfig, weight_shapes
-from hemline.animators.swingar.graph.graph import Graph
-from hemline.animators.swingar.graph.graph_inputs import skin_logits
-from hemline.animators.swingar.graph.runtime import PlayedEstimator
+from hemline.animators.swingar.estimator_config import EstimatorConfig, weight_shapes
+from hemline.animators.swingar.graph import Graph
+from hemline.animators.swingar.graph_inputs import skin_logits
+from hemline.animators.swingar.runtime import PlayedEstimator
 from hemline.errors import BadInput, BadModel
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.animators.swingar.graph.estimator import Estimator, cost  # noqa: E402  # after the skip
+from hemline.animators.swingar.estimator import Estimator, cost  # noqa: E402  # after the skip
 
 FRAMES = 3
 CONFIGS = {

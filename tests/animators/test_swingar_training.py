@@ -7,14 +7,14 @@ import pytest
 from swingar_samples import SMALL, sheet
 from swingar_swaying import Swaying
 
-from hemline.animators.swingar.graph.estimator_config import EstimatorConfig
+from hemline.animators.swingar.estimator_config import EstimatorConfig
 from hemline.errors import BadDataset
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.animators.swingar.graph import losses  # noqa: E402  # after the skip
-from hemline.animators.swingar.graph.estimator import Estimator  # noqa: E402
-from hemline.animators.swingar.graph.objectives import CoarseObjective, CorrectiveObjective, Groups  # noqa: E402
-from hemline.animators.swingar.graph.train_estimator import STAGES, TrainingPlan, train_estimator  # noqa: E402
+from hemline.animators.swingar import losses  # noqa: E402  # after the skip
+from hemline.animators.swingar.estimator import Estimator  # noqa: E402
+from hemline.animators.swingar.objectives import CoarseObjective, CorrectiveObjective, Groups  # noqa: E402
+from hemline.animators.swingar.train_estimator import STAGES, TrainingPlan, train_estimator  # noqa: E402
 
 CONFIG = EstimatorConfig(**SMALL, body=76, corrective_heads=2)
 PLAN = TrainingPlan(
@@ -90,8 +90,8 @@ def test_it_goes_on_from_weights_that_it_is_given(straight):
 def test_all_terms_are_used_where_the_body_is_known():
     estimator = Estimator(CONFIG)
     found = []
-    for with_body in (False, True):
-        samples = replace(Swaying.made(), with_body=with_body)
+    for wall in (-9.0, 9.0):
+        samples = replace(Swaying.made(), wall=wall)
         stage = CoarseObjective(estimator, samples, Groups(4, 2, 2, mirrored=False), losses.LossWeights(collision=1e4))
         found.append(float(stage.loss(np.arange(2), np.random.default_rng(0), slice(None)).detach()))
     assert found[1] > found[0]

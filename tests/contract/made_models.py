@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 from hemline import bodies, garments
+from hemline.animators import lag, swingar
 from hemline.animators.agentdress.binding import Binding
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.model import AnimatorAgentDress
@@ -14,17 +15,24 @@ from hemline.animators.agentdress.rigged_tables import RiggedTables
 from hemline.animators.agentdress.rigging import Rigging
 from hemline.animators.agentdress.shape_samples import ShapeSamples
 from hemline.animators.agentdress.tables import Tables
+from hemline.animators.coarse.model import CoarseAnimator
+from hemline.animators.coarse.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.coarse.relatives import Relatives
+from hemline.animators.coarse.wearable import CoarseWearable
+from hemline.animators.coarse.weights import Weights
+from hemline.animators.lag import LagConfig
+from hemline.animators.lag.lag_net import LagNet, layer_sizes
+from hemline.animators.lag.lag_network import LagNetwork
 from hemline.animators.live import AnimatorLive, Live
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
 from hemline.animators.ropes.body_inputs import COUNT
 from hemline.animators.ropes.layout import lay_out
 from hemline.animators.ropes.learned_bones import LearnedBones
-from hemline.animators.swingar import AnimatorSwingar, Swingar, SwingarConfig
-from hemline.animators.swingar.features.proxy_on_body import DYNAMIC, STATIC
-from hemline.animators.swingar.lag.lag_net import LagNet, layer_sizes
-from hemline.animators.swingar.mover import LagMover
-from hemline.animators.swingar.relatives import Relatives
-from hemline.animators.swingar.weights import Weights
+from hemline.animators.swingar import SwingarConfig
+from hemline.animators.swingar.estimator_config import EstimatorConfig, weight_shapes
+from hemline.animators.swingar.graph_inputs import STATE_TOLD, TOLD
+from hemline.animators.swingar.graph_network import GraphNetwork
+from hemline.animators.swingar.runtime import PlayedEstimator
 from hemline.bodies import ShapedBody
 from hemline.garments import coarser_garment
 from hemline.garments.garment import Garment
@@ -179,37 +187,54 @@ def live_model() -> AnimatorLive:
     return Live().worn_by(small_cape(), body())
 
 
-def swingar_weights(width: int = 16, seed: int = 3, beginning: float = 0.0) -> Weights:
+def lag_weights(width: int = 16, seed: int = 3, beginning: float = 0.0) -> Weights:
     """Weights drawn by chance, so small that no vertex moves by more than some centimetres."""
-    random, config = np.random.default_rng(seed), SwingarConfig(width=width, beginning=beginning)
+    random, config = np.random.default_rng(seed), LagConfig(width=width, beginning=beginning)
     sizes = layer_sizes(STATIC + DYNAMIC, width)
     drawn = {name: random.normal(size=size).astype(np.float32) * (2 / size[0]) ** 0.5 for name, size in sizes.items()}
     drawn["fourth"] *= 0.02
     biases = {name: np.zeros(size[1], np.float32) for name, size in sizes.items()}
     known = Relatives(["a", "b"], random.normal(size=(2, 256)).astype(np.float32))
-    return Weights(config, LagMover(LagNet(drawn, biases)), known, {"train_mm": 1.0}, ["a licence"]).rounded()
+    network = LagNetwork(LagNet(drawn, biases))
+    return Weights(lag.KIND, config, network, known, {"train_mm": 1.0}, ["a licence"]).rounded()
 
 
 @cache
-def swingar_model() -> AnimatorSwingar:
+def lag_model() -> CoarseAnimator:
     """The small cape, moved by weights that were drawn by chance."""
-    return Swingar(swingar_weights()).worn_by(small_cape(), body())
+    return CoarseWearable(lag_weights()).worn_by(small_cape(), body())
 
 
 @cache
-def begun_model() -> AnimatorSwingar:
+def begun_model() -> CoarseAnimator:
     """The same, simulated for a fifth of a second first."""
-    return Swingar(swingar_weights(beginning=0.2)).worn_by(small_cape(), body())
+    return CoarseWearable(lag_weights(beginning=0.2)).worn_by(small_cape(), body())
+
+
+@cache
+def swingar_model() -> CoarseAnimator:
+    """The small cape, moved by a small estimator whose weights were drawn by chance."""
+    random = np.random.default_rng(4)
+    sizes = {"graph": 8, "motion": 8, "state": 8, "blend": 8, "blend_last": 8, "corrective": 8, "corrective_heads": 1}
+    estimator = EstimatorConfig(**sizes, body=88, told=TOLD, state_told=STATE_TOLD, displacement=8)
+    drawn = {name: 0.1 * random.normal(size=shape) for name, shape in weight_shapes(estimator).items()}
+    drawn |= {"told_spread": np.ones(TOLD), "blend_scale": np.full(1, 0.01), "corrective_scale": np.full(1, 0.01)}
+    arrays = {name: each.astype(np.float32) for name, each in drawn.items()}
+    network = GraphNetwork(PlayedEstimator.of(estimator, arrays, "float32"))
+    known = Relatives(["a", "b"], random.normal(size=(2, 256)).astype(np.float32))
+    made = Weights(swingar.KIND, SwingarConfig(beginning=0.0), network, known, {}, ["a licence"])
+    return CoarseWearable(made.rounded()).worn_by(small_cape(), body())
 
 
 ANIMATORS = {
     "agentdress": agentdress_model,
     "agentdress, rigged": rigged_model,
+    "lag": lag_model,
+    "lag, simulated first": begun_model,
     "live": live_model,
     "ropes": ropes_model,
     "ropes, learned bones": learned_model,
     "swingar": swingar_model,
-    "swingar, simulated first": begun_model,
 }
 """Every animator; each runs through every law."""
 

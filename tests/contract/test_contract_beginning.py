@@ -1,18 +1,18 @@
-"""The first second of swingar: it is simulated, hands over without a jump, and is then remembered."""
+"""The first second of a garment that a network moves: simulated, handed over without a jump, then remembered."""
 
 import math
 
 import numpy as np
 import pytest
-from made_models import small_cape, swingar_weights
+from made_models import lag_weights, small_cape
 
 import hemline
 from hemline import bodies
+from hemline.animators.coarse.beginning import FADES, Beginning
+from hemline.animators.coarse.displaced import FORGIVEN, LASTING, SHARE, SMOOTHED, Displaced
+from hemline.animators.coarse.proxy_on_body import BEGUN
+from hemline.animators.coarse.wearable import CoarseWearable
 from hemline.animators.simulated_proxy import LEVELS, SimulatedProxy
-from hemline.animators.swingar import Swingar
-from hemline.animators.swingar.displaced import FORGIVEN, LASTING, SHARE, SMOOTHED, Displaced
-from hemline.animators.swingar.features.beginning import FADES, Beginning
-from hemline.animators.swingar.features.proxy_on_body import BEGUN
 from hemline.errors import BadInput
 
 DT = 1 / 30
@@ -31,7 +31,7 @@ def motion(body):
 
 
 def worn(body, seconds):
-    return Swingar(swingar_weights()).beginning(seconds).worn_by(small_cape(), body)
+    return CoarseWearable(lag_weights()).beginning(seconds).worn_by(small_cape(), body)
 
 
 @pytest.fixture(scope="module")
@@ -120,4 +120,4 @@ def test_without_it_nothing_is_told_and_it_begins_at_once(body, motion):
 
 def test_a_negative_time_is_refused():
     with pytest.raises(BadInput, match=r"option 'beginning' must not be negative; got -1.0"):
-        Swingar(swingar_weights()).beginning(-1.0)
+        CoarseWearable(lag_weights()).beginning(-1.0)

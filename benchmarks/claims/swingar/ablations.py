@@ -22,10 +22,10 @@ import numpy as np
 from ablations_graph import Budget, names, rows_of_graph
 
 from hemline.animators.swingar import SwingarConfig
-from hemline.animators.swingar.features.proxy_on_body import BEGUN, DESCRIBED, PARTS, TRAILS
-from hemline.animators.swingar.fit import divided
-from hemline.animators.swingar.graph.graph_samples import take_samples
-from hemline.animators.swingar.lag.lag_samples import GarmentSamples, gather
+from hemline.animators.coarse.proxy_on_body import BEGUN, DESCRIBED, PARTS, TRAILS
+from hemline.animators.coarse.fit import divided
+from hemline.animators.swingar.graph_samples import take_samples
+from hemline.animators.lag.lag_samples import GarmentSamples, gather
 from hemline.bench.machine import commit, machine
 from hemline.datasets import open_collection
 from hemline.datasets.collection import Collection, Entry
@@ -76,8 +76,8 @@ def hidden(samples: GarmentSamples, columns: Sequence[slice]) -> GarmentSamples:
 
 def lag_trained(train: list[GarmentSamples], valid: list[GarmentSamples], config: SwingarConfig) -> dict[str, Any]:
     """Train the lag network; its errors [mm]."""
-    from hemline.animators.swingar.lag.fit_lag import scales
-    from hemline.animators.swingar.lag.lag_training import LagObjective, TorchLagNet
+    from hemline.animators.lag.fit_lag import scales
+    from hemline.animators.lag.lag_training import LagObjective, TorchLagNet
     from hemline.learning.trainer import Schedule, Trainer
 
     objective = LagObjective(TorchLagNet(config.width, *scales(train), 0), train, valid, config)

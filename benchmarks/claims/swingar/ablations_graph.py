@@ -10,10 +10,10 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.swingar import SwingarConfig
-from hemline.animators.swingar.graph.descriptor import Descriptor
-from hemline.animators.swingar.graph.estimator_config import EstimatorConfig
-from hemline.animators.swingar.graph.fit_graph import estimator_of
-from hemline.animators.swingar.graph.graph_samples import TakeSamples
+from hemline.animators.coarse.descriptor import Descriptor
+from hemline.animators.swingar.estimator_config import EstimatorConfig
+from hemline.animators.swingar.fit_graph import estimator_of
+from hemline.animators.swingar.graph_samples import TakeSamples
 from hemline.bodies import PosedBody
 from hemline.collide import inside
 from hemline.collide.neural_sdf.handling import Neighbours, handled
@@ -64,7 +64,7 @@ class Budget:
 
     def trained(self, name: str, samples: TakeSamples, config: EstimatorConfig, **options: Any) -> Any:
         """A variant, trained; from its checkpoint where it is there."""
-        from hemline.animators.swingar.graph.train_estimator import TrainingPlan, train_estimator
+        from hemline.animators.swingar.train_estimator import TrainingPlan, train_estimator
 
         epochs = {"coarse_epochs": 0, "term_epochs": self.more} if options else {"coarse_epochs": self.epochs}
         rest = {"term_epochs": 0, "corrective_epochs": 0, "patience": 0, "frames": FRAMES, "warm_up": WARM_UP}
@@ -100,7 +100,7 @@ def rows_of_graph(samples: TakeSamples, betas: int, budget: Budget, wanted: set[
         trained = budget.trained(name, shown, config)
         yield row(name, shown, config, trained, "coarse", process_time() - began)
     for name in [name for name in TERMS if name in wanted]:
-        from hemline.animators.swingar.graph.losses import LossWeights
+        from hemline.animators.swingar.losses import LossWeights
 
         start = budget.trained(PLAIN, samples, plain).arrays
         began = process_time()
@@ -129,8 +129,8 @@ def judged(samples: TakeSamples, config: EstimatorConfig, arrays: dict[str, np.n
     """Errors on held-out frames, each garment on each body counting alike, and what is inside the body there."""
     import torch
 
-    from hemline.animators.swingar.graph.estimator import Estimator
-    from hemline.animators.swingar.graph.objectives import SUPERVISED, CoarseObjective, Groups, validation_frames
+    from hemline.animators.swingar.estimator import Estimator
+    from hemline.animators.swingar.objectives import SUPERVISED, CoarseObjective, Groups, validation_frames
 
     estimator, sdf = Estimator(config), load_neural_sdf()
     estimator.load_state_dict({name: torch.from_numpy(each) for name, each in arrays.items()})

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.animators.swingar.graph.descriptor import sampled
-from hemline.animators.swingar.relatives import SIZE
+from hemline.animators.coarse.descriptor import sampled
+from hemline.animators.coarse.relatives import SIZE
 from hemline.datasets import open_dataset
 
 REACHES = (0.08, 0.15, 0.3, 0.4, 0.5, 0.6, 0.8, 1.2)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline import garments
-from hemline.animators.swingar.graph.descriptor import Descriptor, eigenvectors
+from hemline.animators.coarse.descriptor import Descriptor, eigenvectors
 from hemline.pictures import write_png
 from hemline.pictures.camera import frame_points
 from hemline.pictures.compare import scale_colours

@@ -14,8 +14,8 @@ from unseen import LOOSE_MM, Rest
 
 import hemline
 from hemline import bodies
-from hemline.animators.swingar.displaced import FORGIVEN, SMOOTHED
-from hemline.animators.swingar.model import AnimatorSwingar
+from hemline.animators.coarse.displaced import FORGIVEN, SMOOTHED
+from hemline.animators.coarse.model import AnimatorSwingar
 from hemline.datasets import Dataset, Row, open_dataset
 
 SHARES, SECONDS = (0.3, 0.5, 0.7, 1.0), (2.0, 8.0, 20.0)

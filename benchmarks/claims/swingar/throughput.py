@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from hemline.animators.swingar.graph.estimator import Estimator, cost
-from hemline.animators.swingar.graph.estimator_config import EstimatorConfig
-from hemline.animators.swingar.graph.runtime import PlayedEstimator
+from hemline.animators.swingar.estimator import Estimator, cost
+from hemline.animators.swingar.estimator_config import EstimatorConfig
+from hemline.animators.swingar.runtime import PlayedEstimator
 from hemline.compiled import use_threads
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "animators"))

@@ -17,7 +17,7 @@ import numpy as np
 
 from hemline import bodies, load
 from hemline.animators import Animator
-from hemline.animators.swingar.features.soft_weights import soft_weights
+from hemline.animators.coarse.soft_weights import soft_weights
 from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody, skin_points
 from hemline.compiled import threads

@@ -12,6 +12,7 @@ from .base import AnimatorKind
 GROUP = "hemline.animators"
 OURS = {
     "agentdress": "hemline.animators.agentdress.kind:KIND",
+    "lag": "hemline.animators.lag:KIND",
     "live": "hemline.animators.live:KIND",
     "ropes": "hemline.animators.ropes:KIND",
     "swingar": "hemline.animators.swingar:KIND",

@@ -12,11 +12,11 @@ from hemline.playback.play import play
 
 from .close_fitting import bench_crowd_tshirt, bench_tshirt, bench_tshirt_paper_size
 from .detail import bench_crowd_cape, bench_detail_cape
+from .lag import bench_lag
 from .live import bench_live
 from .machine import commit, machine
 from .projection import bench_projection_cape, bench_projection_sheet, bench_projection_shirt, bench_projection_skirt
 from .simulator import bench_sensitivity, bench_settle
-from .swingar import bench_swingar
 from .whole import bench_whole_cape, bench_whole_skirt
 
 
@@ -54,7 +54,7 @@ BENCHMARKS: dict[str, Callable[[], dict[str, Any]]] = {
     "detail-cape": bench_detail_cape,
     "crowd-cape": bench_crowd_cape,
     "live": bench_live,
-    "swingar": bench_swingar,
+    "lag": bench_lag,
     "whole-cape": bench_whole_cape,
     "whole-skirt": bench_whole_skirt,
     "projection-cape": bench_projection_cape,

@@ -1,6 +1,4 @@
-"""SwinGar: one network that moves garments it was never trained on."""
+"""SwinGar: graph attention over a garment, which moves garments that it was never trained on."""
 
 from .config import SwingarConfig as SwingarConfig
 from .kind import KIND as KIND
-from .model import AnimatorSwingar as AnimatorSwingar
-from .wearable import Swingar as Swingar

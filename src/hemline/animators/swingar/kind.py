@@ -1,56 +1,39 @@
 """What the registry knows of `swingar`: its options, its fit, its model files."""
 
 from collections.abc import Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from hemline.animators.base import Progress
-from hemline.errors import BadDataset
+from hemline.animators.coarse.kind import CoarseKind
+from hemline.animators.coarse.network import Network
+from hemline.errors import BadModel
+from hemline.files.contents import entry, part
+from hemline.options import options_of
 
 from .config import SwingarConfig
-from .model import AnimatorSwingar
-from .wearable import Swingar
-
-if TYPE_CHECKING:
-    from hemline.datasets import Collection, Dataset
+from .estimator_config import EstimatorConfig
+from .graph_network import GraphNetwork
+from .runtime import PlayedEstimator
 
 
-class SwingarKind:
-    """SwinGar, as `animators.base.AnimatorKind` asks."""
+class SwingarKind(CoarseKind):
+    """SwinGar's estimator."""
 
     name = "swingar"
+    version = 3
     Config = SwingarConfig
 
-    def fit(
-        self,
-        data: "Dataset | Collection",
-        config: SwingarConfig | None = None,
-        *,
-        seed: int = 0,
-        progress: Progress | None = None,
-        checkpoints: Path | None = None,
-    ) -> Swingar:
-        """Learn from takes of many garments, or go on from a model with takes of one; see `fit.fit`.
+    def learned(self, frames: Any, config: Any, **options: Any) -> tuple[Network, dict[str, float]]:
+        """Learn, see `fit_graph.fit_graph`."""
+        from .fit_graph import fit_graph
 
-        Raises:
-            BadDataset: Takes of a single garment, and no model to go on from; or as `fit.fit`.
-        """
-        from hemline.datasets import Collection
+        return fit_graph(frames, config, **options)
 
-        from .fit import fit
-
-        if not isinstance(data, Collection):
-            if not (config and config.start):
-                cure = "name several datasets, or go on from a model: --start swingar"
-                raise BadDataset("swingar is fitted to many garments", data.garment.name, cure)
-            data = Collection((data,))
-        return fit(data, config, seed=seed, progress=progress, checkpoints=checkpoints)
-
-    def of(self, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> AnimatorSwingar | Swingar:
-        """Make one from what a model file holds: `AnimatorSwingar` where it names a garment, else `Swingar`."""
-        return AnimatorSwingar.of(arrays, metadata) if "garment" in metadata else Swingar.of(arrays, metadata)
+    def network_of(self, arrays: Mapping[str, np.ndarray], config: Any, own: Mapping[str, Any]) -> GraphNetwork:
+        """The network of a model file; raises BadModel."""
+        sizes = options_of(EstimatorConfig, entry(own, "estimator", dict), error=BadModel)
+        return GraphNetwork(PlayedEstimator.of(sizes, part(arrays, "graph")))
 
 
 KIND = SwingarKind()

@@ -107,7 +107,7 @@ def make_database(
     poses = poses_of(clips)
     body = bodies.load(garment.body_name)
     if not len(body.shapedirs):
-        cure = "simulate it and fit ropes, or play it with live or swingar"
+        cure = "simulate it and fit ropes, or play it with live or lag"
         raise BadInput("anchors are for bodies of many shapes", f"'{body.name}', which has no betas", cure)
     shapes = spread_shapes(min(SHAPES, len(body.shapedirs)))
     rest = body.shaped().rest_pose.translation

@@ -1,0 +1,43 @@
+"""What moves a proxy: a network with its inputs."""
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+
+from hemline.arrays import Float
+from hemline.bodies import PosedBody
+from hemline.motions.motion import Pose
+
+from .proxy_on_body import ProxyOnBody
+from .trail import Trail
+
+Moved = tuple[Any, Float[np.ndarray, "coarse 3"]]
+"""What is remembered, and where the proxy's vertices are [m]."""
+
+
+class Network(Protocol):
+    """A network with its inputs.
+
+    What it remembers beside the `Trail` has methods `followed` and `moved`, as `swingar.history.History`; or is None.
+    """
+
+    def prepared(self, proxy: ProxyOnBody) -> Any:
+        """What it knows of a garment once and for all."""
+        ...
+
+    def start(self, pose: Pose) -> Any:
+        """What it remembers of a body that has always stood so."""
+        ...
+
+    def moved(self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: Any, posed: PosedBody) -> Moved:
+        """The proxy on a posed body."""
+        ...
+
+    def arrays(self) -> Mapping[str, np.ndarray]:
+        """Its weights by name, as model files hold them."""
+        ...
+
+    def extra(self) -> Mapping[str, Any]:
+        """What model files say of it beside its weights."""
+        ...

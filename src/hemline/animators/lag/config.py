@@ -1,0 +1,29 @@
+"""Options of the fit of `lag`."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from hemline.animators.coarse.config import CoarseConfig
+from hemline.options import not_negative, positive
+
+Precision = Literal["float32", "bfloat16"]
+
+
+@dataclass(frozen=True)
+class LagConfig(CoarseConfig):
+    """Options.
+
+    Raises:
+        BadInput: A value that makes no sense, such as a width of 0.
+    """
+
+    SIZES: ClassVar[tuple[str, ...]] = (*CoarseConfig.SIZES, "width")
+
+    width: int = positive(128)
+    """Units of the hidden layers."""
+    vertices: int = positive(384)
+    """Vertices of each garment that are learned from at a time: the ends of half as many edges."""
+    edge_weight: float = not_negative(0.3)
+    """Weight of the error of edge vectors, in edges, beside that of vertices."""
+    precision: Precision = "float32"
+    """Of products while it is trained."""

@@ -1,0 +1,43 @@
+"""The lag network with its inputs, as `coarse.network.Network` asks."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hemline.animators.coarse.network import Moved
+from hemline.animators.coarse.proxy_on_body import ProxyOnBody
+from hemline.animators.coarse.trail import Trail
+from hemline.bodies import PosedBody
+from hemline.motions.motion import Pose
+
+from .lag_net import LagNet
+
+
+@dataclass(frozen=True, eq=False)
+class LagNetwork:
+    """All that it remembers is the Trail."""
+
+    net: LagNet
+
+    def prepared(self, proxy: ProxyOnBody) -> Any:
+        """The part of the first layer that does not change."""
+        return self.net.static(proxy.static)
+
+    def start(self, pose: Pose) -> None:
+        """Nothing."""
+
+    def moved(self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: None, posed: PosedBody) -> Moved:
+        """Skinning, displaced."""
+        displacements = self.net.displacements(prepared, trail.told(proxy, posed), proxy.cells)
+        return None, trail.displaced(displacements)
+
+    def arrays(self) -> Mapping[str, np.ndarray]:
+        """In half precision, which is all that they are worth; biases in single."""
+        found = {f"weight.{name}": array.astype(np.float16) for name, array in self.net.weights.items()}
+        return found | {f"bias.{name}": array.astype(np.float32) for name, array in self.net.biases.items()}
+
+    def extra(self) -> Mapping[str, Any]:
+        """Nothing."""
+        return {}

@@ -1,0 +1,128 @@
+"""The sizes of the estimator."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Literal
+
+from hemline.animators.coarse.seen import POSE_WIDTH
+from hemline.errors import BadInput
+from hemline.motions.motion import JOINT_COUNT
+from hemline.options import check_options, not_negative, positive
+
+JOINTS = JOINT_COUNT
+"""Joints of a body; heads of the layers that weights are made of."""
+VERTEX_WIDTH = 7
+"""Numbers of one vertex: normal, position [m], signed distance of the rest garment to the body [m]."""
+MESHES = 3
+"""Coarse meshes that the corrective predictor is given: the present one and two before it."""
+CORRECTIVE_WIDTH = 3 + JOINTS
+"""Numbers of one vertex of a coarse mesh: its position [m] and its distance to each joint [m]."""
+
+
+@dataclass(frozen=True)
+class EstimatorConfig:
+    """What can be chosen about the estimator. The defaults are the paper's sizes; `lean()` has smaller ones."""
+
+    descriptor: int = positive(256)
+    """Entries of the spectral descriptor."""
+    global_shape: Literal["spectral", "pooled", "none"] = "spectral"
+    """What tells garments apart as a whole: the descriptor, the largest of each graph feature, or nothing (Table I)."""
+    alpha: float = not_negative(2.0)
+    """Scale of the attention scores."""
+    lipschitz: bool = True
+    """Whether scores are normalised; off: ordinary graph attention (Fig. 8)."""
+    told: int = not_negative(0)
+    """Features of a vertex in a frame that reach the blend shape, and the displacement; 0: none, as in the paper."""
+    state_told: int = not_negative(0)
+    """So many of them, the first ones, reach the state encoder, too."""
+    displacement: int = not_negative(0)
+    """Width of the layers that displace each vertex of the coarse mesh; 0: none, as in the paper."""
+    body: int = positive(82)
+    """Entries of shape and pose that the body encoder is given: betas, and 72 of axis-angles."""
+    graph: int = positive(64)
+    """Width of the first layer of the graph encoder, per head."""
+    motion: int = positive(128)
+    """Width of the motion feature, and of the second layer of the graph encoder, per head."""
+    state: int = positive(128)
+    """Width of the state encoder, per head."""
+    blend: int = positive(256)
+    """Width of the first layer of the blend shape, per head."""
+    blend_last: int = positive(128)
+    """Width of its second layer, per head."""
+    corrective: int = positive(64)
+    """Width of the corrective predictor, and of the body feature."""
+    corrective_heads: int = positive(8)
+    """Heads of each of its eight attention maps."""
+
+    def __post_init__(self) -> None:
+        check_options(self, "option of the estimator")
+        if self.state_told > self.told:
+            what = "option of the estimator 'state_told' must be at most 'told'"
+            raise BadInput(what, f"{self.state_told} of {self.told}", "give fewer")
+        if self.body <= 3 * JOINTS:
+            what = f"option of the estimator 'body' must count betas beside {3 * JOINTS} numbers of the pose"
+            raise BadInput(what, self.body, f"give more than {3 * JOINTS}")
+
+    @classmethod
+    def lean(cls, **others: Any) -> "EstimatorConfig":
+        """The sizes that keep what the full ones learn at two thirds of the weights (`state`, `blend`, four heads).
+
+        Args:
+            others: Further options.
+        """
+        return cls(state=64, blend=128, blend_last=64, corrective_heads=4, **others)
+
+    @property
+    def scale(self) -> float | None:
+        """The scale of scores as a layer takes it: None where they are not normalised."""
+        return self.alpha if self.lipschitz else None
+
+
+def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
+    """Shape of each array of weights by its name, which is that of `Estimator.state_dict()`; none knows a vertex count.
+
+    Args:
+        config: The sizes.
+    """
+    c, heads = config, 4 * config.corrective_heads
+    found: dict[str, tuple[int, ...]] = {
+        "blend_scale": (1,),
+        "told_mean": (c.told,),
+        "told_spread": (c.told,),
+        "peepholes": (3, c.corrective),
+        "corrective_scale": (1,),
+        "motion.weight_ih_l0": (4 * c.motion, POSE_WIDTH),
+        "motion.weight_hh_l0": (4 * c.motion, c.motion),
+        "motion.bias_ih_l0": (4 * c.motion,),
+        "motion.bias_hh_l0": (4 * c.motion,),
+        "weight.weight": (1, c.state),
+    }
+    layers = {
+        "graph_first": (JOINTS, VERTEX_WIDTH, 0, c.graph),
+        "graph_second": (JOINTS, c.graph, 0, c.motion),
+        "state": (JOINTS, c.motion, c.state_told, c.state),
+        "blend_first": (3, c.state, c.told, c.blend),
+        "blend_second": (3, c.blend, 0, c.blend_last),
+        "mesh_gates": (heads, CORRECTIVE_WIDTH, 0, c.corrective),
+        "hidden_gates": (heads, c.corrective, 0, c.corrective),
+        "corrective_first": (1, c.corrective, 0, c.corrective),
+        "corrective_second": (1, c.corrective, 0, 3),
+    }
+    for name, (count, inputs, extra, outputs) in layers.items():
+        found[f"{name}.weights"] = (count, inputs, outputs)
+        found[f"{name}.extra_weights"] = (count, extra, outputs)
+        found[f"{name}.vectors"] = (count, 2, outputs)
+    connected = {"body": (c.body, 256, 128, c.corrective)}
+    if c.global_shape == "spectral":
+        connected["shape"] = (c.descriptor, 256, 128, JOINTS)
+    for name, sizes in connected.items():
+        for i, (inputs, outputs) in enumerate(pairwise(sizes)):
+            found[f"{name}.{2 * i}.weight"], found[f"{name}.{2 * i}.bias"] = (outputs, inputs), (outputs,)
+    single = {"shape": (c.motion, JOINTS)} if c.global_shape == "pooled" else {}
+    single |= {"blend_motion": (c.motion, c.blend_last)} if c.motion != c.blend_last else {}
+    if c.displacement:
+        wide = c.displacement
+        single |= {"displace_first": (c.state + c.told, wide), "displace_second": (wide, wide), "displace": (wide, 3)}
+    for name, (inputs, outputs) in single.items():
+        found[f"{name}.weight"], found[f"{name}.bias"] = (outputs, inputs), (outputs,)
+    return found

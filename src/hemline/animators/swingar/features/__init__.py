@@ -1,1 +1,0 @@
-"""What each vertex of a proxy is told in a frame."""

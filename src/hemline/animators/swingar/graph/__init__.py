@@ -1,1 +1,0 @@
-"""The paper's network: attention over the graph of a garment."""

@@ -1,0 +1,56 @@
+"""The paper's network with its inputs, as `coarse.network.Network` asks."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from hemline.animators.coarse.network import Moved
+from hemline.animators.coarse.proxy_on_body import ProxyOnBody
+from hemline.animators.coarse.seen import Seen, body_inputs
+from hemline.animators.coarse.trail import Trail
+from hemline.bodies import PosedBody
+from hemline.motions.motion import Pose
+
+from .graph_inputs import garment_inputs, vertex_inputs
+from .history import History
+from .runtime import PlayedEstimator
+
+
+@dataclass(frozen=True, eq=False)
+class GraphNetwork:
+    """The estimator."""
+
+    estimator: PlayedEstimator
+
+    def prepared(self, proxy: ProxyOnBody) -> Any:
+        """The garment, encoded."""
+        given = garment_inputs(proxy, self.estimator.config.descriptor)
+        return self.estimator.garment(given.graph, given.features, given.descriptor, given.skin_logits)
+
+    def start(self, pose: Pose) -> History:
+        """The first pose, 65 times."""
+        return History.always(pose)
+
+    def moved(self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: History, posed: PosedBody) -> Moved:
+        """The coarse mesh, and its corrective displacement where one was admitted."""
+        seen, told, turns = Seen.of(posed.pose), None, None
+        if self.estimator.config.told:
+            told, turns = vertex_inputs(trail.told(proxy, posed), proxy.static), seen.turns(trail.turns)
+        given = history.times.window(), seen.transforms(posed), told, turns
+        coarse, _, _ = self.estimator.coarse(prepared, *given)
+        history = history.with_mesh(seen.out(coarse), posed.joints)
+        if self.estimator.arrays["corrective_scale"][0] == 0:
+            return history, history.meshes[-1]
+        meshes, joints = (seen.into(each) for each in history.last_meshes())
+        body = body_inputs(proxy.shaped, posed, seen)
+        return history, seen.out(meshes[-1] + self.estimator.corrective(prepared, meshes, joints, body))
+
+    def arrays(self) -> Mapping[str, np.ndarray]:
+        """In half precision."""
+        return {f"graph.{name}": array.astype(np.float16) for name, array in self.estimator.arrays.items()}
+
+    def extra(self) -> Mapping[str, Any]:
+        """Its sizes."""
+        return {"estimator": asdict(self.estimator.config)}

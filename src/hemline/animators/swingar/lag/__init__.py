@@ -1,1 +1,0 @@
-"""The lag network: a small network on what each vertex is told."""

@@ -1,0 +1,104 @@
+"""The terms of the training loss."""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from hemline.options import check_options, not_negative
+
+GRAVITY = 9.8
+"""[m/s^2]"""
+SMALL = 1e-8
+"""Added to squares of distances, so that a distance of zero has a gradient [m^2]."""
+
+
+@dataclass(frozen=True)
+class LossWeights:
+    """What each term is multiplied by (Section IV)."""
+
+    vertex: float = not_negative(3.0)
+    """Of the mean distance, whose gradient is then that of 50 times the mean square, the paper's, at 30 mm."""
+    edge: float = not_negative(10.0)
+    bend: float = not_negative(3.0)
+    gravity: float = not_negative(0.2)
+    collision: float = not_negative(1.5)
+
+    def __post_init__(self) -> None:
+        check_options(self, "weight of a loss")
+
+
+def distance_loss(vertices: Tensor, truth: Tensor) -> Tensor:
+    r"""$\frac1N \sum_i \lVert X_i - X_i^* \rVert$ [m], mean over frames.
+
+    Args:
+        vertices: Predicted vertices (frames, verts, 3) [m].
+        truth: True ones [m].
+
+    Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 11. Differs: the distance, not its square: of a loose garment in
+        one and the same motion there are several truths, far apart.
+    """
+    return ((vertices - truth).square().sum(-1) + SMALL).sqrt().mean()
+
+
+def edge_loss(vertices: Tensor, truth: Tensor, edges: Tensor) -> Tensor:
+    """Mean square difference of the lengths of edges [m^2].
+
+    Args:
+        vertices: Predicted vertices (frames, verts, 3) [m].
+        truth: True ones [m].
+        edges: Vertex ids (edges, 2), int64.
+
+    Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 12, first term. Differs: the mean, so that a garment of many
+        edges counts as one of few.
+    """
+    return (_lengths(vertices, edges) - _lengths(truth, edges)).square().mean()
+
+
+def bend_loss(vertices: Tensor, faces: Tensor, beside: Tensor) -> Tensor:
+    r"""Mean of $\lVert \Delta N \rVert^2$: how far the normal of each face is from the mean of those beside it.
+
+    Args:
+        vertices: Predicted vertices (frames, verts, 3) [m].
+        faces: Triangles as vertex ids (faces, 3), int64.
+        beside: Faces that share an edge, as ids (pairs, 2), int64.
+
+    Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 12, second term; Bertiche, Madadi, Escalera, "PBNS", 2021.
+        Differs: the mean over faces; the Laplacian has equal weights.
+    """
+    corners = vertices[:, faces]
+    normals = torch.linalg.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
+    normals = torch.nn.functional.normalize(normals, dim=-1, eps=1e-12)
+    pairs = torch.cat([beside, beside.flip(1)])
+    count = normals.new_zeros(len(faces)).index_add_(0, pairs[:, 0], normals.new_ones(len(pairs)))
+    around = torch.zeros_like(normals).index_add(1, pairs[:, 0], normals[:, pairs[:, 1]])
+    return (normals - around / count.clamp(min=1)[:, None])[:, count > 0].square().sum(-1).mean()
+
+
+def gravity_loss(vertices: Tensor, mass: Tensor) -> Tensor:
+    r"""Potential energy $-\sum_i m_i\, x_i \cdot g$ [J] with $g$ along $-y$, mean over frames.
+
+    Args:
+        vertices: Predicted vertices (frames, verts, 3) [m].
+        mass: Of each vertex (verts,) [kg].
+
+    Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 13, in axes with y up.
+    """
+    return GRAVITY * (vertices[..., 1] @ mass).mean()
+
+
+def collision_loss(heights: Tensor, margin: float) -> Tensor:
+    r"""Mean of $\min(h - \epsilon, 0)^2$ [m^2].
+
+    Args:
+        heights: Signed distance of each vertex to the body, negative inside (frames, verts) [m].
+        margin: $\epsilon$ [m].
+
+    Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 14, the distance being that of the neural SDF. Differs: the mean
+        over vertices.
+    """
+    return (heights - margin).clamp(max=0).square().mean()
+
+
+def _lengths(vertices: Tensor, edges: Tensor) -> Tensor:
+    return torch.linalg.vector_norm(vertices[:, edges[:, 0]] - vertices[:, edges[:, 1]], dim=-1)

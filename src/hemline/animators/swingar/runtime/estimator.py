@@ -1,0 +1,209 @@
+"""The estimator in NumPy and compiled code: equal to the one that is trained, within rounding."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from hemline.animators.coarse.feature_kernels import displace
+from hemline.animators.swingar.estimator_config import (
+    CORRECTIVE_WIDTH,
+    JOINTS,
+    MESHES,
+    EstimatorConfig,
+    weight_shapes,
+)
+from hemline.animators.swingar.graph import Graph
+from hemline.arrays import Float, Vertices
+from hemline.compiled import threads
+from hemline.files.contents import array_of
+
+from .layer import Layer
+from .play_kernels import attend_condensed, fill_mesh_features, pass_gates, recall
+
+
+@dataclass(frozen=True, eq=False)
+class Garment:
+    """What the estimator knows of a garment: made once, used in every frame."""
+
+    graph: Graph
+    positions: Vertices
+    """Vertices at rest [m]."""
+    features: Float[np.ndarray, "joints verts motion"]
+    """Graph features [1]."""
+    shape: Float[np.ndarray, " joints"]
+    """Shape features [1]."""
+    logits: Float[np.ndarray, "verts joints"]
+    """Logits of skinning."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlayedEstimator:
+    """The estimator without torch, one frame at a time; `estimator.Estimator` says what its parts are."""
+
+    config: EstimatorConfig
+    arrays: Mapping[str, np.ndarray]
+    """Weights by name, float32, C-contiguous, holding values that float16 can hold where a file gave them."""
+
+    @classmethod
+    def of(cls, config: EstimatorConfig, arrays: Mapping[str, np.ndarray], dtype: str = "float16") -> Self:
+        """Take the weights that a model file holds.
+
+        Args:
+            config: The sizes.
+            arrays: Weights by name, those of `Estimator.state_dict()`; others are ignored.
+            dtype: Their type.
+
+        Raises:
+            BadModel: An array is missing, of another type or shape, or not finite.
+        """
+        found = {name: array_of(arrays, name, dtype, shape) for name, shape in weight_shapes(config).items()}
+        return cls(config, {name: np.array(each, np.float32, order="C") for name, each in found.items()})
+
+    @cached_property
+    def layers(self) -> dict[str, Layer]:
+        """Attention layers by name."""
+        names = {name.removesuffix(".vectors") for name in self.arrays if name.endswith(".vectors")}
+        groups = {"mesh_gates": 4, "hidden_gates": 4}
+        return {name: Layer.of(self.arrays, name, self.config.scale, groups.get(name)) for name in sorted(names)}
+
+    def garment(
+        self,
+        graph: Graph,
+        features: Float[np.ndarray, "verts 7"],
+        descriptor: Float[np.ndarray, " descriptor"],
+        skin_logits: Float[np.ndarray, "verts joints"],
+    ) -> Garment:
+        """Encode a garment at rest; see `Estimator.garment`.
+
+        Args:
+            graph: Its graph.
+            features: Normal, position [m] and distance to the body [m] of each vertex.
+            descriptor: Eigenvalues [1].
+            skin_logits: Where the dynamic weights start.
+        """
+        features = np.ascontiguousarray(features, np.float32)
+        encoded = self.layers["graph_second"](graph, self.layers["graph_first"](graph, features[None]))
+        shape = np.ones(JOINTS, np.float32)
+        if self.config.global_shape == "spectral":
+            shape = self._connected("shape", np.arcsinh(descriptor).astype(np.float32))
+        elif self.config.global_shape == "pooled":
+            shape = self._linear("shape", encoded.mean(0)).max(0)
+        positions = np.ascontiguousarray(features[:, 3:6])
+        return Garment(graph, positions, encoded, shape, np.ascontiguousarray(skin_logits, np.float32))
+
+    def coarse(
+        self,
+        garment: Garment,
+        motion: Float[np.ndarray, "poses 75"],
+        transforms: Float[np.ndarray, "joints 3 4"],
+        told: Float[np.ndarray, "verts told"] | None = None,
+        turns: Float[np.ndarray, "verts 4"] | None = None,
+    ) -> tuple[Vertices, Float[np.ndarray, "verts joints"], Vertices]:
+        """The coarse mesh of one frame; see `Estimator.coarse`.
+
+        Args:
+            garment: The garment.
+            motion: The last poses.
+            transforms: Skinning transforms of the joints.
+            told: Features of the vertices; None where the estimator has none.
+            turns: How skinning turns each vertex, wxyz; None where nothing is displaced.
+
+        Returns:
+            Vertices [m], dynamic weights [1], blend shape at rest [m].
+        """
+        c, extra, first = self.config, None, None
+        if c.told:
+            assert told is not None
+            extra = (told - self.arrays["told_mean"]) / self.arrays["told_spread"]
+            first = np.ascontiguousarray(extra[:, : c.state_told]) if c.state_told else None
+        moved = self._motion_feature(np.asarray(motion, np.float32))
+        mean, scores = self._state(garment, moved, first)
+        logits = scores * garment.shape + garment.logits
+        weights = np.exp(logits - logits.max(1, keepdims=True))
+        weights /= weights.sum(1, keepdims=True)
+        blend = self.layers["blend_first"](garment.graph, mean[None], extra=extra)
+        blend = self.layers["blend_second"](garment.graph, blend)
+        asked = self._linear("blend_motion", moved) if "blend_motion.weight" in self.arrays else moved
+        blend = (self.arrays["blend_scale"] * (blend @ asked)).T
+        vertices = _skinned(weights, np.asarray(transforms, np.float32), garment.positions + blend)
+        if c.displacement:
+            assert turns is not None
+            out = np.empty_like(vertices)
+            displace(vertices, np.asarray(turns, np.float32), self._displacements(mean, extra), out)
+            vertices = out
+        return vertices, weights, blend
+
+    def _displacements(self, state: np.ndarray, told: np.ndarray | None) -> np.ndarray:
+        hidden = self._linear("displace_first", state if told is None else np.concatenate([state, told], axis=1))
+        hidden = self._linear("displace_second", np.maximum(hidden, 0))
+        return np.ascontiguousarray(self._linear("displace", np.maximum(hidden, 0)), np.float32)
+
+    def corrective(
+        self,
+        garment: Garment,
+        meshes: Float[np.ndarray, "meshes verts 3"],
+        joints: Float[np.ndarray, "meshes joints 3"],
+        body: Float[np.ndarray, " body"],
+    ) -> Vertices:
+        """The corrective displacement of one frame [m]; see `Estimator.corrective`.
+
+        Args:
+            garment: The garment.
+            meshes: The last three coarse meshes, the present one last [m].
+            joints: Positions of the joints at the same times [m].
+            body: Betas and axis-angles of the present pose.
+        """
+        graph, peepholes = garment.graph, self.arrays["peepholes"]
+        count, width = graph.vertex_count, self.config.corrective
+        features = np.empty((1, count, CORRECTIVE_WIDTH), np.float32)
+        cell, hidden = np.zeros((count, width), np.float32), np.empty((1, count, width), np.float32)
+        for step in range(MESHES):
+            mesh, places = (np.ascontiguousarray(each[step], np.float32) for each in (meshes, joints))
+            fill_mesh_features(mesh, places, features[0])
+            gates = self.layers["mesh_gates"](graph, features)
+            if step:
+                gates += self.layers["hidden_gates"](graph, hidden)
+            pass_gates(gates, peepholes, cell, hidden[0])
+        feature = self._connected("body", np.asarray(body, np.float32))
+        out = self.layers["corrective_first"](graph, hidden, feature)
+        return self.arrays["corrective_scale"] * self.layers["corrective_second"](graph, out)[0]
+
+    @cached_property
+    def _recurrent(self) -> np.ndarray:
+        return np.ascontiguousarray(self.arrays["motion.weight_hh_l0"].T)
+
+    def _motion_feature(self, motion: np.ndarray) -> np.ndarray:
+        """The last hidden state of the motion's LSTM."""
+        biases = self.arrays["motion.bias_ih_l0"] + self.arrays["motion.bias_hh_l0"]
+        given = motion @ self.arrays["motion.weight_ih_l0"].T + biases
+        hidden = np.empty(self.config.motion, np.float32)
+        recall(given, self._recurrent, hidden)
+        return hidden
+
+    def _state(self, garment: Garment, moved: np.ndarray, told: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Mean of the heads of the state (verts, state), and what each adds to a logit (verts, joints)."""
+        layer, graph, count = self.layers["state"], garment.graph, garment.graph.vertex_count
+        extra = np.zeros((count, 0), np.float32) if told is None else told
+        means = np.empty((min(threads(), JOINTS), count, self.config.state), np.float32)
+        scores = np.empty((count, JOINTS), np.float32)
+        alpha = 0.0 if layer.alpha is None else layer.alpha
+        given = garment.features, moved, layer.weights, extra, layer.extra_weights, layer.vectors, alpha
+        vector = self.arrays["weight.weight"][0]
+        attend_condensed(graph.start, graph.ring, *given, layer.alpha is not None, vector, means, scores)
+        return means.sum(0), scores
+
+    def _connected(self, name: str, value: np.ndarray) -> np.ndarray:
+        for i in (0, 2, 4):
+            value = self._linear(f"{name}.{i}", value if i == 0 else np.maximum(value, 0))
+        return value
+
+    def _linear(self, name: str, value: np.ndarray) -> np.ndarray:
+        return value @ self.arrays[f"{name}.weight"].T + self.arrays[f"{name}.bias"]
+
+
+def _skinned(weights: np.ndarray, transforms: np.ndarray, points: np.ndarray) -> np.ndarray:
+    blended = (weights @ transforms.reshape(JOINTS, 12)).reshape(-1, 3, 4)
+    return np.einsum("vij,vj->vi", blended[..., :3], points) + blended[..., 3]
