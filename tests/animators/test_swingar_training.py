@@ -8,7 +8,7 @@ from swingar_samples import SMALL, sheet
 from swingar_swaying import Swaying
 
 from hemline.animators.swingar.estimator_config import EstimatorConfig
-from hemline.errors import BadDataset
+from hemline.errors import BadDataset, BadInput
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 from hemline.animators.swingar import losses  # noqa: E402  # after the skip
@@ -128,3 +128,22 @@ def test_an_empty_set_is_refused(name):
     samples = Swaying.made()
     with pytest.raises(BadDataset, match=f"the {name} set of the estimator is empty; got no samples"):
         trained(None, samples=Empty(samples.garments, samples.way, samples.sway))
+
+
+def test_a_device_that_is_named_gives_the_same_bits_as_none(straight):
+    brief = replace(PLAN, coarse_epochs=2, term_epochs=0, corrective_epochs=1)
+    plain, named = trained(None, plan=brief), trained(None, plan=replace(brief, device="cpu"))
+    assert plain.curves == named.curves
+    assert all(np.array_equal(each, named.arrays[name]) for name, each in plain.arrays.items())
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no CUDA device")
+def test_it_learns_the_same_on_cuda(straight):
+    there = trained(None, plan=replace(PLAN, device="cuda"))
+    assert there.coarse_error == pytest.approx(straight.coarse_error, rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["abacus", "cuda:99"])
+def test_a_device_that_is_not_here_is_refused(name):
+    with pytest.raises(BadInput, match=f"must name a device of torch that is here, not '{name}'"):
+        trained(None, plan=replace(PLAN, device=name))

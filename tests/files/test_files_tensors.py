@@ -11,7 +11,15 @@ import numpy as np
 import pytest
 
 from hemline.errors import BadBody, BadInput, BadOutput
-from hemline.files import check_writable, content_hash, read_metadata, read_tensors, write_tensors, written_whole
+from hemline.files import (
+    check_writable,
+    content_hash,
+    map_tensors,
+    read_metadata,
+    read_tensors,
+    write_tensors,
+    written_whole,
+)
 
 
 @pytest.fixture
@@ -281,3 +289,24 @@ def test_the_hash_tells_shapes_types_and_values_apart():
     hashes = [content_hash(x) for x in (a, a.reshape(2, 3), a.astype(np.int64), a + 1, "a", {"a": 1}, {"a": 2})]
     assert len(set(hashes)) == len(hashes)
     assert content_hash(a.reshape(2, 3).T) == content_hash(np.ascontiguousarray(a.reshape(2, 3).T))
+
+
+def test_mapped_arrays_are_those_that_are_read_and_cannot_be_written_to(tmp_path):
+    arrays = {"a": np.arange(6, dtype=np.float32).reshape(2, 3), "b": np.zeros((0, 4), np.int32), "c": np.uint8([7])}
+    write_tensors(tmp_path / "x", arrays, {"kind": "take", "more": 1})
+    mapped, metadata = map_tensors(tmp_path / "x", "take")
+    read, told = read_tensors(tmp_path / "x", "take")
+    assert metadata == told and mapped.keys() == read.keys()
+    for name, array in read.items():
+        np.testing.assert_array_equal(mapped[name], array)
+        assert mapped[name].dtype == array.dtype
+    with pytest.raises(ValueError, match="read-only"):
+        mapped["a"][0, 0] = 1
+
+
+def test_a_file_that_is_cut_off_is_not_mapped(tmp_path):
+    write_tensors(tmp_path / "x", {"a": np.zeros(1000)}, {"kind": "take"})
+    whole = (tmp_path / "x").read_bytes()
+    (tmp_path / "x").write_bytes(whole[:-1])
+    with pytest.raises(BadInput, match="is damaged"):
+        map_tensors(tmp_path / "x", "take")

@@ -201,7 +201,7 @@ class Trainer:
             weight = (mine.stop - mine.start) / len(chosen)
             loss = self.objective.loss(chosen, random, mine)
             (loss if group.count == 1 else weight * loss).backward()
-            total = weight * loss.detach()
+            total = weight * loss.detach().cpu()
         if group.count > 1:
             for parameter in self.parameters:
                 parameter.grad = torch.zeros_like(parameter) if parameter.grad is None else parameter.grad
@@ -281,19 +281,20 @@ class Trainer:
             moments = f"first{i}" in arrays or f"second{i}" in arrays
             for kind in ("parameter", "best", "first", "second") if moments else ("parameter", "best"):
                 # a single number is written as an array of one
-                of(f"{kind}{i}", parameter.detach().numpy().dtype.name, tuple(parameter.shape) or (1,))
+                of(f"{kind}{i}", parameter.detach().cpu().numpy().dtype.name, tuple(parameter.shape) or (1,))
         for name, count in (("losses", done + 1), ("trained", done)):
             if name in arrays:
                 of(name, "float64", (count,))
 
     def _state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """All that the next epoch depends on."""
-        arrays = {f"parameter{i}": p.detach().numpy() for i, p in enumerate(self.parameters)}
-        arrays |= {f"best{i}": p.numpy() for i, p in enumerate(self.best)}
+        arrays = {f"parameter{i}": p.detach().cpu().numpy() for i, p in enumerate(self.parameters)}
+        arrays |= {f"best{i}": p.cpu().numpy() for i, p in enumerate(self.best)}
         steps = 0.0
         for i, parameter in enumerate(self.parameters):
             if moments := self.adam.state.get(parameter):
-                arrays |= {f"first{i}": moments["exp_avg"].numpy(), f"second{i}": moments["exp_avg_sq"].numpy()}
+                first, second = (moments[name].cpu().numpy() for name in ("exp_avg", "exp_avg_sq"))
+                arrays |= {f"first{i}": first, f"second{i}": second}
                 steps = float(moments["step"])
         best = self.best_loss if math.isfinite(self.best_loss) else None
         arrays |= {"losses": np.array(self.losses), "trained": np.array(self.trained)}
@@ -303,7 +304,7 @@ class Trainer:
         """Go on from a state."""
 
         def tensor(name: str, like: torch.Tensor) -> torch.Tensor:
-            return torch.from_numpy(arrays[name]).reshape(like.shape)
+            return torch.from_numpy(arrays[name]).reshape(like.shape).to(like.device)
 
         with torch.no_grad():
             for i, parameter in enumerate(self.parameters):

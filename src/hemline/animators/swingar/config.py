@@ -32,3 +32,5 @@ class SwingarConfig(CoarseConfig):
     """Epochs that the coarse predictor goes on with all terms of the loss."""
     corrective_epochs: int = not_negative(0)
     """Epochs of the corrective predictor; 0: there is none."""
+    device: str = "cpu"
+    """Where it is trained: `cpu`, or `cuda` where torch finds a GPU."""

@@ -52,6 +52,7 @@ def fit_graph(
         garments=config.garments,
         rate=config.rate,
         threads=config.threads,
+        device=config.device,
         mirrored=config.mirrored,
         evenness=config.evenness,
         unknown=config.unknown,

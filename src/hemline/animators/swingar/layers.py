@@ -1,6 +1,7 @@
 """Graph attention layers with Lipschitz-normalised scores (GAT-LN), for training."""
 
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import torch
 from torch import Tensor, nn
@@ -174,6 +175,18 @@ class GatLn(nn.Module):
         )
 
 
+_sent: WeakKeyDictionary[Graph, dict[torch.device, tuple[Tensor, Tensor]]] = WeakKeyDictionary()
+
+
+def _padded(graph: Graph, device: torch.device) -> tuple[Tensor, Tensor]:
+    """`Graph.padded` on a device, sent there once."""
+    there = _sent.setdefault(graph, {})
+    if device not in there:
+        ring, held = graph.padded
+        there[device] = torch.from_numpy(ring).to(device), torch.from_numpy(held).to(device)
+    return there[device]
+
+
 def gathered_attention(
     layer: GatLn, graph: Graph, x: Tensor, scale: Tensor | None = None, extra: Tensor | None = None
 ) -> Tensor:
@@ -189,7 +202,7 @@ def gathered_attention(
     Returns:
         Features (frames, groups, verts, outputs), each between -1 and 1.
     """
-    ring, held = (torch.from_numpy(each).to(x.device) for each in graph.padded)
+    ring, held = _padded(graph, x.device)
     x = x if scale is None else x * scale[:, None, None, :]
     projected = x @ layer.weights
     if extra is not None:

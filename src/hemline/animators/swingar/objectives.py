@@ -7,6 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from hemline.animators.coarse.mirror import VECTOR
 from hemline.arrays import Int
 from hemline.learning.distance_network import distances_at
 from hemline.learning.mirror import swapped_joints
@@ -21,8 +22,6 @@ SUPERVISED = LossWeights(edge=0.0, bend=0.0, gravity=0.0, collision=0.0)
 """The vertex term alone, with which a training begins."""
 MARGIN = 0.002
 """Distance that vertices should keep from the body [m]."""
-_IMAGE = torch.tensor([-1.0, 1.0, 1.0])
-"""Signs of a point in a mirror."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,8 @@ class _Stage:
         counts = (missed + 1e-3) ** -groups.evenness
         self._counts = counts / np.average(counts, weights=self._shares)
         self._images = [mirrored_garment(each) for each in samples.garments] if groups.mirrored else []
-        self._sheets = [_Sheet.of(garment) for garment in samples.garments]
+        self._device = next(estimator.parameters()).device
+        self._sheets = [_Sheet.of(garment, self._device) for garment in samples.garments]
 
     @property
     def shown(self) -> np.ndarray:
@@ -109,7 +109,10 @@ class _Stage:
 
     def _distances(self, chosen: np.ndarray) -> Tensor:
         batch = self.data.frames(chosen)
-        return (self.predicted(chosen, batch) - torch.from_numpy(batch.truth)).norm(dim=-1).mean()
+        return (self.predicted(chosen, batch) - self._tensor(batch.truth)).norm(dim=-1).mean()
+
+    def _tensor(self, array: np.ndarray) -> Tensor:
+        return torch.from_numpy(array).to(self._device)
 
     def _garment(self, chosen: np.ndarray, mirrored: bool) -> GarmentSample:
         number = int(self.data.garment_of[chosen[0]])
@@ -121,7 +124,7 @@ class _Stage:
             forget_beginning(batch.told)
         if drawn.mirrored:
             batch = mirrored_frames(batch)
-        vertices, truth = self.predicted(drawn.chosen, batch, drawn.mirrored), torch.from_numpy(batch.truth)
+        vertices, truth = self.predicted(drawn.chosen, batch, drawn.mirrored), self._tensor(batch.truth)
         sheet, w = self._sheets[number], self.weights
         total = w.vertex * distance_loss(vertices, truth)
         if w.edge:
@@ -179,15 +182,15 @@ class CorrectiveObjective(_Stage):
         times = np.concatenate([self.data.before[chosen][:, ::-1], chosen[:, None]], axis=1)
         self._make(np.array([i for i in np.unique(times).tolist() if i not in self._known], np.int64))
         meshes, joints, heading = (
-            torch.from_numpy(np.stack([[self._known[i][part] for i in row] for row in times.tolist()]))
-            for part in range(3)
+            self._tensor(np.stack([[self._known[i][part] for i in row] for row in times.tolist()])) for part in range(3)
         )
         # all three are seen from the heading of the last
         turned = heading[:, -1:].transpose(2, 3) @ heading
         meshes, joints = (each.float() @ turned.transpose(2, 3) for each in (meshes, joints))
         if mirrored:
-            meshes, joints = meshes * _IMAGE, joints[:, :, swapped_joints()] * _IMAGE
-        return meshes[:, -1] + self.estimator.corrective(code, meshes, joints, torch.from_numpy(batch.body))
+            image = self._tensor(VECTOR)
+            meshes, joints = meshes * image, joints[:, :, swapped_joints()] * image
+        return meshes[:, -1] + self.estimator.corrective(code, meshes, joints, self._tensor(batch.body))
 
     def _make(self, unknown: np.ndarray) -> None:
         """Make coarse meshes that are not known yet; they are kept as float16."""
@@ -197,7 +200,7 @@ class CorrectiveObjective(_Stage):
                 batch = self.data.frames(chosen)
                 with torch.no_grad():
                     code = self._codes[self.data.garment_of[chosen[0]]]
-                    made = _coarse(self.estimator, code, batch).numpy().astype(np.float16)
+                    made = _coarse(self.estimator, code, batch).cpu().numpy().astype(np.float16)
                 self._known |= dict(
                     zip(chosen.tolist(), zip(made, batch.joints, batch.heading, strict=True), strict=True)
                 )
@@ -205,7 +208,9 @@ class CorrectiveObjective(_Stage):
 
 def encoded(estimator: Estimator, garment: GarmentSample) -> GarmentCode:
     """A garment of a training set, encoded."""
-    each = (torch.from_numpy(part) for part in (garment.features, garment.descriptor, garment.skin_logits))
+    device = next(estimator.parameters()).device
+    parts = garment.features, garment.descriptor, garment.skin_logits
+    each = (torch.from_numpy(part).to(device) for part in parts)
     return estimator.garment(garment.graph, *each)
 
 
@@ -221,8 +226,8 @@ def _evenly(count: int, wanted: int) -> Int[np.ndarray, " chosen"]:
 
 
 def _coarse(estimator: Estimator, code: GarmentCode, batch: FrameBatch) -> Tensor:
-    told, turns = (None if each is None else torch.from_numpy(each) for each in (batch.told, batch.turns))
-    return estimator.coarse(code, torch.from_numpy(batch.motion), torch.from_numpy(batch.transforms), told, turns)[0]
+    parts, device = (batch.motion, batch.transforms, batch.told, batch.turns), code.positions.device
+    return estimator.coarse(code, *(None if each is None else torch.from_numpy(each).to(device) for each in parts))[0]
 
 
 def _by_garment(samples: Samples, chosen: np.ndarray) -> list[np.ndarray]:
@@ -240,11 +245,11 @@ class _Sheet:
     mass: Tensor
 
     @classmethod
-    def of(cls, garment: GarmentSample) -> "_Sheet":
+    def of(cls, garment: GarmentSample, device: torch.device) -> "_Sheet":
         faces = np.asarray(garment.faces, np.int64)
         corners = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
         found, number = np.unique(corners, axis=0, return_inverse=True)
         order = np.argsort(number, kind="stable")
         same = np.flatnonzero(np.diff(number[order]) == 0)
         beside = np.stack([order[same], order[same + 1]], axis=1) % len(faces)
-        return cls(*(torch.from_numpy(each) for each in (faces, found, beside, garment.mass)))
+        return cls(*(torch.from_numpy(each).to(device) for each in (faces, found, beside, garment.mass)))

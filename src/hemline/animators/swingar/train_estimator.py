@@ -10,6 +10,7 @@ import torch
 
 from hemline.compiled import use_threads
 from hemline.errors import BadDataset
+from hemline.learning.device import usable_device
 from hemline.learning.trainer import Checkpoint, Schedule, Trainer
 from hemline.options import check_options, not_negative, positive, share
 
@@ -59,6 +60,8 @@ class TrainingPlan:
     """Time between checkpoints [s]."""
     threads: int = positive(1)
     """Threads of torch and of the layers' kernels."""
+    device: str = "cpu"
+    """Where it is trained, as torch names it: `cpu`, or `cuda`."""
 
     def __post_init__(self) -> None:
         check_options(self)
@@ -122,6 +125,7 @@ def train_estimator(
 
     Raises:
         BadDataset: There is nothing to train on, or nothing to choose the best weights by.
+        BadInput: There is no such device here.
         BadModel: The loss is no longer finite, or a checkpoint cannot be read.
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Section IV. Differs: in stages, on sparse frames that do not depend
@@ -132,7 +136,7 @@ def train_estimator(
             raise BadDataset(f"the {name} set of the estimator is empty", "no samples", "give it more clips")
     use_threads(plan.threads)
     torch.manual_seed(seed)
-    estimator, weights, curves = Estimator(config), weights or LossWeights(), {}
+    estimator, weights, curves = Estimator(config).to(usable_device(plan.device)), weights or LossWeights(), {}
     if scales is not None and config.told:
         estimator.told_mean.copy_(torch.from_numpy(scales[0]))
         estimator.told_spread.copy_(torch.from_numpy(scales[1]))
@@ -165,5 +169,5 @@ def train_estimator(
     if not admitted:
         with torch.no_grad():
             estimator.corrective_scale.zero_()
-    arrays = {name: each.numpy().copy() for name, each in estimator.state_dict().items()}
+    arrays = {name: each.cpu().numpy().copy() for name, each in estimator.state_dict().items()}
     return Trained(arrays, curves, coarse_error, error, admitted)

@@ -75,7 +75,9 @@ def processes(jobs: int) -> Iterator[Processes]:
             # they are ended, not asked: a compiler does not hear Ctrl-C before it is done with a function
             for process in list((pool._processes or {}).values()):
                 process.terminate()
-            pool.shutdown(wait=False, cancel_futures=True)
+            # waited for, which takes a moment now: a pool that is let go while its own thread still clears up after
+            # broken processes may wait for itself for ever (CPython 3.13.0, seen after Ctrl-C)
+            pool.shutdown(wait=True, cancel_futures=True)
             raise
 
 
