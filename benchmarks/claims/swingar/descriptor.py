@@ -16,11 +16,13 @@ from hemline.animators.coarse.descriptor import sampled
 from hemline.animators.coarse.relatives import SIZE
 from hemline.datasets import open_dataset
 
-REACHES = (0.08, 0.15, 0.3, 0.4, 0.5, 0.6, 0.8, 1.2)
+REACHES = (0.08, 0.15, 0.3, 0.4, 0.5, 0.6, 0.8, 1.2, 2.0)
 TRANSFORMS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "as they are": lambda values: values,
     "asinh": np.arcsinh,
     "asinh of 10 times": lambda values: np.arcsinh(10 * values),
+    "asinh of 100 times": lambda values: np.arcsinh(100 * values),
+    "asinh of 1000 times": lambda values: np.arcsinh(1000 * values),
     "signed root": lambda values: np.sign(values) * np.sqrt(np.abs(values)),
 }
 NAME = re.compile(r"(?:close-)?([a-z]+)-(\d+)")
@@ -48,7 +50,7 @@ def main() -> None:
             row[: len(found)] = found
         for name, transform in TRANSFORMS.items():
             shares = [alike(transform(values)[side], kind[side]) for side in (even, ~even)]
-            print(f"reach {reach:4.2f} m, {name:18} chosen by {shares[0]:3.0f} %, judged {shares[1]:3.0f} %", flush=True)
+            print(f"reach {reach:4.2f} m, {name:19} chosen by {shares[0]:3.0f} %, judged {shares[1]:3.0f} %", flush=True)
 
 
 def alike(values: np.ndarray, kind: np.ndarray) -> float:

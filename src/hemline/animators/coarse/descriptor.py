@@ -10,8 +10,10 @@ from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.errors import BadMesh, HemlineWarning
 from hemline.meshes.edges import edges
 
-REACH = 0.15
+REACH = 0.6
 """Distance at which the affinity of two points has fallen to 0.61 [m]."""
+STRETCHED = 10.0
+"""Eigenvalues are compared, and given to networks, as the inverse hyperbolic sine of so many times them."""
 EQUAL = 1e-5
 """Distances that differ by less are the same [m]."""
 SEARCHES = 400
@@ -80,15 +82,19 @@ class Descriptor:
         return cls(np.sort(filled)[::-1].astype(np.float32), samples)
 
     def distance(self, other: "Descriptor") -> float:
-        """How different two garments are [1]: the distance of their sorted eigenvalues.
-
-        It is the least Frobenius norm of the difference of their affinities over all ways to match their points.
+        """How different two garments are [1]: the distance of their sorted eigenvalues, `compressed`.
 
         Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Section V-A; Hoffman, Wielandt, "The variation of the spectrum of
-            a normal matrix", 1953. Differs: matched by the best rotation of eigenvectors, as points of two garments do
-            not correspond.
+            a normal matrix", 1953 (sorted, the distance of eigenvalues is the least norm of the difference of the
+            affinities over all rotations). Differs: eigenvalues are compared, as points of two garments do not
+            correspond; compressed, as the first few of 256 would count alone.
         """
-        return float(np.linalg.norm(self.eigenvalues.astype(np.float64) - other.eigenvalues))
+        return float(np.linalg.norm(compressed(self.eigenvalues) - compressed(other.eigenvalues)))
+
+
+def compressed(eigenvalues: Float[np.ndarray, "... descriptor"]) -> Float[np.ndarray, "... descriptor"]:
+    """Eigenvalues as they are compared: differences count by their share where values are large; float64."""
+    return np.arcsinh(STRETCHED * np.asarray(eigenvalues, np.float64))
 
 
 def sampled(

@@ -11,7 +11,7 @@ from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry
 from hemline.garments import Garment
 
-from .descriptor import Descriptor
+from .descriptor import Descriptor, compressed
 
 SIZE = 256
 """Numbers of a descriptor."""
@@ -45,14 +45,14 @@ class Relatives:
         """
         if len(self.names) < 2:
             return []
-        own = _described(proxy).astype(np.float64)
-        apart = np.linalg.norm(self.eigenvalues - own, axis=1) / self._spacing
+        own = compressed(_described(proxy))
+        apart = np.linalg.norm(compressed(self.eigenvalues) - own, axis=1) / self._spacing
         return [(self.names[i], float(apart[i])) for i in np.argsort(apart, kind="stable")[:NEAREST]]
 
     @property
     def _spacing(self) -> float:
         """Median distance of a garment of the fit from the nearest other one."""
-        values = self.eigenvalues.astype(np.float64)
+        values = compressed(self.eigenvalues)
         apart = np.linalg.norm(values[:, None] - values[None], axis=2)
         np.fill_diagonal(apart, np.inf)
         return max(float(np.median(apart.min(axis=1))), 1e-6)

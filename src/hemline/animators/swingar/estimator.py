@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
+from hemline.animators.coarse.descriptor import STRETCHED
+
 from .estimator_config import CORRECTIVE_WIDTH, JOINTS, MESHES, POSE_WIDTH, VERTEX_WIDTH, EstimatorConfig
 from .graph import Graph
 from .layers import GatLn, condensed
@@ -101,7 +103,7 @@ class Estimator(nn.Module):
         """
         encoded = self.graph_second(graph, self.graph_first(graph, features[None, None]))
         if self.config.global_shape == "spectral":
-            shape = self.shape(torch.asinh(descriptor))
+            shape = self.shape(torch.asinh(STRETCHED * descriptor))
         elif self.config.global_shape == "pooled":
             shape = self.shape(encoded[0].mean(0)).amax(0)
         else:

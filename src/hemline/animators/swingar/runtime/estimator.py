@@ -7,6 +7,7 @@ from typing import Self
 
 import numpy as np
 
+from hemline.animators.coarse.descriptor import compressed
 from hemline.animators.coarse.feature_kernels import displace
 from hemline.animators.swingar.estimator_config import (
     CORRECTIVE_WIDTH,
@@ -88,7 +89,7 @@ class PlayedEstimator:
         encoded = self.layers["graph_second"](graph, self.layers["graph_first"](graph, features[None]))
         shape = np.ones(JOINTS, np.float32)
         if self.config.global_shape == "spectral":
-            shape = self._connected("shape", np.arcsinh(descriptor).astype(np.float32))
+            shape = self._connected("shape", compressed(descriptor).astype(np.float32))
         elif self.config.global_shape == "pooled":
             shape = self._linear("shape", encoded.mean(0)).max(0)
         positions = np.ascontiguousarray(features[:, 3:6])
