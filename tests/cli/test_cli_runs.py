@@ -1,6 +1,7 @@
 """The verbs on what ships, and the whole loop from nothing on a napkin."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,6 +29,15 @@ def test_animate_writes_plain_arrays(short, capsys):
         assert clip["vertices"].shape == (16, 12690, 3) and clip["body_vertices"].shape == (16, 13348, 3)
         assert float(clip["fps"]) == 30
     assert capsys.readouterr().out.strip() == "out.npz"
+
+
+def test_a_garment_without_a_model_is_played_by_live(short, capsys):
+    assert main(["animate", "--garment", "top:0@50", "-m", short, "-o", "one.glb"]) == 0
+    assert main(["animate", "live", "--garment", "top:0@50", "-m", short, "-o", "other.glb"]) == 0
+    assert Path("one.glb").read_bytes() == Path("other.glb").read_bytes()
+    assert main(["animate", "-m", short]) == 2
+    said = capsys.readouterr().err
+    assert "a model to play, or a garment to wear, is needed; got neither; name MODEL, or --garment FILE" in said
 
 
 def test_a_skinned_garment_tells_how_far_it_is_from_the_played_one(short, capsys):

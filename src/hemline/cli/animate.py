@@ -1,4 +1,4 @@
-"""`hemline animate MODEL --motion FILE -o out.glb`."""
+"""`hemline animate [MODEL] --motion FILE -o out.glb`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,10 +17,10 @@ from .written import Output
 class Arguments:
     """Play a model on a motion into a file."""
 
-    model: Annotated[str, tyro.conf.Positional]
-    """A model file, or the name of a shipped model."""
     motion: Annotated[str, tyro.conf.arg(aliases=["-m"])]
     """A clip (BVH, AMASS, GLB; FILE.glb:NAME of several), or the name of a shipped excerpt."""
+    model: Annotated[str | None, tyro.conf.Positional] = None
+    """A model file, or the name of a shipped model. Left out: `live`, which simulates the garment of --garment."""
     output: Annotated[Path | None, tyro.conf.arg(aliases=["-o"])] = None
     """The file; its ending chooses the format. Left out: MOTION.glb beside the motion."""
     garment: str | None = None
@@ -79,7 +79,7 @@ def run(arguments: Arguments) -> int:
     path = arguments.output or _beside(arguments.motion)
     output = Output(path, arguments.skinned, arguments.bones, arguments.quantized, arguments.character)
     animator, body = open_model(
-        arguments.model,
+        arguments.model or _any_garment(arguments.garment),
         arguments.garment,
         arguments.body,
         arguments.betas,
@@ -123,6 +123,16 @@ def run(arguments: Arguments) -> int:
     warn_new_poses(animator, novelties)
     output.write(clip, as_json=arguments.json, own=own)
     return 0
+
+
+def _any_garment(garment: str | None) -> str:
+    """What plays a garment into a file where no model is named: the best of those that take any.
+
+    A file can wait for some 20 ms a frame, so it is not the fastest.
+    """
+    if garment is None:
+        raise BadInput("a model to play, or a garment to wear, is needed", "neither", "name MODEL, or --garment FILE")
+    return "live"
 
 
 def _beside(motion: str) -> Path:
