@@ -21,18 +21,20 @@ from typing import Any
 import numpy as np
 from ablations_graph import Budget, names, rows_of_graph
 
-from hemline.animators.swingar import SwingarConfig
-from hemline.animators.coarse.proxy_on_body import BEGUN, DESCRIBED, PARTS, TRAILS
 from hemline.animators.coarse.fit import divided
-from hemline.animators.swingar.graph_samples import take_samples
-from hemline.animators.lag.lag_samples import GarmentSamples, gather
+from hemline.animators.coarse.proxy_on_body import BEGUN, DESCRIBED, PARTS, TRAILS
+from hemline.animators.coarse.sided_frames import SidedFrames
+from hemline.animators.coarse.walk import Walk
+from hemline.animators.lag import LagConfig
+from hemline.animators.lag.lag_samples import GarmentSamples, garment_samples
+from hemline.animators.swingar.fit_graph import samples_of
 from hemline.bench.machine import commit, machine
 from hemline.datasets import open_collection
 from hemline.datasets.collection import Collection, Entry
 from hemline.files import content_hash
 
-STRIDE = 6
-"""Every so many frames are learned from."""
+STRIDE = 18
+"""Every so many frames are learned from, and the two before each."""
 NEAR = slice(2 * TRAILS + 6, 2 * TRAILS + 6 + 8 * len(PARTS))
 """Columns that tell what of the body is near."""
 HIDDEN: dict[str, list[slice]] = {
@@ -54,7 +56,7 @@ LEARNED: dict[str, dict[str, Any]] = {
 
 def rows_of_lag(train: list[GarmentSamples], valid: list[GarmentSamples], epochs: int, wanted: set) -> Iterator[dict]:
     """Rows of the lag network."""
-    config = SwingarConfig(epochs=epochs)
+    config = LagConfig(epochs=epochs)
     for name, columns in HIDDEN.items():
         if name in wanted:
             shown = [[hidden(each, columns) for each in side] for side in (train, valid)]
@@ -68,13 +70,13 @@ def hidden(samples: GarmentSamples, columns: Sequence[slice]) -> GarmentSamples:
     """Samples with columns of what vertices are told set to zero."""
     if not columns:
         return samples
-    told = samples.told.copy()
+    told = np.array(samples.worn.told)
     for each in columns:
         told[..., each] = 0
-    return replace(samples, told=told)
+    return replace(samples, worn=replace(samples.worn, told=told))
 
 
-def lag_trained(train: list[GarmentSamples], valid: list[GarmentSamples], config: SwingarConfig) -> dict[str, Any]:
+def lag_trained(train: list[GarmentSamples], valid: list[GarmentSamples], config: LagConfig) -> dict[str, Any]:
     """Train the lag network; its errors [mm]."""
     from hemline.animators.lag.fit_lag import scales
     from hemline.animators.lag.lag_training import LagObjective, TorchLagNet
@@ -86,18 +88,18 @@ def lag_trained(train: list[GarmentSamples], valid: list[GarmentSamples], config
         "error_mm": weighted(objective.errors(valid), valid),
         "trained_mm": weighted(objective.errors(train), train),
         "skinned_mm": weighted([skinned(each) for each in valid], valid),
-        "frames": sum(len(each.told) for each in train),
+        "frames": sum(len(each) for each in train),
     }
 
 
 def skinned(samples: GarmentSamples) -> float:
     """Error of skinning [m]."""
-    return float(np.linalg.norm(samples.apart.astype(np.float32), axis=2).mean())
+    return float(np.linalg.norm(samples.apart(), axis=2).mean())
 
 
 def weighted(errors: Sequence[float], samples: Sequence[GarmentSamples]) -> float:
     """Mean over frames [mm]."""
-    return 1e3 * float(np.average(errors, weights=[len(each.told) for each in samples]))
+    return 1e3 * float(np.average(errors, weights=[len(each) for each in samples]))
 
 
 def sides_of(data: Collection, judged: int) -> tuple[list[Entry], list[Entry]]:
@@ -107,7 +109,7 @@ def sides_of(data: Collection, judged: int) -> tuple[list[Entry], list[Entry]]:
         return [each for each in data.clips() if each.dataset < known], [
             each for each in data.clips() if each.dataset >= known
         ]
-    sides = divided(data, SwingarConfig().held_out)
+    sides = divided(data, LagConfig().held_out)
     held_out = [entry for name, entries in sides.items() if name != "train" for entry in entries]
     return sides["train"][::2], held_out[::2]
 
@@ -123,7 +125,7 @@ def main() -> None:
     parser.add_argument("--lag-epochs", type=int, default=10)
     parser.add_argument("--graph-epochs", type=int, default=5)
     args = parser.parse_args()
-    data, size = open_collection([*args.takes, *args.judged]), SwingarConfig().size
+    data, size = open_collection([*args.takes, *args.judged]), LagConfig().size
     train, valid = sides_of(data, len(args.judged))
     budget = {"takes": len(train), "held_out": len(valid), "lag": args.lag_epochs, "graph": args.graph_epochs}
     budget |= {"garments": len({each.dataset for each in train}), "new": len({each.dataset for each in valid})}
@@ -144,12 +146,13 @@ def main() -> None:
             with args.out.open("a") as file:
                 file.write(json.dumps(row | told) + "\n")
 
+    sides = {"train": train, "new_garment": valid}
+    frames = SidedFrames.of(data, sides, Walk(size, STRIDE), args.checkpoints / "frames")
     if wanted := missing("lag", [*HIDDEN, *LEARNED]):
-        samples = [gather(data, side, STRIDE, size) for side in (train, valid)]
+        samples = [garment_samples(frames, side) for side in sides]
         keep(rows_of_lag(*samples, args.lag_epochs, wanted))
-        del samples
     if wanted := missing("graph", names()):
-        taken = take_samples(data, train, valid, STRIDE, 256, size)
+        taken = samples_of(frames, 256)
         more = Budget(args.graph_epochs, max(1, args.graph_epochs // 3), mark, args.checkpoints)
         keep(rows_of_graph(taken, len(train[0].row.betas), more, wanted))
 

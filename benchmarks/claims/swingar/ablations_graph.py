@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from hemline import bodies
-from hemline.animators.swingar import SwingarConfig
 from hemline.animators.coarse.descriptor import Descriptor
+from hemline.animators.swingar import SwingarConfig
 from hemline.animators.swingar.estimator_config import EstimatorConfig
 from hemline.animators.swingar.fit_graph import estimator_of
 from hemline.animators.swingar.graph_samples import TakeSamples
@@ -26,7 +26,7 @@ from hemline.motions.quaternions import from_axis_angle
 PLAIN = "as the paper, with lag features"
 GRAPH: dict[str, dict[str, Any]] = {
     PLAIN: {},
-    "no lag features": {"lag": 0},
+    "no features, as printed": {"told": 0, "state_told": 0, "displacement": 0},
     "no descriptor": {"global_shape": "none"},
     "graph pooling": {"global_shape": "pooled"},
     "Euclidean affinity": {"distance": "euclidean"},

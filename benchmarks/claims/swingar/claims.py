@@ -3,7 +3,7 @@
 FOLDER takes the data, made and continued: takes of garments, subjects and bodies that no fit has seen, and the small
 set of the ablations. CLIPS is the folder of `fit.clips`; each MESH a garment of somebody else's, put on and judged
 beside random designs of seeds apart. Then the commands of this folder run one after the other, each in a process of
-its own, and `hemline bench swingar`. What was measured at this commit is not measured again, so that a killed run goes
+its own, and `hemline bench lag`. What was measured at this commit is not measured again, so that a killed run goes
 on. The ablations take hours and are left out unless `--only ablations` asks for them.
 
 Writes docs/swingar/claims.md: what the paper says, what was asked, what was measured. With `--page` it writes this page
@@ -104,7 +104,7 @@ def steps(folder: Path) -> Iterator[Step]:
     def script(name: str, *words: str) -> tuple[str, ...]:
         return (sys.executable, str(HERE / f"{name}.py"), *words)
 
-    models = ("--model", "swingar", "--model", "live")
+    models = ("--model", "lag", "--model", "live")
     for name, output in (("unseen", "unseen"), ("beyond", "unseen_bodies")):
         file = RESULTS / f"{output}.json"
         yield Step(name, script("unseen", *takes(name), *models, "-o", str(file)), file)
@@ -115,7 +115,7 @@ def steps(folder: Path) -> Iterator[Step]:
     file = RESULTS / "swingar_ablations.jsonl"
     judged = ("--judged", *takes("apart"), "--checkpoints", str(folder / "checkpoints"), "-o", str(file))
     yield Step("ablations", script("ablations", *takes("train"), *judged), file)
-    bench = (sys.executable, "-m", "hemline", "bench", "swingar", "--record", str(RESULTS))
+    bench = (sys.executable, "-m", "hemline", "bench", "lag", "--record", str(RESULTS))
     yield Step("bench", bench, RESULTS / "swingar.jsonl")
 
 

@@ -1,7 +1,8 @@
 """Which reach of affinity tells kinds of garments apart: `python benchmarks/claims/swingar/descriptor.py TAKES...`.
 
 TAKES are datasets of generated garments, whose names tell their kinds. For each reach, and for eigenvalues as they are
-or transformed, it is counted how often the nearest other garment is of the same kind. Even seeds choose, odd ones judge.
+or transformed, it is counted how often the nearest other garment is of the same kind. Even seeds choose, odd ones
+judge.
 """
 
 import argparse
@@ -50,7 +51,9 @@ def main() -> None:
             row[: len(found)] = found
         for name, transform in TRANSFORMS.items():
             shares = [alike(transform(values)[side], kind[side]) for side in (even, ~even)]
-            print(f"reach {reach:4.2f} m, {name:19} chosen by {shares[0]:3.0f} %, judged {shares[1]:3.0f} %", flush=True)
+            print(
+                f"reach {reach:4.2f} m, {name:19} chosen by {shares[0]:3.0f} %, judged {shares[1]:3.0f} %", flush=True
+            )
 
 
 def alike(values: np.ndarray, kind: np.ndarray) -> float:

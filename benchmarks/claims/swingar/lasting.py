@@ -15,7 +15,7 @@ from unseen import LOOSE_MM, Rest
 import hemline
 from hemline import bodies
 from hemline.animators.coarse.displaced import FORGIVEN, SMOOTHED
-from hemline.animators.coarse.model import AnimatorSwingar
+from hemline.animators.coarse.model import CoarseAnimator
 from hemline.datasets import Dataset, Row, open_dataset
 
 SHARES, SECONDS = (0.3, 0.5, 0.7, 1.0), (2.0, 8.0, 20.0)
@@ -24,7 +24,7 @@ WAYS = {"none lasts": (0.0, 1.0)} | {
 }
 
 
-def told(animator: AnimatorSwingar, data: Dataset, row: Row) -> tuple[np.ndarray, ...]:
+def told(animator: CoarseAnimator, data: Dataset, row: Row) -> tuple[np.ndarray, ...]:
     """What the network says and what is true in each frame from the end of the simulation on, in turned frames (frames,
     verts, 3) [m]; where the simulation left the vertices; which frames count.
     """
@@ -65,7 +65,7 @@ def main() -> None:
     """Play, print."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("takes", type=Path, nargs="+")
-    parser.add_argument("--model", default="swingar")
+    parser.add_argument("--model", default="lag")
     parser.add_argument("--most", type=int, default=2, help="takes of each garment at most")
     asked = parser.parse_args()
     model, found = hemline.load(asked.model), {}

@@ -17,13 +17,16 @@ import torch
 
 from hemline.animators.swingar.estimator import Estimator, cost
 from hemline.animators.swingar.estimator_config import EstimatorConfig
+from hemline.animators.swingar.fit_graph import DISPLACEMENT
+from hemline.animators.swingar.graph_inputs import STATE_TOLD, TOLD
 from hemline.animators.swingar.runtime import PlayedEstimator
 from hemline.compiled import use_threads
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "animators"))
 from swingar_samples import graph_of, inputs
 
-FRAMES, LAG = 10, 12
+FRAMES = 10
+FEATURES = {"told": TOLD, "state_told": STATE_TOLD, "displacement": DISPLACEMENT}
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "MALLOC_MMAP_MAX_": "0",
@@ -57,7 +60,7 @@ def training(config: EstimatorConfig, rows: int, columns: int, runs: int) -> dic
         kept["garment"] = estimator.garment(graph, t["features"], t["descriptor"], t["skin_logits"])
 
     def coarse():
-        kept["coarse"] = estimator.coarse(kept["garment"], t["motion"], t["lag"], t["transforms"])[0]
+        kept["coarse"] = estimator.coarse(kept["garment"], t["motion"], t["transforms"], t["told"], t["turns"])[0]
 
     def still():
         with torch.no_grad():
@@ -89,7 +92,7 @@ def playing(config: EstimatorConfig, rows: int, columns: int, runs: int, threads
     garment = played.garment(graph, given["features"], given["descriptor"], given["skin_logits"])
     clock = time.process_time if threads == 1 else time.perf_counter
     steps = (
-        lambda: played.coarse(garment, given["motion"][0], given["lag"][0], given["transforms"][0]),
+        lambda: played.coarse(garment, given["motion"][0], given["transforms"][0], given["told"][0], given["turns"][0]),
         lambda: played.corrective(garment, given["meshes"][0], given["joints"][0], given["body"][0]),
     )
     coarse, corrective = (1e3 * each for each in least(runs, clock, *steps))
@@ -104,7 +107,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=6)
     options = parser.parse_args()
     torch.set_num_threads(1)
-    for name, config in {"lean": EstimatorConfig.lean(lag=LAG), "full": EstimatorConfig(lag=LAG)}.items():
+    for name, config in {"lean": EstimatorConfig.lean(**FEATURES), "full": EstimatorConfig(**FEATURES)}.items():
         count = options.rows * options.columns
         parts = cost(config, count)
         work = sum(flops for part, (_, flops) in parts.items() if part not in ("graph_first", "graph_second", "shape"))

@@ -1,10 +1,11 @@
 """How far models are from the simulation on garments that they were not fitted to, by class of garment.
 
-    python benchmarks/claims/swingar/unseen.py TAKES... --model swingar --model live -o benchmarks/results/unseen.json
+    python benchmarks/claims/swingar/unseen.py TAKES... --model swingar --model lag --model live \\
+        -o benchmarks/results/unseen.json
 
 TAKES are datasets that `python -m hemline.models.make.swingar_takes` made of garments, subjects and bodies apart.
-Beside each model: the settled garment skinned with the weights of the nearest skin, with the soft weights of swingar,
-and carried rigidly with the key joint. Models are judged as the player shows them, projection and all.
+Beside each model: the settled garment skinned with the weights of the nearest skin, with the soft weights of `lag` and
+`swingar`, and carried rigidly with the key joint. Models are judged as the player shows them, projection and all.
 """
 
 import argparse
@@ -156,7 +157,9 @@ def main() -> None:
     given = parser.parse_args()
     models, rows = {Path(name).stem: load(name) for name in given.model}, []
     models |= {
-        f"{name}, begins skinned": each.beginning(0.0) for name, each in models.items() if each.name == "swingar"
+        f"{name}, begins skinned": each.beginning(0.0)
+        for name, each in models.items()
+        if each.name in ("lag", "swingar")
     }
     for folder in given.takes:
         try:

@@ -28,9 +28,9 @@ on, and random designs of seeds apart, on random bodies, in clips of other subje
 `python -m hemline.models.make.swingar_takes` ([the command](../../src/hemline/models/README.md#swingar)), judged by
 `python benchmarks/claims/swingar/unseen.py`, as the player shows them.
 Mean distance of vertices from the simulation in mm. Beside each model the settled garment *carried rigidly* with the
-key joint, *skinned* with the weights of the nearest skin, and *skinned softly* as swingar does before it learns. A
-garment counts as loose where it lies more than 25 mm from the skin in the mean. *The weights before* are those that
-shipped until then, played by the same code. Takes are four seconds long: what the network is told of the beginning
+key joint, *skinned* with the weights of the nearest skin, and *skinned softly* as `lag` and `swingar` do before they
+learn. A garment counts as loose where it lies more than 25 mm from the skin in the mean. *The weights before* are those
+that shipped until then, played by the same code. Takes are four seconds long: what the network is told of the beginning
 counts for more in them than minutes later.
 
 What is asked of this: close-fitting 20 mm and better than skinning; loose 45 mm, 40 % below skinning. The paper reports

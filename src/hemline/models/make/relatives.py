@@ -1,8 +1,8 @@
 """Describe the garments of a fit anew: `python -m hemline.models.make.relatives MODEL GARMENT...`.
 
-MODEL is a model file of `lag` or `swingar`; its spectral descriptors are those of an older hemline, say. Each garment of
-its fit is named as `swingar_takes` was given it, or by the dataset that was made of it. MODEL is written anew, whole or
-not at all; its weights stay as they are.
+MODEL is a model file of `lag` or `swingar`, whose spectral descriptors are those of an older hemline, say. Each garment
+of its fit is named as `swingar_takes` was given it, or by the dataset that was made of it. MODEL is written anew, whole
+or not at all; its weights stay as they are.
 """
 
 import argparse
