@@ -25,7 +25,7 @@ HEAD = """# Garments never seen
 
 Garments, subjects and bodies that no fit has seen: meshes of other people's (GarmentCode, Style3D, MakeHuman), tried
 on, and random designs of seeds apart, on random bodies, in clips of other subjects; simulated by
-`python -m hemline.models.make.swingar_takes` ([the command](../../src/hemline/models/README.md#swingar)), judged by
+`python -m hemline.models.make.swingar_takes` ([the command](../../src/hemline/models/README.md#lag)), judged by
 `python benchmarks/claims/swingar/unseen.py`, as the player shows them.
 Mean distance of vertices from the simulation in mm. Beside each model the settled garment *carried rigidly* with the
 key joint, *skinned* with the weights of the nearest skin, and *skinned softly* as `lag` and `swingar` do before they
