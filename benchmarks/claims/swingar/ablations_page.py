@@ -41,7 +41,7 @@ Written by `python benchmarks/claims/swingar/ablations_page.py`, from what `abla
 al., "SwinGar", 2023. Each variant is trained alike, from nothing, with one seed, and judged on takes that it has not
 seen: distance of the proxy's vertices. {sets} Budgets are small: these are
 not the errors of what ships, and differences below a millimetre say nothing.
-[The takes](../../src/hemline/models/README.md#swingar).
+[The takes](../../src/hemline/models/README.md#lag).
 {_lag(lag) if lag else ""}{_graph(graph, "" if same else _beside(rows, graph[0]["mark"])) if graph else ""}
 Tables II and III of the paper as a whole, with the projection: [collisions](collisions.md). Table V, frames a second:
 [figures of the network](../../src/hemline/animators/swingar/README.md#figures), `throughput.py`; the paper's frame
