@@ -39,7 +39,8 @@ def test_what_two_processes_compiled_is_there_for_a_third(tmp_path):
 def test_ctrl_c_ends_it_at_once_while_compilers_are_at_work(tmp_path):
     command = [sys.executable, "-m", "hemline", "warmup", "--jobs", "2"]
     environment = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path)}
-    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True) as run:
+    options = {"stderr": subprocess.PIPE, "text": True, "start_new_session": True, "preexec_fn": _hear_ctrl_c}
+    with subprocess.Popen(command, env=environment, **options) as run:
         while not any(tmp_path.rglob("*.kernel")):
             assert run.poll() is None
             time.sleep(0.1)
@@ -48,6 +49,11 @@ def test_ctrl_c_ends_it_at_once_while_compilers_are_at_work(tmp_path):
         _, said = run.communicate(timeout=60)
     assert time.monotonic() - began < 5
     assert run.returncode == 130 and "interrupted" in said.splitlines()[-1]
+
+
+def _hear_ctrl_c() -> None:
+    """A shell has what it starts in the background ignore Ctrl-C, and what that starts in turn."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="a kill that cannot be heard is a signal")
