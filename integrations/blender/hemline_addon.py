@@ -514,7 +514,7 @@ class HemlineSettings(bpy.types.PropertyGroup):
         update=changed,
         subtype="FILE_PATH",
         description="A model file, or the name of a shipped one: cape, skirt, tshirt-light, longsleeve-light, "
-        "trousers-light; live and lag play any garment",
+        "trousers-light; lag, live and swingar play any garment",
     )
     motion: StringProperty(
         name="Motion",
@@ -527,14 +527,14 @@ class HemlineSettings(bpy.types.PropertyGroup):
         name="Garment",
         update=changed,
         subtype="FILE_PATH",
-        description="For the models live and lag: a mesh, the name of a garment, or one from measures as dress:7",
+        description="For the models lag, live and swingar: a mesh, the name of a garment, or one from measures as dress:7",
     )
     mesh: PointerProperty(
         name="or Mesh",
         type=bpy.types.Object,
         update=changed,
         poll=lambda self, each: each.type == "MESH" and not each.hemline.part,
-        description="For the models live and lag: a mesh of this scene, as it is now",
+        description="For the models lag, live and swingar: a mesh of this scene, as it is now",
     )
     body: StringProperty(
         name="Body", update=changed, subtype="FILE_PATH", description="Another body; empty: the model's own"
@@ -675,7 +675,7 @@ class HEMLINE_PT_panel(bpy.types.Panel):
         asked = root.hemline
         for names in (
             ("model", "motion"),
-            ("garment", "mesh") if asked.model in ("live", "lag") else (),
+            ("garment", "mesh") if asked.model in ("lag", "live", "swingar") else (),
             ("start", "seconds", "untangle"),
             ("body", "shapes"),
             ("fps", "detail", "first_frame"),

@@ -1,34 +1,57 @@
-"""What a fit keeps beside its model until it is done."""
+"""The folder in which a fit keeps what it would lose by a kill, until it is done."""
 
-from contextlib import suppress
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from hemline.errors import BadInput
+from hemline.errors import BadInput, BadOutput
 from hemline.files import read_metadata
 
 KINDS = ("frames", "training")
 """Kinds of files that fits keep, see `docs/format.md`."""
 
 
-def clear_checkpoints(folder: Path) -> None:
-    """Remove what a fit has kept in a folder, and the folder where nothing else is left in it.
+@contextmanager
+def checkpoint_folder(wanted: Path | None) -> Iterator[Path]:
+    """A folder whose checkpoints stay if the work is broken off, and go when it is done.
 
-    Files of other kinds stay, as does what cannot be read.
+    Files that no fit keeps stay, and with them the folder. Mapped arrays (`.npy`), which may be gigabytes and are made
+    anew each time, go in any case.
 
     Args:
-        folder: The folder, there or not.
+        wanted: The folder, made where it is missing; None: one among the temporary files.
+
+    Raises:
+        BadOutput: It cannot be made.
     """
-    for path in sorted(folder.glob("**/*.safetensors")):
-        if any(_is(path, kind) for kind in KINDS):
-            path.unlink(missing_ok=True)
-    for each in sorted((path for path in folder.glob("**") if path.is_dir()), reverse=True):
-        with suppress(OSError):
-            each.rmdir()
-
-
-def _is(path: Path, kind: str) -> bool:
+    if wanted is None:
+        with tempfile.TemporaryDirectory(prefix="hemline-fit-") as folder:
+            yield Path(folder)
+        return
     try:
-        read_metadata(path, kind)
-    except BadInput:
-        return False
-    return True
+        wanted.mkdir(parents=True, exist_ok=True)
+    except OSError as reason:
+        cure = "name a model in a folder that can be written"
+        raise BadOutput(f"cannot make {wanted}", reason.strerror or reason, cure) from reason
+    done = False
+    try:
+        yield wanted
+        done = True
+    finally:
+        kept = [each for each in wanted.glob("**/*.safetensors") if _is_kept(each)] if done else []
+        damaged = [*wanted.glob("**/*.safetensors.damaged*")] if done else []
+        for file in (*wanted.glob("*.npy"), *kept, *damaged):
+            with suppress(OSError):
+                file.unlink()
+        for folder in sorted((each for each in wanted.glob("**") if each.is_dir()), reverse=True):
+            with suppress(OSError):
+                folder.rmdir()
+
+
+def _is_kept(path: Path) -> bool:
+    for kind in KINDS:
+        with suppress(BadInput):
+            read_metadata(path, kind)
+            return True
+    return False

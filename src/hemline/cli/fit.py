@@ -55,7 +55,6 @@ def _animator_in(words: Sequence[str]) -> str:
 
 def run(arguments: Any) -> int:
     """Fit and save."""
-    from hemline.animators.checkpoints import clear_checkpoints
     from hemline.errors import BadInput
     from hemline.files import check_folder, check_writable
 
@@ -69,7 +68,6 @@ def run(arguments: Any) -> int:
         if not first:
             return 0
         model.save(arguments.output)
-        clear_checkpoints(_checkpoints(arguments))
     if arguments.json:
         print(json.dumps({"model": str(arguments.output), "figures": model.figures}))
     else:

@@ -55,7 +55,7 @@ def _close_fitting() -> None:
 
 def _any_garment() -> None:
     body = bodies.load("anny24").shaped()
-    for name in ("lag", "live"):
+    for name in ("lag", "live", "swingar"):
         model = animators.load(name)
         assert isinstance(model, animators.Wearable)
         _warm(model.worn_by(garments.load("tshirt-light"), body))

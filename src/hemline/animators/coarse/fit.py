@@ -1,14 +1,12 @@
 """From takes of many garments to a model that is worn by garments never seen."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, fields, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Protocol
 
 from hemline import bodies
 from hemline.animators.base import Progress
+from hemline.animators.checkpoints import checkpoint_folder
 from hemline.animators.model_file import load
 from hemline.animators.terms import garment_terms
 from hemline.datasets.collection import Collection, Entry
@@ -67,12 +65,14 @@ def fit(
     if not sides["train"] or not any(sides[name] for name in SIDES):
         raise BadDataset(f"{kind.name} needs takes to learn from and takes to choose by", "none", "simulate more clips")
     mark = content_hash(asdict(config) | {"seed": seed, "takes": [each.row.name for each in sides["train"]]})
-    with _frames_folder(checkpoints) as folder:
+    with checkpoint_folder(checkpoints) as folder:
         walk = Walk(config.size, config.stride)
-        frames = SidedFrames.of(data, sides, walk, folder, jobs=config.jobs, tell=lambda *done: tell("read", *done))
+        frames = SidedFrames.of(
+            data, sides, walk, folder / "frames", jobs=config.jobs, tell=lambda *done: tell("read", *done)
+        )
         before = None if start is None else start.network
         network, figures = kind.learned(
-            frames, config, start=before, seed=seed, mark=mark, checkpoints=checkpoints, tell=tell
+            frames, config, start=before, seed=seed, mark=mark, checkpoints=folder, tell=tell
         )
     garments = sorted({each.dataset for each in sides["train"]})
     figures |= {"garments": float(len(garments)), "takes": float(len(sides["train"]))}
@@ -80,16 +80,6 @@ def fit(
     if start is not None:
         known = start.relatives.joined(known)
     return Weights(kind, config, network, known, figures, licences_of(data)).rounded()
-
-
-@contextmanager
-def _frames_folder(checkpoints: Path | None) -> Iterator[Path]:
-    """Where the frames of takes are kept while they are learned from."""
-    if checkpoints is not None:
-        yield checkpoints / "frames"
-        return
-    with TemporaryDirectory(prefix="hemline-frames-") as folder:
-        yield Path(folder)
 
 
 def _how(config: CoarseConfig) -> dict[str, Any]:

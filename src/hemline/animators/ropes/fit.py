@@ -2,9 +2,6 @@
 
 import importlib.util
 import math
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +13,7 @@ from hemline.animators.terms import garment_terms
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
 from hemline.datasets.take import take_metadata
-from hemline.errors import BadOutput, MissingExtra
+from hemline.errors import MissingExtra
 from hemline.learning.mlp import Mlp
 from hemline.motions.terms import as_stated
 
@@ -75,7 +72,7 @@ def fit(
     found: dict[str, float] = {}
     if ropes is None:
         ropes, found = ropes_for(source, shaped, rest, config, progress)
-    with _kept(checkpoints) as folder:
+    with checkpoint_folder(checkpoints) as folder:
         frames, clearances = gather(source, ropes, folder, mirror=config.mirror, progress=progress)
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
         correction, corrected = kept_correction(frames, learned)
@@ -147,32 +144,6 @@ def _named_own(figures: dict[str, float], chosen: str) -> dict[str, float]:
         for name, value in figures.items()
         if name.endswith(f"_{chosen}_error_mm")
     }
-
-
-@contextmanager
-def _kept(checkpoints: Path | None) -> Iterator[Path]:
-    """A folder whose checkpoints stay if the work is broken off, and go when it is done."""
-    if checkpoints is None:
-        with tempfile.TemporaryDirectory(prefix="hemline-fit-") as folder:
-            yield Path(folder)
-        return
-    try:
-        checkpoints.mkdir(parents=True, exist_ok=True)
-    except OSError as reason:
-        cure = "name a model in a folder that can be written"
-        raise BadOutput(f"cannot make {checkpoints}", reason.strerror or reason, cure) from reason
-    done = False
-    try:
-        yield checkpoints
-        done = True
-    finally:
-        # mapped frames, which may be gigabytes, are made anew each time; what else lies there is not of a fit
-        for pattern in ("*.npy", "*.safetensors", "*.damaged*") if done else ("*.npy",):
-            for file in checkpoints.glob(pattern):
-                with suppress(OSError):
-                    file.unlink()
-        with suppress(OSError):
-            checkpoints.rmdir()
 
 
 def _licences(source: Source, shaped: ShapedBody) -> tuple[str, ...]:
