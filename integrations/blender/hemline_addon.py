@@ -527,7 +527,8 @@ class HemlineSettings(bpy.types.PropertyGroup):
         name="Garment",
         update=changed,
         subtype="FILE_PATH",
-        description="For the models lag, live and swingar: a mesh, the name of a garment, or one from measures as dress:7",
+        description="For the models lag, live and swingar: a mesh, the name of a garment, or one from measures, "
+        "as dress:7",
     )
     mesh: PointerProperty(
         name="or Mesh",

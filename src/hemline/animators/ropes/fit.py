@@ -9,6 +9,7 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.base import Progress
+from hemline.animators.checkpoints import checkpoint_folder
 from hemline.animators.terms import garment_terms
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
