@@ -1,5 +1,6 @@
 """From takes of many garments to a model that is worn by garments never seen."""
 
+from collections.abc import Callable
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any, Protocol
@@ -27,7 +28,17 @@ from .weights import ReadsNetworks, Weights
 class LearnsNetworks(ReadsNetworks, Protocol):
     """A kind of animator whose network is learned."""
 
-    def learned(self, frames: SidedFrames, config: Any, **options: Any) -> tuple[Network, dict[str, float]]:
+    def learned(
+        self,
+        frames: SidedFrames,
+        config: Any,
+        *,
+        start: Any,
+        seed: int,
+        mark: str,
+        checkpoints: Path | None,
+        tell: Callable[[str, int, int], None],
+    ) -> tuple[Network, dict[str, float]]:
         """The network and its figures, see `kind.CoarseKind.learned`."""
         ...
 

@@ -226,8 +226,10 @@ def _evenly(count: int, wanted: int) -> Int[np.ndarray, " chosen"]:
 
 
 def _coarse(estimator: Estimator, code: GarmentCode, batch: FrameBatch) -> Tensor:
-    parts, device = (batch.motion, batch.transforms, batch.told, batch.turns), code.positions.device
-    return estimator.coarse(code, *(None if each is None else torch.from_numpy(each).to(device) for each in parts))[0]
+    device = code.positions.device
+    motion, transforms = (torch.from_numpy(each).to(device) for each in (batch.motion, batch.transforms))
+    told, turns = (None if each is None else torch.from_numpy(each).to(device) for each in (batch.told, batch.turns))
+    return estimator.coarse(code, motion, transforms, told, turns)[0]
 
 
 def _by_garment(samples: Samples, chosen: np.ndarray) -> list[np.ndarray]:

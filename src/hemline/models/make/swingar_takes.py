@@ -159,8 +159,9 @@ def body_shapes(betas: Sequence[tuple[float, ...]] | None, count: int, seed: int
     """
     body = bodies.load(BODY)
     zeros = tuple(0.0 for _ in range(len(body.shapedirs)))
-    given = betas and [(*each, *zeros[len(each) :]) for each in betas]
-    return given or [zeros, *random_shapes(body, count - 1, seed)]
+    if betas:
+        return [(*each, *zeros[len(each) :]) for each in betas]
+    return [zeros, *random_shapes(body, count - 1, seed)]
 
 
 def parts(
