@@ -58,5 +58,5 @@ class CoarseConfig:
 
     @property
     def size(self) -> ProxySize:
-        """Of proxies."""
+        """Size of the proxies that the network moves."""
         return ProxySize(self.edge, self.fewest, self.most)

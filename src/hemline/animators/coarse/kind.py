@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 class CoarseKind(ABC):
-    """As `animators.base.AnimatorKind` asks; each network has a kind of its own."""
+    """An `animators.base.AnimatorKind` whose network moves a coarse garment; each network has a class of its own."""
 
     name: str
-    """Its name in model files and on the command line."""
+    """Name of the animator in model files and on the command line."""
     version: int
-    """Of what its model files hold of its own."""
+    """Version of what its model files hold under its name."""
     Config: type[CoarseConfig]
-    """Its options."""
+    """Class of the options of its fit."""
 
     @abstractmethod
     def learned(

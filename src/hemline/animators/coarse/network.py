@@ -35,7 +35,7 @@ class Network(Protocol):
         ...
 
     def arrays(self) -> Mapping[str, np.ndarray]:
-        """Its weights by name, as model files hold them."""
+        """Weights of the network by name, as model files hold them."""
         ...
 
     def extra(self) -> Mapping[str, Any]:

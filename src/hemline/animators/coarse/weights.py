@@ -20,7 +20,7 @@ class ReadsNetworks(Protocol):
 
     name: str
     version: int
-    """Of what its model files hold of its own."""
+    """Version of what its model files hold under its name."""
     Config: type[CoarseConfig]
 
     def network_of(self, arrays: Mapping[str, np.ndarray], config: Any, own: Mapping[str, Any]) -> Network:

@@ -26,7 +26,7 @@ class LagNetwork:
         return self.net.static(proxy.static)
 
     def start(self, pose: Pose) -> None:
-        """Nothing."""
+        """Nothing is remembered beside the Trail."""
 
     def moved(self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: None, posed: PosedBody) -> Moved:
         """Skinning, displaced."""
@@ -34,10 +34,10 @@ class LagNetwork:
         return None, trail.displaced(displacements)
 
     def arrays(self) -> Mapping[str, np.ndarray]:
-        """In half precision, which is all that they are worth; biases in single."""
+        """Weights in half precision, which is all that they are worth; biases in single."""
         found = {f"weight.{name}": array.astype(np.float16) for name, array in self.net.weights.items()}
         return found | {f"bias.{name}": array.astype(np.float32) for name, array in self.net.biases.items()}
 
     def extra(self) -> Mapping[str, Any]:
-        """Nothing."""
+        """Nothing is remembered beside the Trail."""
         return {}

@@ -48,9 +48,9 @@ class GraphNetwork:
         return history, seen.out(meshes[-1] + self.estimator.corrective(prepared, meshes, joints, body))
 
     def arrays(self) -> Mapping[str, np.ndarray]:
-        """In half precision."""
+        """Weights in half precision, by name."""
         return {f"graph.{name}": array.astype(np.float16) for name, array in self.estimator.arrays.items()}
 
     def extra(self) -> Mapping[str, Any]:
-        """Its sizes."""
+        """Sizes of the estimator, which model files say."""
         return {"estimator": asdict(self.estimator.config)}
