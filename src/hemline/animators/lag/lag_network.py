@@ -39,5 +39,5 @@ class LagNetwork:
         return found | {f"bias.{name}": array.astype(np.float32) for name, array in self.net.biases.items()}
 
     def extra(self) -> Mapping[str, Any]:
-        """Nothing is remembered beside the Trail."""
+        """Nothing is said beside the weights."""
         return {}
