@@ -167,5 +167,5 @@ def _of_times(row: Row) -> list[Claim]:
     each = row["figures"]
     told = "; ".join(f"{name} {found['animator_ms_median']:.1f}" for name, found in each.items())
     worst = max(found["animator_ms_p95"] for found in each.values())
-    what = "a frame before the projection, two cores of a CPU: median; worst p95"
+    what = "a frame before the projection, on a CPU: median; worst p95, the simulated first second in it"
     return [(row, what, "26 ms on a GPU", "<= 33 ms", f"{told}; {worst:.1f} ms", NETWORK)]

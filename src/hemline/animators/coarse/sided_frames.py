@@ -24,7 +24,7 @@ class SidedFrames:
 
     worn: Sequence[WornFrames]
     sides: Sequence[np.ndarray]
-    """Of each frame of each: `train` or one of `SIDES`."""
+    """What each frame is for, in an array for each garment on a body: `train` or one of `SIDES`."""
 
     @classmethod
     def of(

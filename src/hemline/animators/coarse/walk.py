@@ -53,7 +53,7 @@ class Group:
     """The dataset."""
     betas: tuple[float, ...]
     names: tuple[str, ...]
-    """Of the takes."""
+    """Names of the takes."""
 
 
 def walked(

@@ -59,7 +59,7 @@ class Weights:
         return {self.kind.name: own | dict(self.network.extra())}
 
     def rounded(self) -> Self:
-        """As a file gives them back."""
+        """The same weights, rounded as a model file stores them."""
         metadata = {"config": asdict(self.config), "figures": dict(self.figures), "licences": list(self.licences)}
         return self.of(self.kind, self.arrays(), metadata | self.extra())
 

@@ -25,11 +25,11 @@ class WornFrames:
     cut: Float[np.ndarray, "verts 3"]
     """The proxy as it was made for that body, before it settled [m]."""
     fit: Float[np.ndarray, "verts 7"]
-    """Of the settled proxy: normal, position [m], signed distance to the body [m] of each vertex."""
+    """Normal, position [m] and signed distance to the body [m] of each vertex of the settled proxy."""
     skin: Float[np.ndarray, "verts joints"]
     """Skin weights."""
     mass: Float[np.ndarray, " verts"]
-    """Of each vertex [kg]."""
+    """Mass of each vertex [kg]."""
     static: Float[np.ndarray, "verts static"]
     """Features of vertices that do not change, see `ProxyOnBody.static`."""
     cell: Int[np.ndarray, " verts"]

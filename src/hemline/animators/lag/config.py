@@ -26,4 +26,4 @@ class LagConfig(CoarseConfig):
     edge_weight: float = not_negative(0.3)
     """Weight of the error of edge vectors, in edges, beside that of vertices."""
     precision: Precision = "float32"
-    """Of products while it is trained."""
+    """Number format of matrix products during training."""
