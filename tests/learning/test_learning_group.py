@@ -37,6 +37,8 @@ with joined() as group:
     if group.first:
         np.save(folder / "weights.npy", np.concatenate([p.detach().numpy().ravel() for p in line.parameters]))
     (folder / f"bits{{group.rank}}").write_bytes(line.bits())
+threads = [Path(f"/proc/self/task/{{each}}/comm").read_text() for each in os.listdir("/proc/self/task")]
+(folder / f"threads{{group.rank}}").write_text("".join(threads))
 """
 
 
@@ -86,6 +88,8 @@ def test_two_processes_killed_and_gone_on_by_one_or_three_come_to_what_one_comes
     assert done.returncode == 0, done.stderr
     bits = [(tmp_path / f"bits{rank}").read_bytes() for rank in range(3)]
     assert len(set(bits)) == 1, "all processes have the same bits"
+    # a thread of gloo that outlives its group aborts the process at its end, one time in thirty
+    assert not [rank for rank in range(3) if "gloo" in (tmp_path / f"threads{rank}").read_text()]
     np.testing.assert_allclose(np.load(tmp_path / "weights.npy"), whole, rtol=1e-5, atol=1e-6)
     (tmp_path / "line.safetensors").write_bytes(kept)
     seen: list[int] = []

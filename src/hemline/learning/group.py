@@ -69,6 +69,10 @@ def joined() -> Iterator[Group]:
     if int(os.environ.get("WORLD_SIZE", "1")) == 1:
         yield Group.now()
         return
+    # its functions keep, as a default argument, the group that there is when it is first imported, which Adam does; the
+    # threads of a group that is kept outlive the interpreter and abort the process at its end
+    import torch.distributed.nn  # noqa: F401
+
     try:
         dist.init_process_group("gloo")
     except (RuntimeError, ValueError) as reason:
