@@ -1,8 +1,13 @@
 """How tests share a machine: a worker of pytest-xdist keeps to one core, and waits asleep."""
 
 import os
+from pathlib import Path
 
 import pytest
+
+# what tests start in processes of their own may import `tests`, too
+_ROOT = str(Path(__file__).parents[1])
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [_ROOT, os.environ.get("PYTHONPATH")]))
 
 IN_A_WORKER = "PYTEST_XDIST_WORKER" in os.environ
 if IN_A_WORKER:

@@ -13,7 +13,7 @@ import socket
 import threading
 from collections.abc import Sequence
 
-from hemline.errors import BadInput
+from .errors import BadInput
 
 HOST = "127.0.0.1"
 """Where pages listen: no other machine reaches it."""

@@ -20,7 +20,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from hemline.errors import BadInput
+from .errors import BadInput
 
 T = TypeVar("T", int, float)
 

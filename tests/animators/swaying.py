@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.animators.ropes.frames import Frames
+from hemline.animators.ropes.fit.frames import Frames
 
 ROWS, COLUMNS = 20, 15
 VERTICES = ROWS * COLUMNS

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, garments, motions
+from hemline.animators.coarse.features.trail import Trail
 from hemline.animators.coarse.proxy_on_body import ProxyOnBody
-from hemline.animators.coarse.trail import Trail
 from hemline.datasets import Dataset, Take, create
 from hemline.garments import Garment, coarser_garment
 from hemline.motions.motion import Motion

@@ -1,14 +1,14 @@
 """The fine garment carried by the coarse one: exact where it can be, its kernels against plain NumPy."""
 
-import made_coarse as made
 import numpy as np
 import pytest
 
-from hemline.garments.embedding import Embedding, _frames
-from hemline.garments.embedding_kernels import carry, turned_frames
-from hemline.garments.proxy import ProxySize, proxy_of
+from hemline.garments.proxy.embedding import Embedding, _frames
+from hemline.garments.proxy.embedding_kernels import carry, turned_frames
+from hemline.garments.proxy.proxy import ProxySize, proxy_of
 from hemline.meshes import vertex_normals
 from hemline.motions.quaternions import from_axis_angle, to_matrix
+from tests.animators import made_coarse as made
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 

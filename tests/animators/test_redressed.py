@@ -1,6 +1,5 @@
 """One animator moves a garment on the body of its fit, another one puts it on other shapes."""
 
-import dressed_by_formula as made
 import numpy as np
 import pytest
 
@@ -8,12 +7,13 @@ import hemline
 from hemline import garments
 from hemline.animators.agentdress.binding import Binding
 from hemline.animators.agentdress.config import AgentDressConfig
-from hemline.animators.agentdress.fit import fit
+from hemline.animators.agentdress.fit.fit import fit
 from hemline.animators.redressed import AnimatorRedressed
 from hemline.cli.main import main
 from hemline.errors import BadInput
 from hemline.garments import coarser_garment
 from hemline.motions.motion import Pose
+from tests.animators import dressed_by_formula as made
 
 BETAS = (1.5, -0.8)
 

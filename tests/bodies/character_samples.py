@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hemline import bodies
-from hemline.export.glb_buffer import Buffer
-from hemline.export.glb_document import packed
+from hemline.export.glb.glb_buffer import Buffer
+from hemline.export.glb.glb_document import packed
 from hemline.meshes import coarser
 from hemline.motions import JOINT_NAMES, PARENTS
 
@@ -249,7 +249,7 @@ def _animation(buffer, name, times, rotations, rest, parents, axes, at):
 
 
 def _vrm(version, at):
-    from hemline.export.vrm_humanoid import BONES
+    from hemline.export.vrm.vrm_humanoid import BONES
 
     nodes = {BONES[JOINT_NAMES[joint]]: bone + 1 for joint, bone in at.items() if JOINT_NAMES[joint] in BONES}
     if version == 1:

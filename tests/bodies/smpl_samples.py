@@ -9,13 +9,13 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
-from body_samples import t_pose
 from scipy.sparse import csc_matrix
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from hemline import bodies
 from hemline.bodies.velocities import reshaping
+from tests.bodies.body_samples import t_pose
 
 BODY = [-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19]
 LEFT = [20, 22, 23, 20, 25, 26, 20, 28, 29, 20, 31, 32, 20, 34, 35]

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from character_samples import CUSTOMS, Sample, small_body, write_character
 from scipy.spatial.transform import Rotation
 
 from hemline import bodies, motions
@@ -14,6 +13,7 @@ from hemline.bodies import read_character
 from hemline.errors import BadBody, BadMotion
 from hemline.meshes import ClosestTree, boundary_loops, components
 from hemline.motions import JOINT_NAMES, PARENTS, Pose
+from tests.bodies.character_samples import CUSTOMS, Sample, small_body, write_character
 
 SIDES = [JOINT_NAMES.index(name) for name in ("left_hip", "right_hip")]
 

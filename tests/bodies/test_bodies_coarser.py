@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from body_samples import random_pose
 
 from hemline import bodies
 from hemline.bodies import coarser_body
 from hemline.errors import BadInput
 from hemline.meshes import ClosestTree, boundary_loops
+from tests.bodies.body_samples import random_pose
 
 
 @pytest.fixture(scope="module")

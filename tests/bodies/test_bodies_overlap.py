@@ -4,13 +4,13 @@ import igl
 import numpy as np
 import pytest
 import trimesh
-from body_samples import arms_down, clip_of, random_pose, t_pose
 
 from hemline import bodies
 from hemline.bodies import overlap_percent, overlapping
-from hemline.bodies.overlap_kernels import mark_inside
-from hemline.bodies.parts import PART_ROOTS, closed_parts, part_of_vertex
+from hemline.bodies.untangling.overlap_kernels import mark_inside
+from hemline.bodies.untangling.parts import PART_ROOTS, closed_parts, part_of_vertex
 from hemline.motions import JOINT_NAMES
+from tests.bodies.body_samples import arms_down, clip_of, random_pose, t_pose
 
 
 @pytest.fixture(scope="module")

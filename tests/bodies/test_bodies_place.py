@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from body_samples import clip_of, t_pose
 
 from hemline import bodies
 from hemline.bodies.place import placement, sole_heights, sole_vertices
 from hemline.motions import Pose, read
+from tests.bodies.body_samples import clip_of, t_pose
 
 CLIPS = Path(__file__).resolve().parents[2] / "../shared/data/motion"
 

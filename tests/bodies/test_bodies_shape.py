@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from body_samples import random_pose, t_pose
 from scipy.spatial.transform import Rotation
 
 from hemline import bodies
@@ -13,6 +12,7 @@ from hemline.files import read_tensors
 from hemline.meshes import vertex_normals
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import multiply
+from tests.bodies.body_samples import random_pose, t_pose
 
 ROTATED = Rotation.from_rotvec([0.4, -1.1, 0.7])
 SHIFT = np.array([3.0, -1.0, 2.0])

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from body_samples import random_pose, t_pose, turned
 from scipy.spatial.transform import Rotation
 
 from hemline import bodies
 from hemline.bodies import skin_points
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import multiply
+from tests.bodies.body_samples import random_pose, t_pose, turned
 
 
 @pytest.fixture(scope="module")

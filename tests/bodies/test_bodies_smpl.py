@@ -7,20 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from body_samples import random_pose, t_pose
 from scipy.sparse import csr_matrix
-from smpl_samples import (
-    as_published,
-    small_arrays,
-    smpl_vertices,
-    write_pickle,
-    write_published,
-)
 
 from hemline import bodies
 from hemline.errors import BadBody
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle
+from tests.bodies.body_samples import random_pose, t_pose
+from tests.bodies.smpl_samples import as_published, small_arrays, smpl_vertices, write_pickle, write_published
 
 JOINTS = {"SMPL": 24, "SMPL-H": 52, "SMPL-X": 55}
 

@@ -6,11 +6,11 @@ import zipfile
 
 import numpy as np
 import pytest
-from smpl_samples import small_arrays
-from test_bodies_smpl_pickle import HUGE, Calls, peak_bytes, refused
 
 from hemline import bodies
 from hemline.errors import BadBody
+from tests.bodies.smpl_samples import small_arrays
+from tests.bodies.test_bodies_smpl_pickle import HUGE, Calls, peak_bytes, refused
 
 
 def whole() -> bytes:

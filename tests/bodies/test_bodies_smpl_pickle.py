@@ -9,12 +9,12 @@ import tracemalloc
 import numpy as np
 import pytest
 from scipy.sparse import csc_matrix
-from smpl_samples import Ch, Select, chumpy_in_sight, small_arrays, write_pickle, write_published
 
 from hemline import bodies
-from hemline.bodies.smpl_pickle import pickled_arrays
-from hemline.bodies.smpl_stand_ins import ENCODE, STAND_INS, Encoder, Refused, Sealed
+from hemline.bodies.smpl.smpl_pickle import pickled_arrays
+from hemline.bodies.smpl.smpl_stand_ins import ENCODE, STAND_INS, Encoder, Refused, Sealed
 from hemline.errors import BadBody
+from tests.bodies.smpl_samples import Ch, Select, chumpy_in_sight, small_arrays, write_pickle, write_published
 
 P = pickle
 HUGE = 10**12
@@ -114,8 +114,8 @@ ASKED = [
     ("_codecs", "lookup"),
     ("codecs", "encode"),
     ("builtins", "bytearray"),
-    ("hemline.bodies.smpl_stand_ins", "np"),
-    ("hemline.bodies.smpl_stand_ins", "Array"),
+    ("hemline.bodies.smpl.smpl_stand_ins", "np"),
+    ("hemline.bodies.smpl.smpl_stand_ins", "Array"),
     ("os", "system"),
     ("nt", "system"),
 ]
@@ -132,7 +132,7 @@ def test_whatever_is_not_on_the_list_is_refused_and_named(module, name, tmp_path
 
 def test_the_list_holds_stand_ins_only():
     assert all(
-        type(kind) is Sealed and kind.__module__ == "hemline.bodies.smpl_stand_ins" for kind in STAND_INS.values()
+        type(kind) is Sealed and kind.__module__ == "hemline.bodies.smpl.smpl_stand_ins" for kind in STAND_INS.values()
     )
 
 

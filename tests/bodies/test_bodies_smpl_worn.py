@@ -4,19 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from body_samples import arms_down, clip_of, random_pose, t_pose, turned
 from scipy.spatial.transform import Rotation
-from smpl_samples import anny_arrays, smpl_vertices, write_published
 
 from hemline import bodies, garments, motions
-from hemline.bodies.balls import fill_with_balls
-from hemline.bodies.parts import closed_parts
 from hemline.bodies.place import sole_heights, sole_vertices
 from hemline.bodies.pose_offsets import pose_offsets
+from hemline.bodies.untangling.balls import fill_with_balls
+from hemline.bodies.untangling.parts import closed_parts
 from hemline.bodies.velocities import turning
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.playback.record import recorded_take
 from hemline.sim import SimSettings, simulate
+from tests.bodies.body_samples import arms_down, clip_of, random_pose, t_pose, turned
+from tests.bodies.smpl_samples import anny_arrays, smpl_vertices, write_published
 
 
 @pytest.fixture(scope="module")

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from body_samples import arms_down, clip_of, random_pose, t_pose, turned
 
 from hemline import bodies
 from hemline.bodies import overlap_percent, overlapping, untangle, untangle_motion
-from hemline.bodies.balls import fill_with_balls
-from hemline.bodies.untangle_kernels import add_overlaps, deepest_overlaps
-from hemline.bodies.untangling import LIMIT_DEG, PASSES, TURNED
+from hemline.bodies.untangling.balls import fill_with_balls
+from hemline.bodies.untangling.untangle_kernels import add_overlaps, deepest_overlaps
+from hemline.bodies.untangling.untangling import LIMIT_DEG, PASSES, TURNED
 from hemline.motions import JOINT_NAMES, read
 from hemline.motions.quaternions import angle, inverse, multiply
+from tests.bodies.body_samples import arms_down, clip_of, random_pose, t_pose, turned
 
 CLIPS = Path(__file__).resolve().parents[2] / "../shared/data/motion"
 

@@ -1,19 +1,15 @@
 """`hemline body`, `--body` and `--character`: from a rigged character to a GLB in which it moves with a garment."""
 
 import json
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pygltflib
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "bodies"))
-from character_samples import CUSTOMS, Sample, write_character
-
 from hemline import bodies, garments
 from hemline.cli import main
+from tests.bodies.character_samples import CUSTOMS, Sample, write_character
 
 
 @pytest.fixture

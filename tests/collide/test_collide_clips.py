@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
-from projection_samples import inside_count
 
 import hemline
 from hemline import bodies, motions
+from tests.collide.projection_samples import inside_count
 
 FOLDER = Path(__file__).resolve().parents[2] / "../shared/data/motion"
 CLIPS = sorted(path.relative_to(FOLDER).as_posix() for path in FOLDER.rglob("*.bvh"))

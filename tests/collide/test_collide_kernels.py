@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import trimesh
-from projection_samples import Skintight, clip, sheet_behind
 from scipy.spatial import cKDTree
 
 from hemline.collide.projection.displace_lane_kernels import LANES, ROWS, lift_out, lifted, stand
@@ -16,6 +15,7 @@ from hemline.collide.surface.search_kernels import search_room, seek_place, seek
 from hemline.collide.surface.surface_kernels import nearest_weights
 from hemline.collide.winding.numbers import winding_numbers
 from hemline.meshes import ClosestTree
+from tests.collide.projection_samples import Skintight, clip, sheet_behind
 
 
 @pytest.fixture(scope="module")

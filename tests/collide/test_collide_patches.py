@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from projection_samples import clip, two_balls
 
 from hemline.collide.surface.patches import LEAF, PATCH_SIZE, dominant_joints, limbs, make_patches, vertex_blocks
 from hemline.errors import BadBody
 from hemline.motions import JOINT_NAMES, PARENTS
+from tests.collide.projection_samples import clip, two_balls
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 

@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from projection_samples import Skintight, clip, inside_count, sheet_behind, two_balls
 
 from hemline import garments, motions
 from hemline.collide import ProjectionSettings, Projector
@@ -12,6 +11,7 @@ from hemline.collide.surface.patches import dominant_joints, limbs
 from hemline.collide.winding.numbers import winding_numbers
 from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree
+from tests.collide.projection_samples import Skintight, clip, inside_count, sheet_behind, two_balls
 
 NO_FACES = np.empty((0, 3), np.int32)
 

@@ -4,12 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from projection_samples import clip, inside_count
 
 from hemline.collide import Projector
 from hemline.collide.projection.project_frame import ProjectedFrame
 from hemline.collide.winding.numbers import winding_numbers
 from hemline.meshes import ClosestTree
+from tests.collide.projection_samples import clip, inside_count
 
 NO_FACES = np.empty((0, 3), np.int32)
 

@@ -3,10 +3,10 @@
 import igl
 import numpy as np
 import pytest
-from projection_samples import clip, spheres
 
 from hemline.collide.winding.numbers import inside, winding_numbers
 from hemline.errors import BadMesh
+from tests.collide.projection_samples import clip, spheres
 
 
 def test_balls_that_overlap_count_twice_and_inverted_ones_negatively():

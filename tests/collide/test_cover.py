@@ -12,7 +12,7 @@ from hemline.collide import Cover
 from hemline.collide.cover.cover import DEEPEST, GAP, REACH, STEPS, across
 from hemline.collide.cover.cover_kernels import cover_points
 from hemline.meshes import ClosestTree
-from hemline.playback.player import Player
+from hemline.playback.player.player import Player
 
 
 @cache

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from whole_samples import sheet
 
 import hemline
 from hemline.animators import together
 from hemline.collide import EdgeLimits
 from hemline.collide.whole.edge_limits import STRETCH, SWEEPS
 from hemline.meshes import edge_strains, rest_lengths
+from tests.collide.whole_samples import sheet
 
 TORN = 120
 """Where a row of the sheet is pulled out of it: one vertex of 1,681."""

@@ -19,7 +19,7 @@ from hemline.motions import Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.learning.distance_network import DistanceNetwork  # noqa: E402  # after the skip
+from hemline.learning.fit.distance_network import DistanceNetwork  # noqa: E402  # after the skip
 
 
 @cache

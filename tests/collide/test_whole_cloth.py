@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from projection_samples import two_balls
-from whole_samples import DT, RADIUS, SMALL, at, prepared, sheet, stepped, stretches
 
 from hemline.collide import Projector, WholeCloth, WholeState, WornGarment
 from hemline.errors import BadGarment
 from hemline.motions.quaternions import from_axis_angle, rotate
+from tests.collide.projection_samples import two_balls
+from tests.collide.whole_samples import DT, RADIUS, SMALL, at, prepared, sheet, stepped, stretches
 
 DEEP = -0.03
 """Height of a level sheet that cuts deep through the ball, above its middle plane by less than the cloth's way back."""

@@ -1,8 +1,6 @@
 """Kernels of the whole-cloth step against plain NumPy and against other ways to the same number."""
 
 import numpy as np
-from projection_samples import clip
-from whole_samples import DT, RADIUS, at, prepared, sheet
 
 from hemline import garments
 from hemline.collide import WholeCloth, WholeSettings, WornGarment
@@ -10,6 +8,8 @@ from hemline.collide.whole.limit_kernels import PUSH, decay_shifts, limit_coarse
 from hemline.collide.whole.models import coarse_model, fine_model
 from hemline.collide.whole.plane_kernels import fill_cells, grid_around, hold_samples
 from hemline.meshes import ClosestTree, geodesic_distances, rest_lengths
+from tests.collide.projection_samples import clip
+from tests.collide.whole_samples import DT, RADIUS, at, prepared, sheet
 
 NO_PINS = np.zeros(0, np.int64)
 

@@ -3,10 +3,10 @@
 from types import SimpleNamespace
 
 import numpy as np
-from projection_samples import spheres
 
 from hemline.collide import WholeCloth, WholeSettings, WornGarment
 from hemline.garments import Pins
+from tests.collide.projection_samples import spheres
 
 DT = 1 / 30
 SMALL = WholeSettings(controls=60, samples=150)

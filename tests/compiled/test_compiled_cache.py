@@ -7,9 +7,9 @@ import subprocess
 import sys
 
 import pytest
-from kernel_package import ANSWER, ask, kept, run, write_package
 
 from hemline.compiled.sources import kernel_files, source_files
+from tests.compiled.kernel_package import ANSWER, ask, kept, run, write_package
 
 
 def test_a_second_process_compiles_nothing(tmp_path):

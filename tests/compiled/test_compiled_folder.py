@@ -5,7 +5,8 @@ import stat
 import subprocess
 
 import pytest
-from kernel_package import ANSWER, ask, kept, run, write_package
+
+from tests.compiled.kernel_package import ANSWER, ask, kept, run, write_package
 
 ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
 OTHER = 65534

@@ -5,10 +5,10 @@ import threading
 from pathlib import Path
 
 import pytest
-from kernel_package import run, write_package
 
 from hemline.compiled import at_most, available, real_time_threads, threads, use_threads
 from hemline.compiled.threads import _quota
+from tests.compiled.kernel_package import run, write_package
 
 MANY_AT_ONCE = """
 import threading

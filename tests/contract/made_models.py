@@ -9,11 +9,11 @@ from hemline import bodies, garments
 from hemline.animators import lag, swingar
 from hemline.animators.agentdress.binding import Binding
 from hemline.animators.agentdress.config import AgentDressConfig
+from hemline.animators.agentdress.fit.regions import region_weights
 from hemline.animators.agentdress.model import AnimatorAgentDress
-from hemline.animators.agentdress.regions import region_weights
-from hemline.animators.agentdress.rigged_tables import RiggedTables
-from hemline.animators.agentdress.rigging import Rigging
 from hemline.animators.agentdress.shape_samples import ShapeSamples
+from hemline.animators.agentdress.sor.rigged_tables import RiggedTables
+from hemline.animators.agentdress.sor.rigging import Rigging
 from hemline.animators.agentdress.tables import Tables
 from hemline.animators.coarse.model import CoarseAnimator
 from hemline.animators.coarse.proxy_on_body import DYNAMIC, STATIC
@@ -25,9 +25,9 @@ from hemline.animators.lag.lag_net import LagNet, layer_sizes
 from hemline.animators.lag.lag_network import LagNetwork
 from hemline.animators.live import AnimatorLive, Live
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
-from hemline.animators.ropes.body_inputs import COUNT
-from hemline.animators.ropes.layout import lay_out
-from hemline.animators.ropes.learned_bones import LearnedBones
+from hemline.animators.ropes.bones.body_inputs import COUNT
+from hemline.animators.ropes.bones.learned_bones import LearnedBones
+from hemline.animators.ropes.layout.layout import lay_out
 from hemline.animators.swingar import SwingarConfig
 from hemline.animators.swingar.estimator_config import EstimatorConfig, weight_shapes
 from hemline.animators.swingar.graph_inputs import STATE_TOLD, TOLD
@@ -36,7 +36,7 @@ from hemline.animators.swingar.runtime import PlayedEstimator
 from hemline.bodies import ShapedBody
 from hemline.garments import coarser_garment
 from hemline.garments.garment import Garment
-from hemline.learning.linear_start import as_network
+from hemline.learning.fit.linear_start import as_network
 from hemline.learning.mlp import Mlp
 from hemline.learning.packed_basis import pack_basis
 from hemline.motions import Motion, Pose

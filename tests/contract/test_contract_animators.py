@@ -4,11 +4,11 @@ import copy
 
 import numpy as np
 import pytest
-from made_models import ANIMATORS, body, turned_about_the_vertical, vertical, walk
 
 from hemline.animators import Animator, AnimatorKind, Driven, Settled, animator_kind, animator_names
 from hemline.errors import BadInput
 from hemline.playback import Player
+from tests.contract.made_models import ANIMATORS, body, turned_about_the_vertical, vertical, walk
 
 DT = 1 / 30
 

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from made_models import lag_weights, small_cape
 
 import hemline
 from hemline import bodies
@@ -14,6 +13,7 @@ from hemline.animators.coarse.proxy_on_body import BEGUN
 from hemline.animators.coarse.wearable import CoarseWearable
 from hemline.animators.simulated_proxy import LEVELS, SimulatedProxy
 from hemline.errors import BadInput
+from tests.contract.made_models import lag_weights, small_cape
 
 DT = 1 / 30
 SIMULATED = 6

@@ -4,9 +4,9 @@ import re
 from pathlib import Path
 
 import pytest
-from made_models import body, learned_model, small_cape
 
 from hemline.files import read_tensors
+from tests.contract.made_models import body, learned_model, small_cape
 
 PAGE = (Path(__file__).parents[2] / "docs" / "format.md").read_text()
 SHORT = {

@@ -5,16 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_models import body, learned_model, ropes_model, turned_about_the_vertical, vertical, walk
 
-from hemline.animators.ropes import bone_source
-from hemline.animators.ropes.body_input_kernels import see_body
-from hemline.animators.ropes.body_inputs import AT_REST, COUNT, SEEN, BodyAtRest, body_inputs
-from hemline.animators.ropes.bone_contact_kernels import push_points_out
-from hemline.animators.ropes.bone_limit_kernels import limit_bones
-from hemline.animators.ropes.learned_bones import LearnedBones
+from hemline.animators.ropes.bones import bone_source
+from hemline.animators.ropes.bones.body_input_kernels import see_body
+from hemline.animators.ropes.bones.body_inputs import AT_REST, COUNT, SEEN, BodyAtRest, body_inputs
+from hemline.animators.ropes.bones.bone_contact_kernels import push_points_out
+from hemline.animators.ropes.bones.bone_limit_kernels import limit_bones
+from hemline.animators.ropes.bones.learned_bones import LearnedBones
 from hemline.learning.mlp import Mlp
 from hemline.motions import Motion
+from tests.contract.made_models import body, learned_model, ropes_model, turned_about_the_vertical, vertical, walk
 
 H = 1 / 30
 

@@ -4,9 +4,9 @@ from typing import get_type_hints
 
 import numpy as np
 import pytest
-from made_models import ANIMATORS, body, walk
 
 from hemline.animators.base import Bounded, Detailed, Driven, Level, Redressing, Settled
+from tests.contract.made_models import ANIMATORS, body, walk
 
 DT = 1 / 30
 

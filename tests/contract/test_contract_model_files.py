@@ -5,11 +5,11 @@ import pickle
 
 import numpy as np
 import pytest
-from made_models import body, learned_model, ropes_model
 
 from hemline.animators import load, model_file, shipped_models
 from hemline.errors import BadModel, BadOutput
 from hemline.files import read_tensors, write_tensors
+from tests.contract.made_models import body, learned_model, ropes_model
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dataset_samples import make_garment, make_take
 
 from hemline.datasets import create, open_collection
 from hemline.errors import BadDataset
+from tests.datasets.dataset_samples import make_garment, make_take
 
 SUBJECTS = ("01", "02", "05", "16")
 

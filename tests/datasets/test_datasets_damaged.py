@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dataset_samples import make_garment, make_take
 
 from hemline.datasets import create, open_dataset, read_take, write_take
 from hemline.errors import BadDataset, DamagedTake, HemlineWarning
 from hemline.files import read_tensors, write_tensors
+from tests.datasets.dataset_samples import make_garment, make_take
 
 
 @pytest.fixture

@@ -6,11 +6,11 @@ import shutil
 
 import numpy as np
 import pytest
-from dataset_samples import make_garment, make_take
 
 from hemline.datasets import create, open_dataset
 from hemline.datasets.take import Take, read_take, write_take
 from hemline.errors import BadDataset, BadOutput
+from tests.datasets.dataset_samples import make_garment, make_take
 
 
 @pytest.fixture

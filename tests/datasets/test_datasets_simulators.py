@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dataset_samples import make_garment, make_take
 
 from hemline import animators
 from hemline.datasets import create, newest, open_collection, warn_of_others, warn_of_several
 from hemline.errors import BadInput, HemlineWarning
 from hemline.playback.evaluate import takes_of
+from tests.datasets.dataset_samples import make_garment, make_take
 
 
 def numbered(garment, number: int | None, **options):

@@ -5,12 +5,12 @@ import sys
 
 import numpy as np
 import pytest
-from dataset_samples import make_garment, make_take
 
 from hemline.datasets import create, read_take, write_take
 from hemline.datasets.joint_sensitivity import derivatives_by_joint, mean_sensitivity
 from hemline.errors import BadDataset, DamagedTake
 from hemline.files import read_tensors, write_tensors
+from tests.datasets.dataset_samples import make_garment, make_take
 
 
 @pytest.fixture

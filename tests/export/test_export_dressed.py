@@ -1,23 +1,18 @@
 """A character's own file with a garment: read by pygltflib and skinned here, judged by Khronos, played by Blender."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pygltflib
 import pytest
 from scipy.spatial.transform import Rotation
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "bodies"))
-from character_samples import CUSTOMS, Sample, write_character
-from test_export_blender import BLENDER, played
 
 from hemline import bodies, motions
 from hemline.errors import BadInput
 from hemline.export import Clip, Skeleton, skinned, write_dressed
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.playback import own_mesh
-from web import validated
+from tests.bodies.character_samples import CUSTOMS, Sample, write_character
+from tests.export.test_export_blender import BLENDER, played
+from tests.export.web import validated
 
 FORMS = {
     "centimetres, z up": Sample(scale=100, z_up=True, extra=1, loose=12),

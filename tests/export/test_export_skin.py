@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from hemline.errors import BadInput
 from hemline.export import skinned, write
-from hemline.export.glb_quantized import Grid, shares, turned_by
+from hemline.export.glb.glb_quantized import Grid, shares, turned_by
 
 
 def played(skeleton):

@@ -11,7 +11,7 @@ from hemline.errors import BadInput
 from hemline.export import write
 from hemline.export.textures import _Layout
 from hemline.meshes import vertex_normals
-from web import three, validated
+from tests.export.web import three, validated
 
 
 def decoded(folder, name):

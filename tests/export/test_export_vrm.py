@@ -11,11 +11,11 @@ import hemline
 from hemline.cli import main
 from hemline.errors import BadInput, BadOutput
 from hemline.export import check_format, write_vrm
-from hemline.export.vrm_humanoid import BONES
-from hemline.motions.bone_names import VRM
+from hemline.export.vrm.vrm_humanoid import BONES
 from hemline.motions.motion import JOINT_NAMES, Pose
+from hemline.motions.rigs.bone_names import VRM
 from hemline.playback import character
-from web import three, validated
+from tests.export.web import three, validated
 
 STILL, WAY, AFTER = 90, 45, 240
 """Frames at 60 a second before, during and after the way."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hemline.export import skinned, write
-from web import three, validated
+from tests.export.web import three, validated
 
 BONES = 8
 

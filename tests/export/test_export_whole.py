@@ -2,18 +2,15 @@
 
 import importlib.util
 import os
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "files"))
-from killed import killed_at_each_step, limited
-
 from hemline import export
 from hemline.export.write import FORMATS
+from tests.files.killed import killed_at_each_step, limited
 
 ENDINGS = [
     pytest.param(
@@ -25,11 +22,10 @@ ENDINGS = [
     )
     for ending in FORMATS
 ]
-BEFORE = f"""
+BEFORE = """
 import sys
-sys.path[:0] = [{str(Path(__file__).parent)!r}, {str(Path(__file__).parents[1] / "files")!r}]
 from hemline.errors import BadOutput
-from test_export_whole import clip, export
+from tests.export.test_export_whole import clip, export
 """
 
 

@@ -5,7 +5,6 @@ import json
 import os
 import shutil
 import subprocess
-import sys
 import tempfile
 import threading
 from collections.abc import Iterator
@@ -17,8 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "study"))
-from browser import browsing
+from tests.study.browser import browsing
 
 WEB = Path(__file__).parent / "web"
 FETCHED = Path(__file__).parents[2] / ".node"

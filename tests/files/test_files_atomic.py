@@ -9,10 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from killed import killed_at_each_step, limited
 
 from hemline.errors import BadOutput
 from hemline.files import check_folder, check_writable, waiting, written_together, written_whole
+from tests.files.killed import killed_at_each_step, limited
 
 OLD, NEW = b"old " * 5000, b"new " * 7000
 

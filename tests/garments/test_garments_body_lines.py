@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hemline.garments.body_lines import laid_on_skin, lengths, spread
+from hemline.garments.cut.body_lines import laid_on_skin, lengths, spread
 from hemline.meshes import ClosestTree
 
 

@@ -7,7 +7,7 @@ import pytest
 from hemline import bodies, garments
 from hemline.errors import BadGarment
 from hemline.garments import CapeCut, make_cape
-from hemline.garments.sector import grid_faces, grid_size, sector_pattern
+from hemline.garments.cut.sector import grid_faces, grid_size, sector_pattern
 from hemline.meshes import boundary_loops, check_mesh, edge_strains, self_crossings, vertex_normals
 
 

@@ -4,17 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bound_clothes import bindings, tube, write_clothes
 
 from hemline import bodies, garments
 from hemline.bodies.base_mesh import base_mesh
 from hemline.errors import BadBody, BadGarment, BadMesh
 from hemline.garments.clearance import cleared
-from hemline.garments.cover import covering
+from hemline.garments.cut.sector import grid_faces
 from hemline.garments.dressing import body_tree
-from hemline.garments.mhclo import read_mhclo
-from hemline.garments.sector import grid_faces
+from hemline.garments.reading.cover import covering
+from hemline.garments.reading.mhclo import read_mhclo
 from hemline.meshes import closest_points_on_mesh, edge_strains, vertex_normals
+from tests.garments.bound_clothes import bindings, tube, write_clothes
 
 BUTTON = np.array([[0, 0, 0], [0.02, 0, 0], [0.02, 0.02, 0], [0, 0.02, 0]])
 

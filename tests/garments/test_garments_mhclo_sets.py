@@ -9,7 +9,7 @@ from hemline import bodies, garments
 from hemline.bodies.base_mesh import base_mesh
 from hemline.files import read_tensors
 from hemline.garments.dressing import body_tree
-from hemline.garments.mhclo import read_mhclo
+from hemline.garments.reading.mhclo import read_mhclo
 from hemline.meshes import closest_points_on_mesh, edges, face_normals, read_obj
 
 DATA = Path(__file__).resolve().parents[2] / "../shared/data/garments/makehuman_cc0/mhclo"

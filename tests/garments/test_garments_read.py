@@ -8,9 +8,9 @@ import trimesh
 
 from hemline import bodies, garments
 from hemline.errors import BadGarment, BadMesh
+from hemline.garments.cut.sector import grid_faces
 from hemline.garments.dressing import body_tree
-from hemline.garments.sector import grid_faces
-from hemline.garments.units import unit_of
+from hemline.garments.reading.units import unit_of
 from hemline.meshes import vertex_normals
 
 DATA = Path(__file__).resolve().parents[2] / "../shared/data/garments"

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from hemline.garments.reading.rest_shape import rewound
 from hemline.garments.rest_metric import rest_edges_of_mesh, rest_edges_of_pattern
-from hemline.garments.rest_shape import rewound
 from hemline.meshes import edge_lengths, edge_strains
 
 RNG = np.random.default_rng(0)

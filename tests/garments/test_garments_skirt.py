@@ -9,7 +9,7 @@ import pytest
 from hemline import bodies, garments, sim
 from hemline.errors import BadGarment
 from hemline.garments import SkirtCut, make_skirt
-from hemline.garments.skirt_drape import line_tilts, outward_of, pleated
+from hemline.garments.cut.skirt_drape import line_tilts, outward_of, pleated
 from hemline.meshes import (
     ClosestTree,
     boundary_loops,

@@ -5,8 +5,8 @@ import pytest
 from hemline import garments
 from hemline.errors import BadGarment
 from hemline.garments import Material
-from hemline.garments.garment_toml import GarmentFile, read_garment_toml
 from hemline.garments.pin_rules import PinGroup, pinned_vertices
+from hemline.garments.reading.garment_toml import GarmentFile, read_garment_toml
 
 FULL = """
 mesh = "skirt.obj"

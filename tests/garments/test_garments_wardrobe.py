@@ -6,7 +6,7 @@ import pytest
 
 from hemline import bodies, garments
 from hemline.errors import BadGarment
-from hemline.garments.finer import finer
+from hemline.garments.proxy.finer import finer
 from hemline.garments.wardrobe import WARDROBE, wardrobe_garment, wardrobe_names
 from hemline.meshes import boundary_loops, edge_lengths, self_crossings
 

@@ -269,8 +269,7 @@ def test_twice_the_resolution_gives_the_same_drape():
 
 THREADS = """
 import hashlib, sys
-sys.path.insert(0, {folder!r})
-from test_laws_cloth import some_steps
+from tests.laws.test_laws_cloth import some_steps
 print(hashlib.sha256(some_steps().positions.tobytes()).hexdigest())
 """
 
@@ -287,7 +286,7 @@ def some_steps() -> ClothState:
 
 
 def test_the_number_of_threads_changes_no_bit():
-    code = THREADS.format(folder=os.path.dirname(__file__))
+    code = THREADS
     found = []
     for threads in ("1", "2"):
         # threads that wait asleep: on a busy machine, spinning ones take minutes

@@ -1,17 +1,13 @@
 """Our simulator beside Blender's cloth and Newton; how to get them, and all their figures: `docs/ground_truth.md`."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks" / "claims"))
-
-from judging import drapes, laws, scenes
-from judging.engines import ENVIRONMENTS, RESTING, played, present
-from judging.figures import apart_mm, vertices_inside
+from benchmarks.judging import drapes, laws, scenes
+from benchmarks.judging.engines import ENVIRONMENTS, RESTING, played, present
+from benchmarks.judging.figures import apart_mm, vertices_inside
 
 pytestmark = pytest.mark.slow
 

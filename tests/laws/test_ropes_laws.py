@@ -5,8 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-from hemline.animators.ropes.constants import RopeConstants
-from hemline.animators.ropes.dynamics import RopeChains
+from hemline.animators.ropes.mechanics.constants import RopeConstants
+from hemline.animators.ropes.mechanics.dynamics import RopeChains
 from hemline.collide.primitives.distances import round_cone_shape
 from hemline.collide.primitives.proxy import BodyProxy
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.learning.batches import drawn_vertices, with_noise
+from hemline.learning.fit.batches import drawn_vertices, with_noise
 
 
 def test_noise_is_normal_and_only_where_it_is_asked_for():

@@ -8,7 +8,7 @@ import pytest
 from hemline.errors import BadModel
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.learning.distance_network import DistanceNetwork, distance_loss, distances_at  # noqa: E402  # after the skip
+from hemline.learning.fit.distance_network import DistanceNetwork, distance_loss, distances_at  # noqa: E402  # after the skip
 
 
 def directions(count: int) -> torch.Tensor:

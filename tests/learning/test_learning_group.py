@@ -9,18 +9,16 @@ import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from test_learning_trainer import EPOCHS, SCHEDULE, Line, trained  # noqa: E402  # after the skip
-
 from hemline.errors import BadCluster  # noqa: E402
-from hemline.learning.group import Group  # noqa: E402
-from hemline.learning.trainer import Checkpoint, Schedule, Trainer  # noqa: E402
+from hemline.learning.fit.group import Group  # noqa: E402
+from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer  # noqa: E402
+from tests.learning.test_learning_trainer import EPOCHS, SCHEDULE, Line, trained  # noqa: E402  # after the skip
 
 WORK = """
 import os, sys
 from pathlib import Path
 import numpy as np
-sys.path.insert(0, {here!r})
-from test_learning_trainer import Line, SCHEDULE
+from tests.learning.test_learning_trainer import Line, SCHEDULE
 from hemline.cli.main import BAD_INPUT
 from hemline.learning.group import joined
 from hemline.learning.trainer import Checkpoint, Trainer
@@ -36,16 +34,16 @@ with joined() as group:
     Trainer(line, SCHEDULE).run(checkpoint=Checkpoint(folder / "line.safetensors", "mark", 1), progress=progress)
     if group.first:
         np.save(folder / "weights.npy", np.concatenate([p.detach().numpy().ravel() for p in line.parameters]))
-    (folder / f"bits{{group.rank}}").write_bytes(line.bits())
-threads = [Path(f"/proc/self/task/{{each}}/comm").read_text() for each in os.listdir("/proc/self/task")]
-(folder / f"threads{{group.rank}}").write_text("".join(threads))
+    (folder / f"bits{group.rank}").write_bytes(line.bits())
+threads = [Path(f"/proc/self/task/{each}/comm").read_text() for each in os.listdir("/proc/self/task")]
+(folder / f"threads{group.rank}").write_text("".join(threads))
 """
 
 
 def together(folder: Path, count: int, stop: int = 0) -> subprocess.CompletedProcess:
     """Train the line in so many processes; they are killed after an epoch."""
     script = folder / "work.py"
-    script.write_text(WORK.format(here=str(Path(__file__).parent)))
+    script.write_text(WORK)
     command = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", str(count)]
     alone = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
     words = [*command, str(script), str(folder), str(stop)]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hemline.learning.linear_start import as_network
+from hemline.learning.fit.linear_start import as_network
 
 
 def rectified(layers, x: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ import pytest
 from hemline.learning.ridge import ridge
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.learning.network import (  # noqa: E402  # after the skip
+from hemline.learning.fit.network import (  # noqa: E402
     SMALLEST_DEVIATION,
     ScaledNetwork,
     deviations_of,

@@ -9,7 +9,7 @@ from hemline.errors import BadModel, HemlineWarning
 from hemline.files import read_tensors, write_tensors
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.learning.trainer import Checkpoint, Schedule, Trainer  # noqa: E402  # after the skip
+from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer  # noqa: E402  # after the skip
 
 EPOCHS = 12
 
@@ -103,7 +103,7 @@ def test_a_process_that_is_killed_leaves_a_whole_checkpoint(straight, tmp_path):
     code = (
         "import os, signal\n"
         "from pathlib import Path\n"
-        "from test_learning_trainer import Checkpoint, Line, trained\n"
+        "from tests.learning.test_learning_trainer import Checkpoint, Line, trained\n"
         "def kill(done, total):\n"
         "    if done == 7: os.kill(os.getpid(), signal.SIGKILL)\n"
         f"trained(Line(), Checkpoint(Path({str(tmp_path)!r}) / 'line.safetensors', 'mark', 3), kill)\n"

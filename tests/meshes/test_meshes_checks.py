@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mesh_samples import grid, sphere
 
 from hemline.errors import BadMesh
 from hemline.meshes import check_mesh, consistent_winding
+from tests.meshes.mesh_samples import grid, sphere
 
 
 def test_a_clean_sheet_and_a_clean_ball_are_let_through_in_silence():

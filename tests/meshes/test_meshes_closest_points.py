@@ -3,9 +3,9 @@
 import igl
 import numpy as np
 import pytest
-from mesh_samples import grid, sphere
 
 from hemline.meshes import ClosestTree, closest_points_on_mesh
+from tests.meshes.mesh_samples import grid, sphere
 
 
 def plain_closest(point, vertices, faces):

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from mesh_samples import grid, sphere
 
 from hemline.errors import BadMesh
 from hemline.meshes import ClosestTree, boundary_loops, coarser, edge_lengths, edges, rest_lengths
+from tests.meshes.mesh_samples import grid, sphere
 
 
 def bent(vertices):

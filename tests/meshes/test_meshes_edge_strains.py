@@ -1,9 +1,9 @@
 """Strains of edges: of triangles against their flat cut, and of edges against given lengths."""
 
 import numpy as np
-from mesh_samples import grid
 
 from hemline.meshes import edge_lengths, edge_strains, edges, strains
+from tests.meshes.mesh_samples import grid
 
 
 def cut_of(vertices, faces):

@@ -3,10 +3,10 @@
 import igl
 import numpy as np
 import pytest
-from mesh_samples import grid, sphere
 
 from hemline.errors import BadMesh
 from hemline.meshes import geodesic_distances
+from tests.meshes.mesh_samples import grid, sphere
 
 
 def test_from_a_side_of_a_sheet_it_is_the_height():

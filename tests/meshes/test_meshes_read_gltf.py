@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from hemline.errors import BadMesh
 from hemline.meshes import read_mesh
-from hemline.meshes.read_gltf import read_gltf_mesh
+from hemline.meshes.reading.read_gltf import read_gltf_mesh
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.5], [0, 2, 0], [9, 9, 9]], "<f4")
 FACES = np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4]], "<u2")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import trimesh
-from mesh_samples import grid, sphere
 
 from hemline.meshes import boundary_loops, components, edges, face_areas, face_normals, vertex_normals
+from tests.meshes.mesh_samples import grid, sphere
 
 
 def test_edges_are_those_of_trimesh():

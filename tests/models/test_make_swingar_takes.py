@@ -15,7 +15,6 @@ import pytest
 from hemline import motions
 from hemline.models.make.swingar_takes import BODIES, SPEEDS, body_shapes, designs, folder_of, main, parts
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "sim"))
 CLIPS = ("walk", "run")
 
 
@@ -100,7 +99,7 @@ def digests(folder: Path) -> dict[str, str]:
 @pytest.mark.slow
 def test_a_cluster_one_of_whose_workers_is_killed_makes_the_same_bytes(folder):
     pytest.importorskip("distributed", reason="a cluster needs dask.distributed (extra 'cluster')")
-    from dask_cluster import dask_cluster
+    from tests.sim.dask_cluster import dask_cluster
 
     path = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "NUMBA_NUM_THREADS": "1"}
     here = subprocess.run(command(folder, "here"), capture_output=True, text=True, timeout=600, env=path, check=False)

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from bvh_samples import NAMES, person, text_of
 
 from hemline.errors import BadMotion
 from hemline.motions.bvh import read_bvh
+from tests.motions.bvh_samples import NAMES, person, text_of
 
 
 @pytest.fixture(scope="module")

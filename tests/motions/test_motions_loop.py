@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
-from bvh_samples import quaternions
 from scipy.spatial.transform import Rotation
 
 from hemline import motions
 from hemline.errors import BadMotion
 from hemline.motions import Motion
 from hemline.motions.loop import seamless
+from tests.motions.bvh_samples import quaternions
 
 
 def walk(period_s=0.8, seconds=2.0, fps=120.0, turn=0.4, noise=0.0):

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from bvh_samples import quaternions
 from scipy.spatial.transform import Rotation, Slerp
 
 from hemline.errors import BadMotion
 from hemline.motions import JOINT_NAMES, PARENTS, Motion, Pose
+from tests.motions.bvh_samples import quaternions
 
 
 def make_motion(frames=9, fps=30.0, **changes):

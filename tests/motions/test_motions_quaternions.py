@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from bvh_samples import quaternions
 from scipy.spatial.transform import Rotation, Slerp
 
 from hemline.motions import quaternions as ours
+from tests.motions.bvh_samples import quaternions
 
 
 @pytest.fixture

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
-from bvh_samples import person, text_of
 
 from hemline import motions
 from hemline.errors import BadMotion, BadOutput
 from hemline.files import read_tensors, write_tensors
 from hemline.motions.store import read_many, write_many
+from tests.motions.bvh_samples import person, text_of
 
 
 def test_what_was_written_is_read_back_to_the_bit(tmp_path):

@@ -2,14 +2,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bvh_samples import NAMES, OURS, person, quaternions, rezeroed, text_of
 from scipy.spatial.transform import Rotation
 
 from hemline.errors import BadMotion
 from hemline.motions import JOINT_NAMES, PARENTS
 from hemline.motions.bvh import Bvh, read_bvh
 from hemline.motions.quaternions import angle, inverse, multiply, rotate
-from hemline.motions.retarget import retarget
+from hemline.motions.rigs.retarget import retarget
+from tests.motions.bvh_samples import NAMES, OURS, person, quaternions, rezeroed, text_of
 
 
 def in_degrees(first, second):

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bvh_samples import NAMES, person, text_of
 from scipy.spatial.transform import Rotation
 
 from hemline.motions.bvh import read_bvh
-from hemline.motions.names import find_joints
 from hemline.motions.quaternions import angle, inverse, multiply
-from hemline.motions.retarget import retarget
-from hemline.motions.tree_shape import joints_by_shape
+from hemline.motions.rigs.names import find_joints
+from hemline.motions.rigs.retarget import retarget
+from hemline.motions.rigs.tree_shape import joints_by_shape
+from tests.motions.bvh_samples import NAMES, person, text_of
 
 
 @pytest.mark.parametrize("turn", [(0, 0, 0), (90, 0, 0), (0, 90, 0), (0, 180, 0)])

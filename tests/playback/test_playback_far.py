@@ -13,11 +13,11 @@ from hemline.animators import together
 from hemline.animators.live.config import LiveConfig
 from hemline.animators.live.wearable import Live
 from hemline.animators.redressed import AnimatorRedressed
-from hemline.animators.ropes.chains import Ropes
+from hemline.animators.ropes.bones.chains import Ropes
 from hemline.collide import inside
 from hemline.errors import BadInput, BadMotion
 from hemline.motions.motion import Motion, Pose
-from hemline.playback.origin import FARTHEST, HERE, movable, origin_for
+from hemline.playback.player.origin import FARTHEST, HERE, movable, origin_for
 from hemline.playback.tally import Tally
 
 DT = 1 / 30

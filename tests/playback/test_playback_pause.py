@@ -13,7 +13,7 @@ from hemline.errors import BadInput
 from hemline.meshes import rest_lengths
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
-from hemline.playback.elapsed import LONGEST, SHORTEST, played_time, run_up_steps
+from hemline.playback.player.elapsed import LONGEST, SHORTEST, played_time, run_up_steps
 
 DT = 1 / 30
 PAUSES = (0.3, 60.0, 3600.0, 1e6, 1e300)

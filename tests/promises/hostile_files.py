@@ -5,14 +5,12 @@ import copy
 import json
 import pickle
 import struct
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "bodies"))
-from character_samples import Sample, write_character
+from tests.bodies.character_samples import Sample, write_character
 
 BONES = {"Hips": (None, (0, 0, 0)), "Spine": ("Hips", (0, 20, 0)), "Head": ("Spine", (0, 40, 0))}
 for _side, _x in (("Left", 1), ("Right", -1)):

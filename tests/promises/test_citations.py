@@ -11,7 +11,8 @@ import unicodedata
 from pathlib import Path
 
 import pytest
-from import_graph import files, name_of
+
+from tests.promises.import_graph import files, name_of
 
 ROOT = Path(__file__).parents[2]
 SOURCE = re.compile(r"Source: (.*?)(?=Differs:|Source:|\n\s*\n|\Z)", re.DOTALL)

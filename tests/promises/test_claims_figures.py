@@ -1,14 +1,12 @@
 """What the paper's figures state holds here: those that need no data, drawn as `figures.py` draws them."""
 
-import sys
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "benchmarks" / "claims" / "rope_chains"))
 
-from drawing import fig03_net, fig04_pendulum, fig05_sweeps, fig07_history  # noqa: E402
+from papers.rope_chains.drawing import fig03_net, fig04_pendulum, fig05_sweeps, fig07_history  # noqa: E402
 
 
 def test_nets_lock_or_overstretch_and_rope_chains_do_neither():

@@ -1,24 +1,20 @@
 """Every reader of files on files that are damaged: a value, or an error in our own words, and nothing besides."""
 
 import re
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "bodies"))
-from character_samples import Sample, write_character
-from smpl_samples import small_arrays
-
 from hemline import bodies, garments, motions
-from hemline.bodies.character_mesh import read_character_mesh
+from hemline.bodies.character.character_mesh import read_character_mesh
 from hemline.cli import main
 from hemline.datasets import create, open_dataset, read_take
 from hemline.errors import BadInput
-from hemline.garments.garment_toml import read_garment_toml
-from hemline.garments.mhclo import read_mhclo
+from hemline.garments.reading.garment_toml import read_garment_toml
+from hemline.garments.reading.mhclo import read_mhclo
 from hemline.meshes import read_mesh
+from tests.bodies.character_samples import Sample, write_character
+from tests.bodies.smpl_samples import small_arrays
 
 MUTATIONS = 250
 SPECIAL = (

@@ -8,10 +8,10 @@ from importlib.metadata import PackageNotFoundError, packages_distributions, req
 from pathlib import Path
 
 import pytest
-from import_graph import files
 from packaging.requirements import Requirement
 
 import hemline
+from tests.promises.import_graph import files
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -116,8 +116,7 @@ def test_every_bound_holds_what_the_tests_run_with():
 
 
 def test_the_command_for_all_pythons_asks_for_each_that_is_promised():
-    sys.path.insert(0, str(ROOT / "tools"))
-    import pythons
+    from tools import pythons
 
     assert Requirement(f"python{PROJECT['requires-python']}").specifier.contains(pythons.PYTHONS[0])
     bounds = {normal(line.split("==")[0]) for line in pythons.lowest_pins(pythons.EXTRAS)}

@@ -8,13 +8,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from hostile_files import hostile_files
 
 from hemline import bodies, garments, motions
 from hemline.errors import BadInput
-from hemline.garments.garment_toml import read_garment_toml
-from hemline.garments.mhclo import read_mhclo
+from hemline.garments.reading.garment_toml import read_garment_toml
+from hemline.garments.reading.mhclo import read_mhclo
 from hemline.meshes import read_mesh
+from tests.promises.hostile_files import hostile_files
 
 MEGABYTES, SECONDS = 300, 6
 """At most, for files of about 1 MB; the seconds are of a processor that others use too."""

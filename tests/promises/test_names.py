@@ -6,9 +6,9 @@ import inspect
 import re
 
 import pytest
-from import_graph import PACKAGE
 
 import hemline
+from tests.promises.import_graph import PACKAGE
 
 ROOMS = sorted(path.parent.name for path in PACKAGE.glob("*/__init__.py") if "__all__" in path.read_text())
 UNIT = re.compile(

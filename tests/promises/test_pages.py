@@ -5,12 +5,12 @@ import importlib
 import re
 
 import pytest
-from pages import PAGES, ROOT, anchors, blocks, commands, links
 
 from hemline import garments
 from hemline.cli import main
 from hemline.cli.main import VERBS
-from hemline.garments.garment_toml import read_garment_toml
+from hemline.garments.reading.garment_toml import read_garment_toml
+from tests.promises.pages import PAGES, ROOT, anchors, blocks, commands, links
 
 README = ROOT / "README.md"
 TYPED = [(page.name, words) for page in PAGES for words in commands(page)]

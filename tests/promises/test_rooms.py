@@ -4,7 +4,8 @@ import ast
 from itertools import pairwise
 
 import pytest
-from import_graph import PACKAGE, circles, files, imports, name_of
+
+from tests.promises.import_graph import PACKAGE, circles, files, imports, name_of
 
 ORDER = [
     {"errors", "arrays", "compiled", "doors", "files", "options", "version"},

@@ -7,10 +7,10 @@ import sys
 from importlib.util import find_spec
 
 import pytest
-from pages import PAGES, ROOT
 
 import hemline
 from hemline import garments
+from tests.promises.pages import PAGES, ROOT
 
 pytestmark = pytest.mark.skipif(find_spec("mkdocs") is None, reason="mkdocs is not installed (extra 'docs')")
 

@@ -11,11 +11,10 @@ import subprocess
 import sys
 
 import pytest
-from pages import ROOT, TUTORIALS
 
 from hemline.cli import main
+from tests.promises.pages import ROOT, TUTORIALS
 
-sys.path[:0] = [str(ROOT / "tests" / name) for name in ("export", "study")]
 BLOCK = re.compile(r"(?:^<!-- ([^\n]+) -->\n)?^```(\w+)([^\n]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
@@ -86,10 +85,10 @@ def test_the_page_of_the_web_tutorial_draws_a_cape(tmp_path, monkeypatch):
     from threading import Thread
 
     import numpy as np
-    from browser import browsing
     from PIL import Image
 
-    from web import _Quiet, packages
+    from tests.export.web import _Quiet, packages
+    from tests.study.browser import browsing
 
     (page,) = [each for each in TUTORIALS if each.stem == "web"]
     run(page, tmp_path, monkeypatch, slow=False)

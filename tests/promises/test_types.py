@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from import_graph import files, name_of
+
+from tests.promises.import_graph import files, name_of
 
 SCENES = Path(__file__).parent / "typed_scenes.py"
 ROOT = Path(__file__).parents[2]

@@ -9,8 +9,9 @@ from importlib.abc import MetaPathFinder
 from importlib.machinery import PathFinder
 from pathlib import Path
 
-import checked
 from jaxtyping import TypeCheckError, install_import_hook
+
+from tests.promises import checked
 
 
 class Unchecked(MetaPathFinder):
@@ -116,11 +117,9 @@ def fit() -> None:
 
 def close_fitting() -> None:
     """From anchors to a model of a shirt, on another shape; poses of a clip sorted into clusters."""
-    sys.path.insert(0, str(SAMPLES / "animators"))
-    import dressed_by_formula as made
-
     from hemline.motions.pose_clusters import cluster_poses
     from hemline.sim.takes.database import poses_of
+    from tests.animators import dressed_by_formula as made
 
     made.dataset(Path("anchors"), 4, singles=1, shapes=made.SHAPES[:3])
     verb("fit anchors --animator agentdress -o shirt.safetensors --pose-modes 4")
@@ -139,7 +138,6 @@ def tryon() -> None:
 
 def read() -> None:
     """Files of others: SMPL, BVH, AMASS, clothes bound to a base mesh; what ships, by name."""
-    sys.path[:0] = [str(SAMPLES / room) for room in ("bodies", "motions", "garments")]
     for name in garments.names():
         garments.load(name)
     for name in motions.names():

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from sim_sheets import grid
 
 from hemline.sim import Elastic, Scene, Sheet, make_sheet
+from tests.sim.sim_sheets import grid
 
 NO_PINS = np.zeros((0, 3))
 

@@ -1,13 +1,13 @@
 """Garments that tests of statics share."""
 
 import numpy as np
-from sim_sheets import grid
 
 from hemline import bodies
 from hemline.garments import Garment
 from hemline.garments.material import Material
 from hemline.garments.pins import Pins
 from hemline.meshes import ClosestTree
+from tests.sim.sim_sheets import grid
 
 
 def hanging_strip(*, pinned: bool = True, young: float = 60.0):

@@ -12,7 +12,7 @@ from hemline.bench.simulator import make_shirt
 from hemline.bodies.velocities import reshaping
 from hemline.sim import Scene, Sensitivities, SimSettings, Skin, Stepper, Surface, settle
 from hemline.sim.cloth.joined import joined
-from hemline.sim.contact import body_points
+from hemline.sim.contact.pairs import body_points
 from hemline.sim.rest.static_step import StaticStep
 from hemline.sim.step.step import Step
 

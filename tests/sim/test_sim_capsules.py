@@ -8,17 +8,17 @@ import pytest
 import trimesh
 from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
-from sim_poses import kicked
 
 from hemline import bodies, garments
 from hemline.motions import JOINT_NAMES
 from hemline.sim import Scene, SimSettings, Stepper, rest_drape
-from hemline.sim.contact.capsule_kernels import nearest_on_triangle, pierced
-from hemline.sim.contact.capsules import BONES, LOOK, STIFFNESS, Capsules
+from hemline.sim.contact.pairs.capsule_kernels import nearest_on_triangle, pierced
+from hemline.sim.contact.pairs.capsules import BONES, LOOK, STIFFNESS, Capsules
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.model import make_model
 from hemline.tryon.crossing_segment_kernels import crossings_of_segments
 from hemline.tryon.skeleton import Skeleton
+from tests.sim.sim_poses import kicked
 
 KNEE, ANKLE = JOINT_NAMES.index("left_knee"), JOINT_NAMES.index("left_ankle")
 SHIN = BONES.tolist().index([KNEE, ANKLE])

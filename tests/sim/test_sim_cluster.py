@@ -10,22 +10,20 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("distributed", reason="a cluster needs dask.distributed (extra 'cluster')")
-from dask_cluster import DaskCluster, dask_cluster  # after the skip
-
 from hemline import bodies, garments, motions, sim
 from hemline.cli import main
 from hemline.datasets import open_dataset
 from hemline.errors import BadInput, MissingExtra
 from hemline.sim.takes import cluster
 from hemline.sim.takes.workers import workers
+from tests.sim.dask_cluster import DaskCluster, dask_cluster  # after the skip
 
 CLIPS = ("walk", "kick", "run")
 
 SCRIPT = """
 import os, signal, sys
 from pathlib import Path
-sys.path.insert(0, {here!r})
-from test_sim_cluster import make
+from tests.sim.test_sim_cluster import make
 from hemline.errors import BadCluster
 
 def busy(address):
@@ -70,7 +68,7 @@ def digests(folder: Path) -> dict[str, str]:
 def run(tmp_path: Path, cluster: DaskCluster, whom: object) -> subprocess.CompletedProcess:
     """Make the dataset by a cluster, and kill somebody in the middle."""
     script = tmp_path / "run.py"
-    script.write_text(SCRIPT.format(here=str(Path(__file__).parent)))
+    script.write_text(SCRIPT)
     command = [sys.executable, str(script), str(tmp_path / "data"), cluster.address, str(whom)]
     path = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     return subprocess.run(command, capture_output=True, text=True, timeout=300, env=path, check=False)

@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from hemline.sim import Scene, SimSettings, Skin, Stepper, Surface
-from hemline.sim.contact.contact_history import DEEP, FAR, SKEW, ContactHistory
-from hemline.sim.contact.history_kernels import apart, walk
+from hemline.sim.contact.history.contact_history import DEEP, FAR, SKEW, ContactHistory
+from hemline.sim.contact.history.history_kernels import apart, walk
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 

@@ -17,8 +17,7 @@ from hemline.sim.takes import database
 SCRIPT = """
 import sys
 from pathlib import Path
-sys.path.insert(0, {here!r})
-from test_sim_database_killed import make
+from tests.sim.test_sim_database_killed import make
 
 if __name__ == "__main__":
     make(Path(sys.argv[1]))
@@ -57,7 +56,7 @@ def killed_with(folder: Path, script: Path, count: int) -> dict[str, int]:
 @pytest.mark.slow
 def test_killed_in_the_middle_it_goes_on_to_the_same_bytes(tmp_path):
     script, folder = tmp_path / "run.py", tmp_path / "killed"
-    script.write_text(SCRIPT.format(here=str(Path(__file__).parent)))
+    script.write_text(SCRIPT)
     for count in (1, 2):
         there = killed_with(folder, script, count)
         assert len(there) >= count

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from sim_poses import kicked
 
 from hemline import bodies, garments
 from hemline.collide import winding_numbers
 from hemline.sim.step.frame_end import COUNTED_EVERY, FARTHEST_LED, FrameEnd
+from tests.sim.sim_poses import kicked
 
 
 @pytest.fixture(scope="module")

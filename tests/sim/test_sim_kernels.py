@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 from scipy.linalg import cholesky_banded, solveh_banded
 from scipy.sparse.linalg import spsolve
-from sim_matrices import assembled, vectors
 
 from hemline.sim import Skin, Stepper, Surface
 from hemline.sim.cloth.air_kernels import air_at_vertices, air_by_triangle
 from hemline.sim.cloth.rows import Rows
-from hemline.sim.contact.body_contact import NEAR, Contact
-from hemline.sim.contact.load_kernels import contact_terms, slip_terms
-from hemline.sim.contact.planes import ClosestPoints
-from hemline.sim.contact.touch_kernels import BLOCK, STRIDE, turned_inside
+from hemline.sim.contact.body.body_contact import NEAR, Contact
+from hemline.sim.contact.body.load_kernels import contact_terms, slip_terms
+from hemline.sim.contact.body.planes import ClosestPoints
+from hemline.sim.contact.body.touch_kernels import BLOCK, STRIDE, turned_inside
 from hemline.sim.solver.conjugate_kernels import factorise, solve_band
 from hemline.sim.step.newton import newton
 from hemline.sim.step.state import Scene
 from hemline.sim.step.step import Step
+from tests.sim.sim_matrices import assembled, vectors
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 
@@ -254,7 +254,7 @@ def test_the_search_for_the_body_stays_within_its_grid(axis, side):
     # interpreted, as compiled code reads beyond an array without a word: cloth far off each side of a ball
     import trimesh
 
-    from hemline.sim.contact.touch_kernels import closest_faces
+    from hemline.sim.contact.body.touch_kernels import closest_faces
 
     ball = trimesh.creation.icosphere(2, 0.2)
     vertices = np.asarray(ball.vertices, np.float32)

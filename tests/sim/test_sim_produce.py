@@ -21,8 +21,7 @@ from hemline.errors import BadDataset, HemlineWarning
 SCRIPT = """
 import sys
 from pathlib import Path
-sys.path.insert(0, {here!r})
-from test_sim_produce import make
+from tests.sim.test_sim_produce import make
 
 if __name__ == "__main__":
     make(Path(sys.argv[1]), int(sys.argv[2]))
@@ -101,7 +100,7 @@ def test_memory_does_not_grow_with_the_length_of_a_clip(tmp_path):
 def test_killed_at_random_moments_it_resumes_and_the_bytes_are_the_same(unbroken, tmp_path):
     folder = tmp_path / "data"
     script = tmp_path / "run.py"
-    script.write_text(SCRIPT.format(here=str(Path(__file__).parent)))
+    script.write_text(SCRIPT)
     command = [sys.executable, str(script), str(folder), "2"]
     chance = random.Random(7)
     for _ in range(3):
@@ -117,7 +116,7 @@ def test_killed_at_random_moments_it_resumes_and_the_bytes_are_the_same(unbroken
 @pytest.mark.skipif(not hasattr(os, "getppid"), reason="needs a parent process to ask for")
 def test_workers_end_with_their_parent(tmp_path):
     script = tmp_path / "run.py"
-    script.write_text(SCRIPT.format(here=str(Path(__file__).parent)))
+    script.write_text(SCRIPT)
     process = subprocess.Popen([sys.executable, str(script), str(tmp_path / "data"), "2"], start_new_session=True)
     time.sleep(4.0)
     process.kill()
@@ -159,8 +158,7 @@ def test_another_garment_is_refused(unbroken):
 FULL = """
 import resource, sys
 from pathlib import Path
-sys.path.insert(0, {here!r})
-from test_sim_produce import make
+from tests.sim.test_sim_produce import make
 from hemline.errors import BadOutput
 
 if __name__ == "__main__":
@@ -179,7 +177,7 @@ if __name__ == "__main__":
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_full_disk_stops_with_an_error_and_the_run_goes_on_later(unbroken, tmp_path, jobs):
     folder, script = tmp_path / "data", tmp_path / "run.py"
-    script.write_text(FULL.format(here=str(Path(__file__).parent)))
+    script.write_text(FULL)
     by_part = {row.part: open_dataset(unbroken[0]).path(row.name).stat().st_size for row in unbroken[1]}
     # the rest state and later parts have room, first parts with their lead-in have not
     shutil.copytree(unbroken[0], folder)
@@ -201,7 +199,7 @@ def test_a_full_disk_stops_with_an_error_and_the_run_goes_on_later(unbroken, tmp
 
 def test_two_processes_on_one_dataset_lose_nothing_and_make_nothing_twice(unbroken, tmp_path):
     folder, script = tmp_path / "data", tmp_path / "run.py"
-    script.write_text(SCRIPT.format(here=str(Path(__file__).parent)))
+    script.write_text(SCRIPT)
     commands = [[sys.executable, str(script), str(folder), "1"]] * 2
     # one thread each: two that wait awake on the same cores take minutes
     alone = os.environ | {"NUMBA_NUM_THREADS": "1"}
@@ -224,9 +222,8 @@ def test_two_processes_on_one_dataset_lose_nothing_and_make_nothing_twice(unbrok
 
 RACE = """
 import sys
-sys.path.insert(0, {here!r})
 from pathlib import Path
-from test_sim_produce import small_garment
+from tests.sim.test_sim_produce import small_garment
 from hemline.datasets import create
 from hemline.errors import BadDataset
 from dataclasses import replace
@@ -244,7 +241,7 @@ except BadDataset as error:
 
 def test_of_two_garments_at_once_one_gets_the_folder(tmp_path):
     script = tmp_path / "run.py"
-    script.write_text(RACE.format(here=str(Path(__file__).parent)))
+    script.write_text(RACE)
     commands = [[sys.executable, str(script), str(tmp_path / "data"), joint] for joint in ("neck", "spine3")]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     running = [subprocess.Popen(command, **pipes) for command in commands]

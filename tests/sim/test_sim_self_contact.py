@@ -10,10 +10,10 @@ import pytest
 
 from hemline.meshes import crossing_edges, edges, self_crossings, vertex_normals
 from hemline.sim import Elastic, Scene, SimSettings, Stepper, make_sheet
-from hemline.sim.contact.pair_kernels import pair_forces
-from hemline.sim.contact.pair_search_kernels import _edge_edge, _vertex_face
-from hemline.sim.contact.self_contact import MARGIN
-from hemline.sim.contact.self_search import UNTANGLING, SelfSearch
+from hemline.sim.contact.pairs.pair_kernels import pair_forces
+from hemline.sim.contact.pairs.pair_search_kernels import _edge_edge, _vertex_face
+from hemline.sim.contact.pairs.self_contact import MARGIN
+from hemline.sim.contact.pairs.self_search import UNTANGLING, SelfSearch
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 
@@ -335,14 +335,13 @@ def test_edges_hold_edges_off():
 
 THREADS = """
 import hashlib, sys
-sys.path.insert(0, {folder!r})
-from test_sim_self_contact import dropped
+from tests.sim.test_sim_self_contact import dropped
 print(hashlib.sha256(dropped(self_contact=True)[1].tobytes()).hexdigest())
 """
 
 
 def test_the_number_of_threads_changes_no_bit():
-    code = THREADS.format(folder=os.path.dirname(__file__))
+    code = THREADS
     found = []
     for threads in ("1", "2"):
         environment = os.environ | {"NUMBA_NUM_THREADS": threads, "OMP_WAIT_POLICY": "passive"}

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
-from sim_garments import hanging_loop, hanging_strip
 
 from hemline import bodies, garments
 from hemline.bodies.velocities import reshaping, turning
@@ -19,6 +18,7 @@ from hemline.garments.pins import Pins
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.sim import Sensitivities, SimSettings, settle
+from tests.sim.sim_garments import hanging_loop, hanging_strip
 
 DATA = Path(__file__).parents[3] / "shared/data/garments/garmentcode_mit"
 TIGHT = 1e-6

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
-from sim_garments import hanging_strip
 
 from hemline import bodies, garments
 from hemline.bench.simulator import make_shirt
@@ -18,6 +17,7 @@ from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 from hemline.sim import SimSettings, rest_drape, settle, settle_all, simulate
 from hemline.tryon.fitness import TORN
+from tests.sim.sim_garments import hanging_strip
 
 GRAVITY = 9.81
 

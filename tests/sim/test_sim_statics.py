@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from sim_sheets import grid
 
 from hemline.sim import Elastic, Scene, SimSettings, make_sheet
 from hemline.sim.rest.statics import Search
 from hemline.sim.step.model import make_model
 from hemline.sim.step.workspace import Workspace
+from tests.sim.sim_sheets import grid
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 

@@ -4,14 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from sim_matrices import assembled, assembled_pairs
 
 from hemline.sim import SimSettings
 from hemline.sim.cloth.air_kernels import Air
 from hemline.sim.cloth.inertia_kernels import Inertia
-from hemline.sim.contact.pair_kernels import PairRows
-from hemline.sim.contact.pairs import Pairs
-from hemline.sim.contact.planes import Planes
+from hemline.sim.contact.body.planes import Planes
+from hemline.sim.contact.pairs.pair_kernels import PairRows
+from hemline.sim.contact.pairs.pairs import Pairs
 from hemline.sim.solver.conjugate_kernels import FEW
 from hemline.sim.step.model import make_model
 from hemline.sim.step.potential import Potential
@@ -19,6 +18,7 @@ from hemline.sim.step.terms.air import constant_force
 from hemline.sim.step.terms.inertia import no_inertia
 from hemline.sim.step.terms.skin_contact import no_contact, skin_contact
 from hemline.sim.step.workspace import Workspace
+from tests.sim.sim_matrices import assembled, assembled_pairs
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 

@@ -8,11 +8,11 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
-from study_samples import answer
 
 from hemline.errors import BadInput, BadOutput
 from hemline.study import read_answers
 from hemline.study.answers import COLUMNS, add_answer
+from tests.study.study_samples import answer
 
 
 def anything(answers) -> None:
@@ -81,8 +81,7 @@ def test_where_the_disk_is_full_nothing_is_left(tmp_path):
     before = path.read_bytes()
     code = f"""
 import resource, signal, sys
-sys.path.insert(0, {str(Path(__file__).parent)!r})
-from study_samples import answer
+from tests.study.study_samples import answer
 from hemline.errors import BadOutput
 from hemline.study.answers import add_answer
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

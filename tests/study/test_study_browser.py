@@ -6,10 +6,10 @@ import threading
 import time
 
 import pytest
-from browser import Page, browsing
-from study_samples import BLUE, RED, make_clip, make_folders, sent, serving
 
 from hemline.study import QUESTIONS, Study, Viewer, pairs_of, read_answers
+from tests.study.browser import Page, browsing
+from tests.study.study_samples import BLUE, RED, make_clip, make_folders, sent, serving
 
 
 @pytest.fixture(scope="module")

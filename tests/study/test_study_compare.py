@@ -11,11 +11,11 @@ from contextlib import contextmanager
 from urllib.parse import urlsplit
 
 import pytest
-from study_samples import answer, make_folders
 
 from hemline.cli import main
 from hemline.study import QUESTIONS, Viewer, read_answers
 from hemline.study.answers import add_answer
+from tests.study.study_samples import answer, make_folders
 
 
 @pytest.fixture

@@ -4,10 +4,10 @@ import shutil
 
 import pytest
 from PIL import Image
-from study_samples import BLUE, RED, make_clip, make_folders
 
 from hemline.errors import BadInput, HemlineWarning
 from hemline.study import pairs_of
+from tests.study.study_samples import BLUE, RED, make_clip, make_folders
 
 
 def test_two_files_are_a_pair(tmp_path):

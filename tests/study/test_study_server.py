@@ -10,11 +10,11 @@ from dataclasses import replace
 from urllib.parse import quote, urlsplit
 
 import pytest
-from study_samples import BLUE, RED, knocked, make_clip, make_folders, sent, serving
 
 from hemline.doors import WAITING
 from hemline.errors import BadInput
 from hemline.study import Study, Viewer, pairs_of, server
+from tests.study.study_samples import BLUE, RED, knocked, make_clip, make_folders, sent, serving
 
 CODE = {"participant": "P1"}
 

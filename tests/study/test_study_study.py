@@ -8,10 +8,10 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from study_samples import BLUE, RED, make_clip, make_folders
 
 from hemline.errors import BadAnswer, BadInput, BadOutput
 from hemline.study import QUESTIONS, Study, pairs_of
+from tests.study.study_samples import BLUE, RED, make_clip, make_folders
 
 
 @pytest.fixture

@@ -4,10 +4,10 @@ import math
 
 import pytest
 from scipy.special import betainc
-from study_samples import answer
 
 from hemline.errors import BadInput
 from hemline.study import QUESTIONS, summarised
+from tests.study.study_samples import answer
 
 TABLE = {
     QUESTIONS[0]: [

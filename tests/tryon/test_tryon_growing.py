@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hemline import garments
-from hemline.garments.garment_toml import GarmentFile
-from hemline.garments.read import cloth_of
+from hemline.garments.reading.garment_toml import GarmentFile
+from hemline.garments.reading.read import cloth_of
 from hemline.meshes import edge_strains
 from hemline.tryon import try_on
 from hemline.tryon.alignment import aligned

@@ -8,11 +8,11 @@ import time
 import numpy as np
 import pytest
 from PIL import Image
-from view_samples import clip, serving, shelf, shirt
-from visitor import ConnectionClosed, Visitor, visiting
 
 from hemline.errors import BadInput
 from hemline.view import Page, Shelf, asked
+from tests.view.view_samples import clip, serving, shelf, shirt
+from tests.view.visitor import ConnectionClosed, Visitor, visiting
 
 LABELS = ("Frame", "Speed", "Garment", "Motion", "Material", "Stage", "Colours", "Body", "Bones", "Colliders")
 LABELS += ("Red: inside the body", "Camera follows", "Handle at the pelvis", "Shape 1", "Shape 16", "Go to")

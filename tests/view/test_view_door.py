@@ -7,13 +7,13 @@ import time
 from urllib.parse import urlsplit
 
 import pytest
-from view_samples import serving, shelf
-from visitor import connect, viser, visiting
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from hemline.doors import WAITING
 from hemline.errors import HemlineError
 from hemline.view import Page, server
+from tests.view.view_samples import serving, shelf
+from tests.view.visitor import connect, viser, visiting
 
 
 @pytest.fixture(scope="module")

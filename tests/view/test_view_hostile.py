@@ -1,22 +1,19 @@
 """Web pages and names that mean harm, in a real browser: none reaches the page, none runs in it."""
 
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-from view_samples import clip, serving, shelf, shirt
+
+from tests.view.view_samples import clip, serving, shelf, shirt
 
 viser = pytest.importorskip("viser", reason="viser is not installed: pip install 'hemline[view]'")
-sys.path.insert(0, str(Path(__file__).parents[1] / "study"))
-from browser import browsing  # noqa: E402
-from test_view_page import until  # noqa: E402
-
 from hemline.view import Page, Shelf  # noqa: E402
+from tests.study.browser import browsing  # noqa: E402
+from tests.view.test_view_page import until  # noqa: E402
 
 RAN = "window.ran = []; window.alert = (text) => window.ran.push(text);"
 NAME = (

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from view_samples import clip, shelf, shirt, stage, take
 
 from hemline.collide import inside
 from hemline.errors import BadInput
@@ -21,6 +20,7 @@ from hemline.view.measures import (
 )
 from hemline.view.shelf import NO_MODEL
 from hemline.view.wishes import Wishes
+from tests.view.view_samples import clip, shelf, shirt, stage, take
 
 
 def test_bands_are_the_mesh_taken_apart():

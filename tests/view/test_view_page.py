@@ -8,21 +8,19 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
-from view_samples import serving, shelf
+
+from tests.view.view_samples import serving, shelf
 
 viser = pytest.importorskip("viser", reason="viser is not installed: pip install 'hemline[view]'")
-sys.path.insert(0, str(Path(__file__).parents[1] / "study"))
-from browser import browsing  # noqa: E402
-
 from hemline.cli import main  # noqa: E402
 from hemline.doors import HOST  # noqa: E402
 from hemline.errors import BadInput, MissingExtra  # noqa: E402
 from hemline.view import Page  # noqa: E402
+from tests.study.browser import browsing  # noqa: E402
 
 DEADLINE = 90.0
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from view_samples import FPS, body, clip, shirt, stage, take
 
 from hemline import play
 from hemline.animators.live import AnimatorLive, LiveConfig
@@ -12,6 +11,7 @@ from hemline.playback import Player
 from hemline.view import Played, Shift, Simulated, Stage
 from hemline.view import stage as stage_module
 from hemline.view.wind import blown, takes_wind
+from tests.view.view_samples import FPS, body, clip, shirt, stage, take
 
 BETAS = (1.5, -1.0, 0.5)
 

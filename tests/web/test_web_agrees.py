@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from web_pages import farthest_mm, opened, played
 
 import hemline
 from hemline import web
 from hemline.collide import EdgeLimits, inside
 from hemline.meshes import rest_lengths, vertex_normals
 from hemline.playback import play
+from tests.web.web_pages import farthest_mm, opened, played
 
 # after web_pages, which names their folder
-from made_models import agentdress_model, body, learned_model, ropes_model, walk  # isort: skip
+from tests.contract.made_models import agentdress_model, body, learned_model, ropes_model, walk  # isort: skip
 
 WITHIN_MM = 0.1
 BETAS = (1.5, -1.0, 0.5)

@@ -6,7 +6,6 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -14,17 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "export"))
-from made_models import agentdress_model, body, rigged_model, ropes_model, walk
-
 import hemline
 from hemline.cli import main
 from hemline.collide.primitives.primitive_kernels import BOX
 from hemline.errors import BadInput, BadModel, BadOutput
 from hemline.files.tensors import tensor_bytes
 from hemline.web import build, page_contents, parts, write_page
-from web import packages
+from tests.contract.made_models import agentdress_model, body, rigged_model, ropes_model, walk
+from tests.export.web import packages
 
 PAGE = build.PAGE
 

@@ -11,9 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "files"))
-from killed import killed_at_each_step, limited
-
 from hemline.cli import main
 from hemline.errors import BadOutput
 from hemline.files.waiting import held, release
@@ -21,6 +18,7 @@ from hemline.web.assemble import FolderPage
 from hemline.web.contents import PageContents
 from hemline.web.folder import write_page_folder
 from hemline.web.write import check_page, write_page
+from tests.files.killed import killed_at_each_step, limited
 
 OTHERS = {
     "CNAME": "clothes.example",
@@ -103,12 +101,11 @@ def write_small(folder: Path, number: int) -> None:
     write_page_folder(folder, FolderPage(index, place, parts))
 
 
-SMALL = f"""
+SMALL = """
 import sys
-sys.path.insert(0, {str(Path(__file__).parent)!r})
 import random
 from pathlib import Path
-from test_web_folder import BadOutput, whole_page, write_small
+from tests.web.test_web_folder import BadOutput, whole_page, write_small
 """
 
 

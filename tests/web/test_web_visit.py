@@ -8,11 +8,11 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 import numpy as np
 import pytest
 from PIL import Image
-from web_pages import opened
 
 import hemline
 from hemline import bodies, web
 from hemline.motions import load
+from tests.web.web_pages import opened
 
 MODELS = ("tshirt-light", "trousers-light")
 TITLE = "</title><b>Shirts &amp; more {{boot}}"

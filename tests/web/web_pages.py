@@ -1,21 +1,16 @@
 """A page in a real browser, and what Python plays in its place."""
 
 import base64
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "study"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
-from browser import browsing
 
 from hemline.bodies import ShapedBody
 from hemline.motions import Motion
 from hemline.playback import Frame, play
+from tests.study.browser import browsing
 
 FRAMES = """
 const [model, clip, count, betas, pushing] = arguments, stage = window.hemline;

@@ -7,8 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hemline.animators.leaps import Rigid, leaps
-from hemline.animators.settled_proxy import settled
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.bodies.lead_in import Stance, between
 from hemline.collide import ProjectorState
@@ -23,6 +21,9 @@ from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState
+
+from .leaps import Rigid, leaps
+from .settled_proxy import settled
 
 FRAME = 1 / 30
 """A longer time is cut into frames of this length at most [s]."""

@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 
 from hemline.bodies import load
-from hemline.bodies.overlap import overlapping
-from hemline.bodies.untangling import untangle
+from hemline.bodies.untangling.overlap import overlapping
+from hemline.bodies.untangling.untangling import untangle
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle
 

@@ -11,21 +11,21 @@ from .body import Body as Body
 from .body import PosedBody as PosedBody
 from .body import ShapedBody as ShapedBody
 from .body_file import read_body, write_body
-from .character import CHARACTERS as CHARACTERS
-from .character import Character as Character
-from .character import read_character as read_character
-from .character import read_skeleton as read_skeleton
+from .character.character import CHARACTERS as CHARACTERS
+from .character.character import Character as Character
+from .character.character import read_character as read_character
+from .character.character import read_skeleton as read_skeleton
 from .coarser import coarser_body as coarser_body
-from .overlap import overlap_percent as overlap_percent
-from .overlap import overlapping as overlapping
 from .place import Placement as Placement
 from .place import placement as placement
 from .skinning import skin_points as skin_points
-from .smpl import read_smpl
-from .untangling import MotionUntangling as MotionUntangling
-from .untangling import Untangling as Untangling
-from .untangling import untangle as untangle
-from .untangling import untangle_motion as untangle_motion
+from .smpl.smpl import read_smpl
+from .untangling.overlap import overlap_percent as overlap_percent
+from .untangling.overlap import overlapping as overlapping
+from .untangling.untangling import MotionUntangling as MotionUntangling
+from .untangling.untangling import Untangling as Untangling
+from .untangling.untangling import untangle as untangle
+from .untangling.untangling import untangle_motion as untangle_motion
 
 _ENDINGS = (".safetensors", ".npz", ".pkl", *CHARACTERS)
 _SHIPPED = {"anny24": Path(__file__).parents[1] / "models" / "anny24.safetensors"}

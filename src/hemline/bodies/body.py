@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from hemline.arrays import Betas, Faces, Joints, Normals, Transforms, Vertices
+from hemline.bodies.untangling.untangling import untangle, untangle_motion
 from hemline.motions import Motion, Pose
 
 from .model import BodyModel
@@ -17,7 +18,6 @@ from .pose_offsets import pose_offsets
 from .shape import BodyShape
 from .skinning import Blending, skin_points
 from .skinning_kernels import area_normals, turn_normals
-from .untangling import untangle, untangle_motion
 
 
 @dataclass(frozen=True, eq=False)

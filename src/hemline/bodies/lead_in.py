@@ -11,7 +11,7 @@ from hemline.motions.motion import Motion, Pose
 from hemline.motions.quaternions import continuous, from_axis_angle, multiply, slerp, to_matrix
 
 if TYPE_CHECKING:
-    from hemline.bodies import ShapedBody
+    from . import ShapedBody
 
 FASTEST_START = 8.0
 """A clip that starts faster than this is taken to start with a jump [m/s]."""

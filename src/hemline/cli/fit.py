@@ -105,7 +105,7 @@ def _together() -> Iterator[bool]:
     if os.environ.get("WORLD_SIZE", "1") == "1":
         yield True
         return
-    from hemline.learning.group import joined
+    from hemline.learning.fit.group import joined
 
     with joined() as group:
         yield group.first

@@ -8,11 +8,11 @@ import numpy as np
 
 from hemline.arrays import FramesOfVertices, UInt
 from hemline.errors import BadInput
+from hemline.export.glb.glb import still_bytes
 from hemline.files import written_together
 from hemline.version import VERSION
 
 from .clip import Clip
-from .glb import still_bytes
 from .shading import unit_normals
 
 LARGEST = 8192

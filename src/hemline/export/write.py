@@ -5,19 +5,19 @@ from functools import partial
 from pathlib import Path
 
 from hemline.errors import BadInput, BadOutput
+from hemline.export.glb.glb import write_glb
+from hemline.export.usd.usd import write_usd
+from hemline.export.vrm.vrm import ENDING
 from hemline.files import check_writable
 from hemline.pictures import AUTO
 
 from .clip import Clip
-from .glb import write_glb
 from .images import write_moving, write_still
 from .mdd import write_mdd
 from .npz import write_npz
 from .obj import write_obj
 from .pc2 import write_pc2
 from .textures import write_textures
-from .usd import write_usd
-from .vrm import ENDING
 
 FORMATS: dict[str, Callable[..., tuple[Path, ...]]] = {
     ".glb": write_glb,

@@ -2,22 +2,22 @@
 
 from pathlib import Path
 
-from .cape import CapeCut as CapeCut
-from .cape import make_cape as make_cape
-from .coarser import coarser_garment as coarser_garment
+from .cut.cape import CapeCut as CapeCut
+from .cut.cape import make_cape as make_cape
+from .cut.skirt import SkirtCut as SkirtCut
+from .cut.skirt import make_skirt as make_skirt
 from .garment import Garment as Garment
-from .garment_toml import GarmentFile as GarmentFile
 from .material import MATERIALS as MATERIALS
 from .material import Material as Material
 from .pieces import Piece as Piece
 from .pins import Pins as Pins
-from .read import read as read
+from .proxy.coarser import coarser_garment as coarser_garment
+from .reading.garment_toml import GarmentFile as GarmentFile
+from .reading.read import read as read
 from .shipped import explain as explain
 from .shipped import load as load
 from .shipped import names as names
 from .shipped import open_garment as open_garment
-from .skirt import SkirtCut as SkirtCut
-from .skirt import make_skirt as make_skirt
 from .worn_together import pieces_apart as pieces_apart
 from .worn_together import worn_together as worn_together
 

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.errors import BadGarment
+from hemline.garments.cut.cape import LIGHT_VERTEX_COUNT, PAPER_VERTEX_COUNT, make_cape
+from hemline.garments.cut.skirt import LIGHT_SIZE, PAPER_SIZE, make_skirt
+from hemline.garments.reading.read import read
 from hemline.motions.motion import JOINT_NAMES
 
-from .cape import LIGHT_VERTEX_COUNT, PAPER_VERTEX_COUNT, make_cape
 from .garment import Garment
 from .generate import garment_of_spec, is_spec
 from .pins import Pins
-from .read import read
-from .skirt import LIGHT_SIZE, PAPER_SIZE, make_skirt
 from .wardrobe import wardrobe_garment, wardrobe_names
 
 if TYPE_CHECKING:

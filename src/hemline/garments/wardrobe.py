@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hemline.errors import BadGarment
+from hemline.garments.proxy.finer import finer
 
-from .finer import finer
 from .garment import Garment
 
 if TYPE_CHECKING:

@@ -1,27 +1,28 @@
 """Geometry on plain arrays of vertices and triangles: one function, one file."""
 
 from .boundary_loops import boundary_loops as boundary_loops
-from .checks import check_mesh as check_mesh
-from .checks import consistent_winding as consistent_winding
 from .closest_points import ClosestPoints as ClosestPoints
 from .closest_points import ClosestTree as ClosestTree
 from .closest_points import closest_points_on_mesh as closest_points_on_mesh
-from .coarser import CoarserMesh as CoarserMesh
-from .coarser import coarser as coarser
+from .coarsening.coarser import CoarserMesh as CoarserMesh
+from .coarsening.coarser import coarser as coarser
 from .components import components as components
 from .edge_strains import edge_lengths as edge_lengths
 from .edge_strains import edge_strains as edge_strains
 from .edge_strains import rest_lengths as rest_lengths
 from .edge_strains import strains as strains
 from .edges import edges as edges
-from .geodesic_distances import geodesic_distances as geodesic_distances
-from .geodesic_points import SurfaceWays as SurfaceWays
-from .mesh import ReadMesh as ReadMesh
+from .geodesics.geodesic_distances import geodesic_distances as geodesic_distances
+from .geodesics.geodesic_points import SurfaceWays as SurfaceWays
 from .normals import face_areas as face_areas
 from .normals import face_normals as face_normals
 from .normals import vertex_normals as vertex_normals
-from .read_mesh import read_mesh as read_mesh
-from .read_obj import read_obj as read_obj
+from .reading.checks import check_mesh as check_mesh
+from .reading.checks import consistent_winding as consistent_winding
+from .reading.mesh import ReadMesh as ReadMesh
+from .reading.read_mesh import read_mesh as read_mesh
+from .reading.read_obj import read_obj as read_obj
+from .reading.welded import welded as welded
 from .rigid_bones import RigidBones as RigidBones
 from .rigid_bones import rigid_bones as rigid_bones
 from .rigid_bones import weighted as weighted
@@ -32,7 +33,6 @@ from .shares import onto_shares as onto_shares
 from .shell import Shell as Shell
 from .shell import shell as shell
 from .subdivided import subdivided as subdivided
-from .welded import welded as welded
 
 __all__ = [
     "ClosestPoints",

@@ -1,13 +1,13 @@
 """Clips of motion on the 24-joint skeleton: read, resample, cut; never a mesh."""
 
 from .clean import longest_clean as longest_clean
-from .gltf_clip import split_name as split_name
 from .motion import JOINT_NAMES as JOINT_NAMES
 from .motion import PARENTS as PARENTS
 from .motion import Motion as Motion
 from .motion import Pose as Pose
 from .read import open_motion as open_motion
 from .read import read as read
+from .rigs.gltf_clip import split_name as split_name
 from .shipped import load as load
 from .shipped import names as names
 from .store import write as write

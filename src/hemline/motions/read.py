@@ -4,12 +4,12 @@ from pathlib import Path
 
 from hemline.errors import BadMotion
 from hemline.files.gltf import ENDINGS
+from hemline.motions.rigs.gltf_clip import read_gltf_motion, split_name
+from hemline.motions.rigs.retarget import retarget
 
 from .amass import read_amass
 from .bvh import read_bvh
-from .gltf_clip import read_gltf_motion, split_name
 from .motion import Motion
-from .retarget import retarget
 from .shipped import load
 from .store import read_stored
 from .subjects import cmu_number

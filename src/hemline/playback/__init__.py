@@ -7,11 +7,11 @@ from .detail import level_of as level_of
 from .detail import pixels_of as pixels_of
 from .evaluate import Evaluation as Evaluation
 from .evaluate import evaluate as evaluate
-from .frame import Frame as Frame
-from .own_mesh import own_mesh as own_mesh
 from .play import play as play
-from .player import Player as Player
-from .player import PlayerState as PlayerState
+from .player.frame import Frame as Frame
+from .player.own_mesh import own_mesh as own_mesh
+from .player.player import Player as Player
+from .player.player import PlayerState as PlayerState
 from .record import record as record
 from .redress import redressed as redressed
 

@@ -11,8 +11,8 @@ from hemline.errors import BadInput
 from hemline.export import BoundMesh, Character
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
 from hemline.motions.terms import as_stated
+from hemline.playback.player.player import Player
 
-from .player import Player
 from .springs import capsules_of, chain_weights, spring_chains
 
 CLOTH, SKIN = (0.72, 0.23, 0.17), (0.70, 0.68, 0.66)

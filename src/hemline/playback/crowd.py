@@ -7,9 +7,8 @@ from functools import cache
 from hemline.compiled import at_most, threads
 from hemline.errors import BadInput
 from hemline.motions.motion import Pose
-
-from .frame import Frame
-from .player import Player, PlayerState
+from hemline.playback.player.frame import Frame
+from hemline.playback.player.player import Player, PlayerState
 
 
 def crowd(

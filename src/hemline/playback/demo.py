@@ -15,9 +15,9 @@ from hemline.export.clip import Part
 from hemline.export.images import painted
 from hemline.files import written_whole
 from hemline.pictures import write_webp
+from hemline.playback.player.frame import Frame
 
 from .evaluate import Evaluation, evaluate
-from .frame import Frame
 from .record import record
 
 Say = Callable[[str], None]

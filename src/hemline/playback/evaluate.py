@@ -15,12 +15,12 @@ from hemline.datasets import Dataset, Take, newest
 from hemline.errors import BadInput
 from hemline.garments import Garment
 from hemline.motions.motion import Motion
+from hemline.playback.player.frame import Frame
+from hemline.playback.player.layers import THICKNESS_MM
+from hemline.playback.player.player import Player
 
 from .detail import level_of
-from .frame import Frame
-from .layers import THICKNESS_MM
 from .play import play
-from .player import Player
 from .tally import Tally
 
 

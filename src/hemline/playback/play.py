@@ -9,11 +9,10 @@ from hemline.bodies.body import ShapedBody
 from hemline.collide import Guarantee
 from hemline.errors import BadInput
 from hemline.motions.motion import Motion
-
-from .elapsed import LONGEST
-from .frame import Frame
-from .layers import THICKNESS_MM
-from .player import Player
+from hemline.playback.player.elapsed import LONGEST
+from hemline.playback.player.frame import Frame
+from hemline.playback.player.layers import THICKNESS_MM
+from hemline.playback.player.player import Player
 
 
 def play(

@@ -12,8 +12,7 @@ from hemline.export import Clip, Skeleton
 from hemline.garments.garment import Garment
 from hemline.motions.motion import JOINT_NAMES, Motion
 from hemline.motions.terms import as_stated
-
-from .frame import Frame
+from hemline.playback.player.frame import Frame
 
 
 def record(

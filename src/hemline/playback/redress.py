@@ -7,9 +7,8 @@ import numpy as np
 from hemline.animators.base import Animator
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Take
-
-from .frame import Frame
-from .player import Player
+from hemline.playback.player.frame import Frame
+from hemline.playback.player.player import Player
 
 
 def redressed(animator: Animator, take: Take, body: ShapedBody) -> Iterator[Frame]:

@@ -12,8 +12,7 @@ from hemline.collide import LayersReport, inside
 from hemline.compiled import threads
 from hemline.errors import BadInput
 from hemline.meshes import rest_lengths
-
-from .frame import Frame
+from hemline.playback.player.frame import Frame
 
 CROSSINGS_EVERY = 10
 """Frames from one count of cloth through cloth, and of skin through cloth, to the next."""

@@ -10,9 +10,9 @@ from hemline import animators, bodies, export, garments, motions, sim
 from hemline.animators import Animator
 from hemline.collide.winding.numbers import inside
 from hemline.compiled import at_most
+from hemline.playback.player.player import Player
 
 from .play import play
-from .player import Player
 from .record import record
 
 

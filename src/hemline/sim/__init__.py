@@ -5,8 +5,8 @@ from .cloth.sheet import Elastic as Elastic
 from .cloth.sheet import Sheet as Sheet
 from .cloth.sheet import make_sheet as make_sheet
 from .cloth.wind import Gusts as Gusts
-from .contact.surface import Skin as Skin
-from .contact.surface import Surface as Surface
+from .contact.body.surface import Skin as Skin
+from .contact.body.surface import Surface as Surface
 from .rest.rest import Rest as Rest
 from .rest.sensitivities import Sensitivities as Sensitivities
 from .rest.settle import rest_drape as rest_drape

@@ -8,7 +8,7 @@ import numpy as np
 
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.bodies import skin_points
-from hemline.garments.up_axis import AXES, BETTER, stood_up
+from hemline.garments.reading.up_axis import AXES, BETTER, stood_up
 from hemline.motions.motion import JOINT_NAMES, PARENTS, Pose
 from hemline.motions.quaternions import from_axis_angle, inverse, multiply
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from hemline.errors import BadDataset, BadGarment, OffBody
 from hemline.files import check_folder, content_hash
 from hemline.garments.garment import Garment
-from hemline.garments.garment_toml import GarmentFile, read_garment_toml
+from hemline.garments.reading.garment_toml import GarmentFile, read_garment_toml
 from hemline.garments.shipped import open_garment
 from hemline.meshes import read_mesh
 

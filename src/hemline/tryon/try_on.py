@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.errors import BadGarment, OffBody, SimulationFailed
-from hemline.garments.assembly import Cloth, assembled, body_made_on
 from hemline.garments.garment import Garment
-from hemline.garments.garment_toml import GarmentFile, read_garment_toml
 from hemline.garments.material import Material
 from hemline.garments.pin_rules import NO_PINS
-from hemline.garments.read import cloth_of, read
+from hemline.garments.reading.assembly import Cloth, assembled, body_made_on
+from hemline.garments.reading.garment_toml import GarmentFile, read_garment_toml
+from hemline.garments.reading.read import cloth_of, read
+from hemline.garments.reading.up_axis import TURNED
 from hemline.garments.shipped import open_garment
-from hemline.garments.up_axis import TURNED
 from hemline.motions.motion import JOINT_NAMES
 
 from .alignment import Alignment, aligned

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hemline.animators.ropes import AnimatorRopes
-from hemline.animators.ropes.bones import margins_of
+from hemline.animators.ropes.bones.bones import margins_of
 from hemline.bodies import ShapedBody
 from hemline.collide.primitives.primitive_kernels import ROUND_CONE
 from hemline.errors import BadInput

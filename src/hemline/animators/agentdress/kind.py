@@ -38,9 +38,8 @@ class AgentDressKind:
             BadDataset: As `fit.fit`.
             BadInput: As `fit.fit`.
         """
+        from hemline.animators.agentdress.fit.fit import fit
         from hemline.datasets import Collection
-
-        from .fit import fit
 
         first, *others = data.datasets if isinstance(data, Collection) else (data,)
         return fit(first, config, materials=others, progress=progress)

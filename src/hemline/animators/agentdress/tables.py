@@ -6,6 +6,7 @@ from typing import Self
 
 import numpy as np
 
+from hemline.animators.agentdress.sor.rigged_tables import RiggedTables
 from hemline.arrays import Float, Int
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, part
@@ -13,7 +14,6 @@ from hemline.learning.packed_basis import PackedBasis
 from hemline.motions.motion import JOINT_COUNT
 
 from .binding import INFLUENCES
-from .rigged_tables import RiggedTables
 from .shape_samples import ShapeSamples
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from hemline.garments.proxy import ProxySize
+from hemline.garments.proxy.proxy import ProxySize
 from hemline.options import check_options, not_negative, positive, share
 
 

@@ -16,9 +16,8 @@ from .network import Network
 from .wearable import CoarseWearable
 
 if TYPE_CHECKING:
+    from hemline.animators.coarse.fit.sided_frames import SidedFrames
     from hemline.datasets import Collection, Dataset
-
-    from .sided_frames import SidedFrames
 
 
 class CoarseKind(ABC):
@@ -79,9 +78,8 @@ class CoarseKind(ABC):
         Raises:
             BadDataset: Takes of a single garment, and no model to go on from; or as `fit.fit`.
         """
+        from hemline.animators.coarse.fit.fit import fit
         from hemline.datasets import Collection
-
-        from .fit import fit
 
         config = config or self.Config()
         if not isinstance(data, Collection):

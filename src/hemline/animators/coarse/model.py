@@ -9,6 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from hemline.animators.coarse.features.trail import Trail
 from hemline.animators.leaps import Rigid, leaps
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
@@ -19,15 +20,14 @@ from hemline.bodies import PosedBody, ShapedBody
 from hemline.compiled import real_time_threads
 from hemline.files.contents import array_of, entry, refused
 from hemline.garments import Garment
-from hemline.garments.embedding import Embedding
-from hemline.garments.proxy import proxy_of
+from hemline.garments.proxy.embedding import Embedding
+from hemline.garments.proxy.proxy import proxy_of
 from hemline.motions.motion import Pose
 
 from .beginning import beginner
 from .displaced import Displaced
 from .proxy_on_body import ProxyOnBody
 from .state import CoarseState, Opening
-from .trail import Trail
 from .weights import ReadsNetworks, Weights
 
 LATE = 1e-6

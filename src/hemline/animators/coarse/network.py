@@ -5,12 +5,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hemline.animators.coarse.features.trail import Trail
 from hemline.arrays import Float
 from hemline.bodies import PosedBody
 from hemline.motions.motion import Pose
 
 from .proxy_on_body import ProxyOnBody
-from .trail import Trail
 
 Moved = tuple[Any, Float[np.ndarray, "coarse 3"]]
 """What is remembered, and where the proxy's vertices are [m]."""

@@ -5,15 +5,14 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from hemline.animators.coarse.features.feature_kernels import describe
+from hemline.animators.coarse.features.memory import LAGS, SWINGS
+from hemline.animators.coarse.features.soft_weights import SoftWeights, soft_weights
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.collide.primitives.proxy import BodyProxy, Colliders
 from hemline.garments import Garment
 from hemline.meshes import ClosestTree, SurfaceWays, vertex_normals
 from hemline.motions.motion import JOINT_NAMES
-
-from .feature_kernels import describe
-from .memory import LAGS, SWINGS
-from .soft_weights import SoftWeights, soft_weights
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody

@@ -6,12 +6,11 @@ from typing import Any, Self
 
 import numpy as np
 
+from hemline.animators.coarse.features.descriptor import Descriptor, compressed
 from hemline.arrays import Float
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry
 from hemline.garments import Garment
-
-from .descriptor import Descriptor, compressed
 
 SIZE = 256
 """Numbers of a descriptor."""

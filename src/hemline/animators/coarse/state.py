@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import Any
 
+from hemline.animators.coarse.features.trail import Trail
 from hemline.animators.simulated_proxy import ProxyState
 from hemline.motions.motion import Pose
 
 from .displaced import Displaced
-from .trail import Trail
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ class LagKind(CoarseKind):
 
     def learned(self, frames: Any, config: Any, **options: Any) -> tuple[Network, dict[str, float]]:
         """Learn, see `fit_lag.fit_lag`."""
-        from .fit_lag import fit_lag
+        from hemline.animators.lag.fit.fit_lag import fit_lag
 
         return fit_lag(frames, config, **options)
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from hemline.animators.coarse.features.trail import Trail
 from hemline.animators.coarse.network import Moved
 from hemline.animators.coarse.proxy_on_body import ProxyOnBody
-from hemline.animators.coarse.trail import Trail
 from hemline.bodies import PosedBody
 from hemline.motions.motion import Pose
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hemline.animators.simulated_proxy import LEVELS, Level
-from hemline.garments.proxy import ProxySize
+from hemline.garments.proxy.proxy import ProxySize
 from hemline.options import check_options, not_negative, positive
 from hemline.sim.settings import SimSettings
 

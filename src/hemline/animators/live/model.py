@@ -19,8 +19,8 @@ from hemline.compiled import real_time_threads
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry, refused
 from hemline.garments import Garment
-from hemline.garments.embedding import Embedding
-from hemline.garments.proxy import proxy_of
+from hemline.garments.proxy.embedding import Embedding
+from hemline.garments.proxy.proxy import proxy_of
 from hemline.options import options_of
 
 from .config import LiveConfig

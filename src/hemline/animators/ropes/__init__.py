@@ -1,7 +1,7 @@
 """Rope chains: a few ropes are simulated, two small networks turn their bones into the garment. See `README.md`."""
 
 from .animator_state import AnimatorRopesState as AnimatorRopesState
-from .chains import Ropes as Ropes
+from .bones.chains import Ropes as Ropes
 from .config import RopesConfig as RopesConfig
 from .kind import KIND as KIND
 from .model import AnimatorRopes as AnimatorRopes

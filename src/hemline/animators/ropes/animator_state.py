@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hemline.animators.ropes.bones.bone_source import BonesState
 from hemline.arrays import Float, Nodes, Vertices
 from hemline.learning.key_frame import to_key
-
-from .bone_source import BonesState
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,9 @@ import numpy as np
 
 from hemline.animators.base import Animator
 from hemline.animators.level import LevelOf
+from hemline.animators.ropes.bones.bone_source import BoneSource
+from hemline.animators.ropes.bones.bones import seen_bones
+from hemline.animators.ropes.bones.learned_bones import BonesStep, LearnedBones
 from hemline.arrays import Float, Int, Vertices
 from hemline.bodies.body import PosedBody
 from hemline.garments import Garment, coarser_garment
@@ -16,9 +19,6 @@ from hemline.learning.packed_basis import PackedBasis
 from hemline.motions.motion import JOINT_NAMES
 
 from .animator_state import AnimatorRopesState
-from .bone_source import BoneSource
-from .bones import seen_bones
-from .learned_bones import BonesStep, LearnedBones
 
 SIMPLE = 0.25
 """Up to this detail learned bones play without ropes in reserve, and the second network, which adds finer shapes, is

@@ -36,9 +36,8 @@ class RopesKind:
         Raises:
             BadDataset: Takes of several garments; or as `fit.fit`.
         """
+        from hemline.animators.ropes.fit.fit import fit
         from hemline.datasets import Collection
-
-        from .fit import fit
 
         if isinstance(data, Collection):
             names = ", ".join(garment.name for garment in data.garments)

@@ -11,6 +11,11 @@ import numpy as np
 from hemline.animators.leaps import Rigid
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
+from hemline.animators.ropes.bones.bone_source import BoneSource
+from hemline.animators.ropes.bones.bones import rest_bones, seen_bones
+from hemline.animators.ropes.bones.chains import Ropes
+from hemline.animators.ropes.bones.checked import checked_ropes
+from hemline.animators.ropes.bones.learned_bones import LearnedBones
 from hemline.arrays import Nodes, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.errors import BadModel
@@ -22,13 +27,8 @@ from hemline.motions.motion import JOINT_NAMES
 from hemline.options import options_of
 
 from .animator_state import AnimatorRopesState
-from .bone_source import BoneSource
-from .bones import rest_bones, seen_bones
-from .chains import Ropes
-from .checked import checked_ropes
 from .config import RopesConfig
 from .detail import AnimatorRopesLevel
-from .learned_bones import LearnedBones
 
 VERSION = 3
 """Version of what model files hold of rope chains, `ropes.version`; 1 had no such key."""

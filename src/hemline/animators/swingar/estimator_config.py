@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal
 
-from hemline.animators.coarse.seen import POSE_WIDTH
+from hemline.animators.coarse.features.seen import POSE_WIDTH
 from hemline.errors import BadInput
 from hemline.motions.motion import JOINT_COUNT
 from hemline.options import check_options, not_negative, positive

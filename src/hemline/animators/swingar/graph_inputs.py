@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from hemline.animators.coarse.descriptor import Descriptor
+from hemline.animators.coarse.features.descriptor import Descriptor
+from hemline.animators.coarse.features.rest_features import fit_features, vertex_masses
+from hemline.animators.coarse.fit.worn_frames import WornFrames
 from hemline.animators.coarse.proxy_on_body import DYNAMIC, STATIC, TRAILS, ProxyOnBody
-from hemline.animators.coarse.rest_features import fit_features, vertex_masses
-from hemline.animators.coarse.worn_frames import WornFrames
+from hemline.animators.swingar.fit.samples import GarmentSample
 from hemline.arrays import Faces, Float, Vertices
 
 from .graph import Graph
-from .samples import GarmentSample
 
 STATE_TOLD = TRAILS + 3
 """Features of a vertex that the state encoder is given: how it trails, and where its key joint would carry it."""

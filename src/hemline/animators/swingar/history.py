@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from hemline.animators.coarse.seen import TICK, Times
+from hemline.animators.coarse.features.seen import TICK, Times
 from hemline.animators.leaps import Rigid
 from hemline.arrays import Float
 

@@ -26,7 +26,7 @@ class SwingarKind(CoarseKind):
 
     def learned(self, frames: Any, config: Any, **options: Any) -> tuple[Network, dict[str, float]]:
         """Learn, see `fit_graph.fit_graph`."""
-        from .fit_graph import fit_graph
+        from hemline.animators.swingar.fit.fit_graph import fit_graph
 
         return fit_graph(frames, config, **options)
 

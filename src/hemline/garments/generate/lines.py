@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.garments.body_lines import joint
+from hemline.garments.cut.body_lines import joint
 
 from .design import Design
 from .tapes import ARMS, tapes, triangles_of

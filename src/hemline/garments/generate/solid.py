@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.arrays import Float, Points
-from hemline.garments.body_lines import joint
+from hemline.garments.cut.body_lines import joint
 from hemline.garments.dressing import body_tree
 from hemline.motions.motion import JOINT_NAMES
 

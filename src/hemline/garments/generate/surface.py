@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.arrays import Faces, Points, Vertices
-from hemline.garments.body_lines import joint
+from hemline.garments.cut.body_lines import joint
 from hemline.meshes import boundary_loops, components
 
 from .clipped import clipped, compacted

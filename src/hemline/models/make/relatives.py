@@ -18,7 +18,7 @@ from hemline.animators.coarse.wearable import CoarseWearable
 from hemline.datasets import open_dataset
 from hemline.errors import HemlineError
 from hemline.garments import Garment, open_garment
-from hemline.garments.proxy import ProxySize, proxy_of
+from hemline.garments.proxy.proxy import ProxySize, proxy_of
 
 
 def main() -> None:

@@ -28,7 +28,7 @@ from hemline.datasets import Row
 from hemline.errors import BadCluster, HemlineError
 from hemline.garments.garment import Garment
 from hemline.garments.generate import KINDS
-from hemline.garments.proxy import ProxySize, proxy_of
+from hemline.garments.proxy.proxy import ProxySize, proxy_of
 from hemline.motions.motion import Motion
 from hemline.sim import Clip, SimSettings, random_shapes
 from hemline.sim.takes.begun import begun

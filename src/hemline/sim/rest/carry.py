@@ -8,8 +8,8 @@ from jaxtyping import Float
 from hemline.arrays import Faces
 from hemline.garments.clearance import smoothed_field
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.friction_anchors import FrictionAnchors
-from hemline.sim.contact.surface import Skin, Surface
+from hemline.sim.contact.body.friction_anchors import FrictionAnchors
+from hemline.sim.contact.body.surface import Skin, Surface
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody

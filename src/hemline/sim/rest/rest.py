@@ -12,7 +12,7 @@ from hemline.datasets.take import Take
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion, Pose
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.friction_anchors import FrictionAnchors
+from hemline.sim.contact.body.friction_anchors import FrictionAnchors
 from hemline.sim.settings import SIMULATOR, SimSettings
 
 if TYPE_CHECKING:

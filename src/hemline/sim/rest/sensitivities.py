@@ -15,8 +15,8 @@ from hemline.garments.material import Material
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.friction_anchors import FrictionAnchors
-from hemline.sim.contact.surface import Skin
+from hemline.sim.contact.body.friction_anchors import FrictionAnchors
+from hemline.sim.contact.body.surface import Skin
 from hemline.sim.step.dressed_body import DressedBody
 
 from .rest import Rest

@@ -12,7 +12,7 @@ from hemline.garments.garment import Garment
 from hemline.motions.motion import Pose
 from hemline.sim.cloth.figures import strain_figures
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.friction_anchors import FrictionAnchors
+from hemline.sim.contact.body.friction_anchors import FrictionAnchors
 from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd

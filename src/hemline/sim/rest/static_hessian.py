@@ -8,7 +8,7 @@ from jaxtyping import Float, Integer
 from hemline.sim.cloth.hinge_kernels import hinge_forces
 from hemline.sim.cloth.membrane_kernels import membrane_blocks
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.pair_kernels import PairRows, pair_blocks
+from hemline.sim.contact.pairs.pair_kernels import PairRows, pair_blocks
 from hemline.sim.solver.block_kernels import PAD
 
 from .static_step import StaticStep

@@ -5,9 +5,9 @@ from jaxtyping import Bool, Float, Int
 
 from hemline.sim.cloth.inertia_kernels import Inertia
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.body_contact import Contact
-from hemline.sim.contact.friction_anchors import FrictionAnchors
-from hemline.sim.contact.planes import ClosestPoints, Planes, no_planes
+from hemline.sim.contact.body.body_contact import Contact
+from hemline.sim.contact.body.friction_anchors import FrictionAnchors
+from hemline.sim.contact.body.planes import ClosestPoints, Planes, no_planes
 from hemline.sim.step.meeting import Meeting
 from hemline.sim.step.model import ClothModel
 from hemline.sim.step.newton import newton

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.friction_anchors import FrictionAnchors
-from hemline.sim.contact.planes import ClosestPoints
+from hemline.sim.contact.body.friction_anchors import FrictionAnchors
+from hemline.sim.contact.body.planes import ClosestPoints
 from hemline.sim.step.model import ClothModel
 from hemline.sim.step.state import Scene, StepRejected
 from hemline.sim.step.workspace import Workspace

@@ -1,7 +1,7 @@
 """Closest points on triangles that are known."""
 
 from hemline.compiled import kernel
-from hemline.sim.contact.touch_kernels import closest_on_triangle
+from hemline.sim.contact.body.touch_kernels import closest_on_triangle
 
 
 @kernel

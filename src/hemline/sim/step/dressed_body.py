@@ -14,8 +14,8 @@ from hemline.motions.motion import Pose
 from hemline.sim.cloth.joined import joined
 from hemline.sim.cloth.sheet import Elastic, Sheet, make_sheet
 from hemline.sim.cloth.wind import Wind
-from hemline.sim.contact.capsules import Capsules
-from hemline.sim.contact.surface import Skin, Surface
+from hemline.sim.contact.body.surface import Skin, Surface
+from hemline.sim.contact.pairs.capsules import Capsules
 from hemline.sim.settings import SimSettings
 
 from .model import ClothModel

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.collide import ProjectionSettings, Projector, ProjectorState, inside, winding_numbers
-from hemline.sim.contact.contact_history import HistoryFaces
+from hemline.sim.contact.history.contact_history import HistoryFaces
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody

@@ -1,10 +1,10 @@
 """Everything that meets in pairs during one step."""
 
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.body_contact import Contact
-from hemline.sim.contact.contact_with_history import ContactWithHistory
-from hemline.sim.contact.pair_kernels import PairRows
-from hemline.sim.contact.pairs import Pairs
+from hemline.sim.contact.body.body_contact import Contact
+from hemline.sim.contact.history.contact_with_history import ContactWithHistory
+from hemline.sim.contact.pairs.pair_kernels import PairRows
+from hemline.sim.contact.pairs.pairs import Pairs
 
 from .model import ClothModel
 from .workspace import Workspace

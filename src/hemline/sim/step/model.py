@@ -11,8 +11,8 @@ from hemline.sim.cloth.membrane_kernels import Fabric
 from hemline.sim.cloth.rows import Rows, incidence
 from hemline.sim.cloth.sheet import Sheet
 from hemline.sim.cloth.wind import Wind, checked, wind_of
-from hemline.sim.contact.capsules import Capsules
-from hemline.sim.contact.surface import Surface
+from hemline.sim.contact.body.surface import Surface
+from hemline.sim.contact.pairs.capsules import Capsules
 from hemline.sim.settings import SimSettings
 from hemline.sim.solver.layout import Layout, make_layout
 

@@ -6,17 +6,17 @@ from hemline.sim.cloth.air_kernels import Air
 from hemline.sim.cloth.inertia_kernels import Inertia
 from hemline.sim.cloth.membrane_kernels import green_strain
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.load_kernels import SkinContact
-from hemline.sim.contact.pairs import Pairs
+from hemline.sim.contact.body.load_kernels import SkinContact
+from hemline.sim.contact.pairs.pairs import Pairs
 from hemline.sim.solver.conjugate_kernels import PairBlocks
+from hemline.sim.step.terms.air import constant_force
+from hemline.sim.step.terms.bending import Bending
+from hemline.sim.step.terms.contact_pairs import NO_BLOCKS, ContactPairs
+from hemline.sim.step.terms.inertia import no_inertia
+from hemline.sim.step.terms.membrane import Membrane
+from hemline.sim.step.terms.skin_contact import no_contact
 
 from .model import ClothModel
-from .terms.air import constant_force
-from .terms.bending import Bending
-from .terms.contact_pairs import NO_BLOCKS, ContactPairs
-from .terms.inertia import no_inertia
-from .terms.membrane import Membrane
-from .terms.skin_contact import no_contact
 from .vertex_kernels import diagonal_blocks, gradient
 from .workspace import Workspace
 

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.contact_history import HistoryFaces
-from hemline.sim.contact.surface import Skin
+from hemline.sim.contact.body.surface import Skin
+from hemline.sim.contact.history.contact_history import HistoryFaces
 
 
 @dataclass(frozen=True)

@@ -4,20 +4,20 @@ import math
 
 import numpy as np
 
-from hemline.sim.contact.body_contact import Contact
-from hemline.sim.contact.contact_history import ContactHistory
-from hemline.sim.contact.contact_with_history import ContactWithHistory, Wearing
-from hemline.sim.contact.pair_kernels import PairRows
-from hemline.sim.contact.planes import ClosestPoints, no_planes
+from hemline.sim.contact.body.body_contact import Contact
+from hemline.sim.contact.body.planes import ClosestPoints, no_planes
+from hemline.sim.contact.history.contact_history import ContactHistory
+from hemline.sim.contact.history.contact_with_history import ContactWithHistory, Wearing
+from hemline.sim.contact.pairs.pair_kernels import PairRows
+from hemline.sim.step.terms.air import air_of
+from hemline.sim.step.terms.inertia import inertia_of
+from hemline.sim.step.terms.skin_contact import skin_contact
 
 from .meeting import Meeting
 from .model import ClothModel
 from .newton import newton
 from .potential import Potential
 from .state import ClothState, Scene, StepRejected, StepReport
-from .terms.air import air_of
-from .terms.inertia import inertia_of
-from .terms.skin_contact import skin_contact
 from .vertex_kernels import farther_than
 from .workspace import Workspace
 

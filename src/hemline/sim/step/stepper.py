@@ -9,9 +9,9 @@ from jaxtyping import Float, Int
 from hemline.errors import BadInput, SimulationFailed
 from hemline.sim.cloth.sheet import Positions, Sheet
 from hemline.sim.cloth.wind import Wind
-from hemline.sim.contact.capsules import Capsules
-from hemline.sim.contact.planes import ClosestPoints
-from hemline.sim.contact.surface import Surface
+from hemline.sim.contact.body.planes import ClosestPoints
+from hemline.sim.contact.body.surface import Surface
+from hemline.sim.contact.pairs.capsules import Capsules
 from hemline.sim.settings import SimSettings
 
 from .model import make_model

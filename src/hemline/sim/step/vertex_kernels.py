@@ -8,7 +8,7 @@ from hemline.compiled import kernel, prange
 from hemline.sim.cloth.air_kernels import Air, air_terms
 from hemline.sim.cloth.elastic_kernels import CHUNK, FAST
 from hemline.sim.cloth.inertia_kernels import Inertia, inertia_terms
-from hemline.sim.contact.load_kernels import SkinContact, contact_terms, slip_terms
+from hemline.sim.contact.body.load_kernels import SkinContact, contact_terms, slip_terms
 from hemline.sim.solver.conjugate_kernels import Matrix
 from hemline.sim.solver.layout import Pattern
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from hemline.sim.cloth.elastic_kernels import CHUNK
 from hemline.sim.cloth.membrane_kernels import Stretch
-from hemline.sim.contact.body_points import BodyPointSearch
-from hemline.sim.contact.self_search import SelfSearch
+from hemline.sim.contact.pairs.body_points import BodyPointSearch
+from hemline.sim.contact.pairs.self_search import SelfSearch
 from hemline.sim.solver.system import System
 
 from .model import ClothModel

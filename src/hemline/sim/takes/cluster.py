@@ -74,7 +74,7 @@ class Cluster:
         from distributed.protocol.pickle import dumps
 
         def called(*given: Any) -> Any:  # sent as it is, so that a worker without hemline can say so
-            from hemline.sim.takes.cluster import answered
+            from .cluster import answered
 
             return answered(*given)
 
@@ -108,7 +108,7 @@ class Cluster:
 
         def own(dask_worker: Any) -> tuple[str, int]:  # sent as it is, so that it runs where there is no hemline
             try:
-                from hemline.sim.takes.cluster import code
+                from .cluster import code
             except ImportError:
                 return "no hemline of this version", 1
             return code(), dask_worker.state.nthreads

@@ -7,8 +7,8 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.coarse.descriptor import compressed
-from hemline.animators.coarse.feature_kernels import displace
+from hemline.animators.coarse.features.descriptor import compressed
+from hemline.animators.coarse.features.feature_kernels import displace
 from hemline.animators.swingar.estimator_config import (
     CORRECTIVE_WIDTH,
     JOINTS,

@@ -57,7 +57,7 @@ class SdfObjective:
             held_out: What says which epoch is best.
             config: Options.
         """
-        from hemline.learning.distance_network import DistanceNetwork
+        from hemline.learning.fit.distance_network import DistanceNetwork
 
         self.config = config
         self.train, self.held_out = Around(body, train, config.inputs), Around(body, held_out, config.inputs)
@@ -78,7 +78,7 @@ class SdfObjective:
         """Eqs. 8 and 9 at random points around the chosen bodies."""
         import torch
 
-        from hemline.learning.distance_network import distance_loss
+        from hemline.learning.fit.distance_network import distance_loss
 
         drawn = self.train.drawn(chosen, self.config.points, random, mine, jacobians=True)
         features, jacobians, conditions, truth, normals = (torch.from_numpy(each) for each in drawn)
@@ -159,7 +159,7 @@ def trained(
     Raises:
         BadModel: The training diverged, or the checkpoint cannot be read.
     """
-    from hemline.learning.trainer import Checkpoint, Schedule, Trainer
+    from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer
 
     objective = SdfObjective(body, train, held_out, config)
     epochs = max(1, round(config.updates * config.bodies / len(objective.samples)))

@@ -4,8 +4,8 @@ import numpy as np
 from jaxtyping import Float
 
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.pair_kernels import CHUNK, pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
-from hemline.sim.contact.pairs import Pairs
+from hemline.sim.contact.pairs.pair_kernels import CHUNK, pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
+from hemline.sim.contact.pairs.pairs import Pairs
 from hemline.sim.solver.block_kernels import blocks_of, vector_of
 from hemline.sim.solver.conjugate_kernels import PairBlocks
 from hemline.sim.solver.layout import Layout

@@ -3,8 +3,8 @@
 import numpy as np
 from jaxtyping import Float
 
-from hemline.sim.contact.load_kernels import SkinContact
-from hemline.sim.contact.planes import Planes, no_planes
+from hemline.sim.contact.body.load_kernels import SkinContact
+from hemline.sim.contact.body.planes import Planes, no_planes
 from hemline.sim.settings import SimSettings
 
 

@@ -1,0 +1,198 @@
+"""Garments over garments, before and after they are kept out of each other: `python benchmarks/claims/layers.py`.
+
+Each pair is played twice on a clip: each garment out of the body alone, and the outer one out of the inner one, too.
+Behind is what is inside of the inner garment, closed at its rims (`collide/layers`), counted in every frame by winding
+numbers in float64. Stretch is that of the outer garment's edges. Times are medians, on one thread. Writes
+docs/layers.md and docs/layers.webp; one JSON line a clip goes to benchmarks/results/layers.jsonl.
+"""
+
+import argparse
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hemline import Player, bodies, metrics, motions, pictures
+from hemline.animators import Animator, Wearable, load, together
+from hemline.bench.machine import commit, machine
+from hemline.collide import LayeredProjector, Projector, inside
+from hemline.collide.layers.closed_cloth import ClosedCloth
+from hemline.garments import load as load_garment
+from hemline.garments import pieces_apart, worn_together
+from hemline.meshes import rest_lengths
+
+ROOT = Path(__file__).parents[1]
+PAGE, PICTURE, RESULTS = (
+    ROOT / "docs" / "layers.md",
+    ROOT / "docs" / "layers.webp",
+    ROOT / "benchmarks" / "results" / "layers.jsonl",
+)
+COLOURS = ((0.25, 0.45, 0.75), (0.85, 0.55, 0.25))
+"""Of the inner and the outer garment."""
+FPS = 30.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """An inner and an outer garment, what moves them, and a clip."""
+
+    inner: str
+    outer: str
+    clip: str
+    model: str | None = None
+    """A model that takes any garment; None: the models of these names."""
+
+    @property
+    def title(self) -> str:
+        """What the page calls it."""
+        return f"{self.outer} over {self.inner}, {self.clip}"
+
+    def animator(self, body: bodies.ShapedBody) -> Animator:
+        """Of both together."""
+        if self.model is None:
+            return together([own(self.inner), own(self.outer)])
+        model = load(self.model)
+        assert isinstance(model, Wearable)
+        return model.worn_by(worn_together([load_garment(self.inner), load_garment(self.outer)]), body)
+
+
+CASES = (
+    Case("trousers-light", "skirt", "walk"),
+    Case("trousers-light", "skirt", "dance"),
+    Case("tshirt-light", "cape", "dance"),
+    Case("trousers-light", "dress-light", "walk", "lag"),
+    Case("trousers-light", "skirt-light", "walk", "live"),
+    Case("tshirt-light", "dress-light", "walk", "lag"),
+    Case("tshirt-light", "cape-light", "dance", "lag"),
+)
+
+
+def own(name: str) -> Animator:
+    """A model with a garment of its own."""
+    model = load(name)
+    assert isinstance(model, Animator)
+    return model
+
+
+def measured(case: Case, frames: int) -> tuple[dict[str, Any], np.ndarray]:
+    """The figures of a case, and its frame with most behind: before, after."""
+    body, clip = bodies.load("anny24").shaped(), motions.load(case.clip).resampled(FPS)
+    player = Player.prepare(case.animator(body), body)
+    projector, garment = player.projector, player.garment
+    assert isinstance(projector, LayeredProjector)
+    alone = replace(
+        player, projector=Projector.prepare(body, garment.vertices, garment.faces, measure=False, worn=projector.worn)
+    )
+    inner, outer = pieces_apart(garment)
+    closed, start = ClosedCloth.of(len(inner.vertices), inner.faces), len(inner.vertices)
+    edges, lengths = rest_lengths(outer.faces, outer.rest_edges)
+    states, rows, strains, times, worst = [each.start(clip[0]) for each in (alone, player)], [], [], [], (-1, None)
+    for index in range(min(frames, len(clip))):
+        shown = []
+        for at, each in enumerate((alone, player)):
+            states[at], frame = each.step(states[at], clip[index], 1 / FPS)
+            shown.append(frame)
+        before, after = (
+            inside(closed.vertices(frame.vertices[:start]), closed.faces, frame.vertices[start:]) for frame in shown
+        )
+        buried = inside(shown[1].body.vertices, shown[1].body.faces, shown[1].vertices[start:])
+        pinched = shown[1].report.pinched
+        buried[pinched[pinched >= start] - start] = False
+        rows.append((before.mean(), after.mean(), len(shown[1].report.caught), buried.sum()))
+        strains.append([metrics.stretch_percent(f.vertices[start:], edges, lengths) for f in shown])
+        times.append((sum(shown[0].milliseconds.values()), shown[1].milliseconds["layers"]))
+        if before.sum() > worst[0]:
+            worst = int(before.sum()), [(frame.body, frame.vertices) for frame in shown]
+    counts, stretch = np.array(rows), np.array(strains)
+    assert worst[1] is not None
+    made = [_picture(posed, vertices, inner.faces, outer.faces, start) for posed, vertices in worst[1]]
+    row = {
+        "case": case.title,
+        "by": case.model or " + ".join(part.name for part in (own(case.inner), own(case.outer))),
+        "vertices": len(outer.vertices),
+        "frames": len(rows),
+        "behind_percent": [100 * counts[:, 0].mean(), 100 * counts[:, 0].max()],
+        "behind_after_percent": [100 * counts[:, 1].mean(), 100 * counts[:, 1].max()],
+        "behind_not_reported": round(float((counts[:, 1] * len(outer.vertices)).sum() - counts[:, 2].sum())),
+        "inside_body": int(counts[:, 3].sum()),
+        "stretch_p99_percent": [float(stretch[:, at, 0].mean()) for at in (0, 1)],
+        "too_long_percent": [float(stretch[:, at, 1].mean()) for at in (0, 1)],
+        "frame_ms": float(np.median([one for one, _ in times])),
+        "layers_ms": float(np.median([added for _, added in times])),
+    }
+    return row, pictures.side_by_side(made, [f"{case.title}: out of the body", "and out of the garment beneath"])
+
+
+def _picture(posed: bodies.PosedBody, vertices: np.ndarray, inner: np.ndarray, outer: np.ndarray, start: int):
+    meshes = [
+        (posed.vertices, posed.faces, "body"),
+        (vertices[:start], inner, COLOURS[0]),
+        (vertices[start:], outer, COLOURS[1]),
+    ]
+    return pictures.picture_of(meshes, ["three_quarter", "side"], size=(320, 420))
+
+
+def page(rows: list[dict[str, Any]]) -> str:
+    """The page."""
+    head = (
+        "# Garments over garments\n\n"
+        "`hemline animate trousers-light --over skirt -m dance` wears two models together, `hemline animate lag "
+        "--garment trousers-light --over dress-light -m walk`\ntwo garments of one model. Each is kept out of those "
+        "beneath it, in the order of `--over`, and out of the body: [how](../src/hemline/collide/layers/README.md).\n"
+        "`lag` and `live` settle them together first. Where that fails, as garments go through each other where "
+        "they were\nmade, such as a dress with sleeves over a shirt, they settle one by one, and are moved apart "
+        "before they are played.\n\n"
+        "![Before and after](layers.webp)\n\n"
+        f"Measured on {rows[-1]['machine']}, one thread, commit "
+        f"{', '.join(dict.fromkeys(row['commit'] for row in rows))}, by `python benchmarks/claims/layers.py`. "
+        "Behind: share of the outer garment's vertices\ninside of the inner one, closed at its rims; those that are "
+        "left are named by each frame's report (`caught`).\n"
+        "Out of the body alone (before), and out of the inner garment, too (after).\n\n"
+        "| outer over inner, clip | by | frames | behind before: mean, worst | after: mean, worst | not reported "
+        "| inside the body, not pinched | stretch p99, before; after | edges more than 30 % too long "
+        "| frame before | added, median |\n|---|---|---|---|---|---|---|---|---|---|---|\n"
+    )
+    return head + "".join(_line(row) for row in rows)
+
+
+def _line(row: dict[str, Any]) -> str:
+    before, after, p99, long = (
+        row[name] for name in ("behind_percent", "behind_after_percent", "stretch_p99_percent", "too_long_percent")
+    )
+    return (
+        f"| {row['case']} | {row['by']} | {row['frames']} | {before[0]:.2f} %, {before[1]:.2f} % "
+        f"| {after[0]:.3f} %, {after[1]:.3f} % | {row['behind_not_reported']} | {row['inside_body']} "
+        f"| {p99[0]:.1f}; {p99[1]:.1f} % | {long[0]:.3f}; {long[1]:.3f} % "
+        f"| {row['frame_ms']:.1f} ms | {row['layers_ms']:.1f} ms |\n"
+    )
+
+
+def main() -> None:
+    """Measure, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--frames", type=int, default=150, help="of each clip, at 30 a second")
+    parser.add_argument("--only", nargs="*", metavar="CASE", help="as the page calls them; other rows stay as they are")
+    parser.add_argument("--pictures", type=Path, help="a folder for a picture of each case")
+    given, rows, shown = parser.parse_args(), [], []
+    known = {row["case"]: row for row in map(json.loads, RESULTS.read_text().splitlines())} if given.only else {}
+    for case in CASES:
+        if given.only and case.title not in given.only:
+            rows += [known[case.title]] if case.title in known else []
+            continue
+        row, picture = measured(case, given.frames)
+        rows.append(row | {"machine": machine(), "commit": commit()})
+        shown.append(picture)
+        if given.pictures:
+            given.pictures.mkdir(parents=True, exist_ok=True)
+            pictures.write_png(given.pictures / f"{case.inner}_{case.outer}_{case.clip}.png", picture)
+        print(_line(row), end="", flush=True)
+    RESULTS.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    PAGE.write_text(page(rows))
+    if not given.only:
+        pictures.write_webp(PICTURE, shown, fps=0.5)
+
+
+if __name__ == "__main__":
+    main()

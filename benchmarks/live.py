@@ -1,0 +1,131 @@
+"""Garments simulated while they are shown, against simulations: `python benchmarks/claims/live.py TAKES...`.
+
+TAKES are datasets of one garment each, on the mean body (`hemline simulate skirt-light -m walk kick -o TAKES`).
+First the fine garment is carried by its own simulated vertices, 500 to 1,500 of them: what the embedding misses. Then
+the coarse garment is simulated at each quality and carries the fine one, before whole cloth and projection; beside it
+the settled drape carried along rigidly with the key joint, and skinned with the weights of the nearest skin. Times are
+those of the animator alone, the smaller of two runs. Prints tables; one JSON line a clip goes to
+benchmarks/results/live_claims.jsonl.
+"""
+
+import argparse
+import json
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from hemline import bodies
+from hemline.animators.live import Live, LiveConfig
+from hemline.animators.simulated_proxy import LEVELS
+from hemline.bench.machine import commit, machine
+from hemline.bodies import ShapedBody, skin_points
+from hemline.compiled import threads
+from hemline.datasets import Take, open_dataset
+from hemline.garments import Garment
+from hemline.garments.proxy.embedding import Embedding
+from hemline.garments.proxy.proxy import ProxySize, proxy_of
+from hemline.motions import JOINT_NAMES
+
+RESULTS = Path(__file__).parent / "results" / "live_claims.jsonl"
+SIZES = (500, 1000, 1500)
+RUNS = 2
+
+
+def apart_mm(one: np.ndarray, other: np.ndarray) -> float:
+    """Mean distance of vertices [mm]."""
+    return 1e3 * float(np.linalg.norm(one.astype(np.float64) - other, axis=-1).mean())
+
+
+def carried_mm(garment: Garment, take: Take) -> dict[int, float]:
+    """What is missed of a take that its own vertices carry, by their number [mm]."""
+    found = {}
+    for size in SIZES:
+        coarse, kept = proxy_of(garment, ProxySize(fewest=size, most=size))
+        embedding = Embedding.of(garment, coarse, kept)
+        worn = [take.vertices[frame] for frame in take.clip_frames]
+        found[size] = float(
+            np.mean([apart_mm(embedding.carried(each[kept].astype(np.float64)), each) for each in worn])
+        )
+    return found
+
+
+def simulated(garment: Garment, body: ShapedBody, take: Take) -> dict[str, dict[str, float]]:
+    """Errors [mm] and times [ms] of each quality."""
+    found = {}
+    for quality in LEVELS:
+        animator = Live(LiveConfig(quality=quality, most=1000)).worn_by(garment, body)
+        spans, errors = [], []
+        for _ in range(RUNS):
+            state = animator.start(body.posed(take.motion[0]))
+            spans.append([])
+            errors.clear()
+            for frame in range(1, len(take.motion)):
+                posed = body.posed(take.motion[frame])
+                began = time.perf_counter()
+                state, vertices = animator.step(state, posed, 1 / take.motion.fps)
+                spans[-1].append((time.perf_counter() - began) * 1e3)
+                if not take.lead_in[frame]:
+                    errors.append(apart_mm(vertices, take.vertices[frame]))
+        least = np.min(spans, axis=0)
+        found[quality] = {
+            "error_mm": float(np.mean(errors)),
+            "ms": float(np.median(least)),
+            "ms_p95": float(np.percentile(least, 95)),
+            "ms_worst": float(least.max()),
+        }
+    return found
+
+
+def baselines_mm(garment: Garment, body: ShapedBody, take: Take) -> dict[str, float]:
+    """The settled drape carried along rigidly, and skinned."""
+    from scipy.spatial import KDTree
+
+    drape = take.vertices[0].astype(np.float64)
+    first = body.posed(take.motion[0])
+    key, nearest = JOINT_NAMES.index(garment.key_joint), KDTree(first.vertices).query(drape)[1]
+    indices, weights = body.body.weight_indices[nearest], body.body.weights[nearest]
+    rest, rigid, skinned = _unposed(first.transforms, indices, weights, drape), [], []
+    at_key = (drape - first.transforms[key, :, 3]) @ first.transforms[key, :, :3]
+    for frame in take.clip_frames:
+        transforms, truth = body.posed(take.motion[int(frame)]).transforms, take.vertices[frame]
+        rigid.append(apart_mm(at_key @ transforms[key, :, :3].T + transforms[key, :, 3], truth))
+        skinned.append(apart_mm(skin_points(transforms, indices, weights, rest.astype(np.float32)), truth))
+    return {"drape carried rigidly": float(np.mean(rigid)), "drape skinned": float(np.mean(skinned))}
+
+
+def _unposed(transforms: np.ndarray, indices: np.ndarray, weights: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Where skinning carries from to these points."""
+    blended = np.einsum("vk,vkij->vij", weights, transforms[indices]).astype(np.float64)
+    return np.linalg.solve(blended[:, :, :3], (points - blended[:, :, 3])[:, :, None])[:, :, 0]
+
+
+def main() -> None:
+    """Measure, print, record."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("takes", type=Path, nargs="+")
+    for folder in parser.parse_args().takes:
+        dataset = open_dataset(folder)
+        garment, body = dataset.garment, bodies.load(dataset.garment.body_name).shaped()
+        for row in dataset.clips():
+            take = dataset.take(row)
+            take = replace(take, end_state={})
+            line = {
+                "garment": garment.name,
+                "clip": row.clip,
+                "frames": len(take.clip_frames),
+                "carried_mm": carried_mm(garment, take),
+                "simulated": simulated(garment, body, take),
+                "baselines_mm": baselines_mm(garment, body, take),
+                "threads": threads(),
+                "machine": machine(),
+                "commit": commit(),
+            }
+            print(json.dumps(line), flush=True)
+            with RESULTS.open("a") as stream:
+                stream.write(json.dumps(line) + "\n")
+
+
+if __name__ == "__main__":
+    main()

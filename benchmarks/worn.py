@@ -1,0 +1,182 @@
+"""Garments in violent motion: `python benchmarks/claims/worn.py [GARMENT ...]`; names: skirt, shirt, trousers, cape.
+
+Skirt, T-shirt and trousers are those of GarmentCode in ../shared/data, as boxes of panels around the body, whose
+waist is laid on the skin first; the cape ships. Motions: a spin that is made here, and recordings of squat kicks, a
+roundhouse kick and bending over. One row a scene goes to benchmarks/results/worn.jsonl, the worst frame of each to
+docs/ground_truth/worn.png.
+"""
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from benchmarks.clips import MOTION, fastest
+from benchmarks.standing_out import standing_out
+from hemline import bodies, garments, pictures, sim
+from hemline.bench.machine import commit, machine
+from hemline.bodies import ShapedBody
+from hemline.garments import Garment
+from hemline.garments.clearance import cleared, smoothed_field
+from hemline.garments.dressing import body_tree
+from hemline.garments.pins import Pins
+from hemline.meshes import boundary_loops, crossing_edges, self_crossings
+from hemline.motions.motion import Motion
+from hemline.motions.quaternions import from_axis_angle, multiply
+from hemline.sim.step.dressed_body import sheet_of
+
+ROOT = Path(__file__).parents[1]
+DATA = ROOT.parent / "shared" / "data"
+MESHES = {
+    "skirt": "skirt_circle_mean_all.obj",
+    "shirt": "tshirt_mean_all.obj",
+    "trousers": "pants_mean_all.obj",
+}
+CLIPS = {"squat kicks": "90_30.bvh", "roundhouse kick": "daz_rig/135_07.bvh", "bend over": "02_06.bvh"}
+SECONDS, FPS = 2.0, 30.0
+OUT = 0.002
+"""A vertex of the body that stands so far out of the cloth is counted [m]."""
+
+WAIST_GAP = 0.006
+"""How far a waist is laid off the skin [m]."""
+
+
+def spin(shaped: ShapedBody, turns_a_second: float = 1.5) -> Motion:
+    """The rest pose turning about the vertical: half a second to full speed, a second of it, 0.4 s to a stop."""
+    pose, times = shaped.rest_pose, np.arange(round(SECONDS * FPS)) / FPS
+    speed = 2 * np.pi * turns_a_second * np.clip(np.minimum(times / 0.5, (SECONDS - 0.4 - times) / 0.4), 0, 1)
+    rotations = np.repeat(pose.rotations[None].astype(np.float64), len(times), axis=0)
+    for index, angle in enumerate(np.cumsum(speed) / FPS):
+        rotations[index, 0] = multiply(from_axis_angle(np.array([0.0, angle, 0.0])), rotations[index, 0])
+    translations = np.repeat(pose.translation[None], len(times), axis=0)
+    return Motion(rotations.astype(np.float32), translations, fps=FPS, leg_length=shaped.leg_length, name="spin")
+
+
+def recorded(shaped: ShapedBody, name: str) -> Motion:
+    """The fastest stretch of a recording, placed on the body."""
+    return shaped.untangled_motion(shaped.placed(fastest(MOTION / CLIPS[name], SECONDS, FPS)))
+
+
+def worn(name: str, shaped: ShapedBody) -> Garment:
+    """The garment on the body; skirts and trousers with the waist on the skin, pinned."""
+    if name == "cape":
+        return garments.load("cape-light")
+    text = f'mesh = "{MESHES[name]}"\norigin = "floor"\npins = "none"\n'
+    folder = ROOT / "out" / "worn"
+    folder.mkdir(parents=True, exist_ok=True)
+    source = DATA / "garments" / "garmentcode_mit" / MESHES[name]
+    (folder / source.name).write_bytes(source.read_bytes())
+    (folder / f"{name}.toml").write_text(text)
+    garment = garments.read(folder / f"{name}.toml", shaped)
+    return garment if name == "shirt" else _belted(garment, shaped)
+
+
+def _belted(garment: Garment, shaped: ShapedBody) -> Garment:
+    """The highest rim laid around the body where that is as wide, the rest of the mesh carried along smoothly."""
+    rim = max(boundary_loops(garment.faces), key=lambda loop: garment.vertices[loop, 1].mean())
+    sheet = sheet_of(garment)
+    lengths = {tuple(edge): length for edge, length in zip(sheet.edges.tolist(), sheet.edge_length, strict=True)}
+    # as cut, not as laid: at the seams the panels are still apart
+    start = np.array(
+        [lengths[min(edge), max(edge)] for edge in zip(rim.tolist(), np.roll(rim, -1).tolist(), strict=True)]
+    )
+    around = _circumference(shaped, float(start.sum()))
+    arc = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(around, axis=0), axis=1))])
+    along = np.concatenate([[0], np.cumsum(start)[:-1]]) / start.sum()
+    placed = []
+    for sense in (1, -1):
+        for shift in np.linspace(0, 1, 200, endpoint=False):
+            at = (shift + sense * along) % 1 * arc[-1]
+            placed.append(np.stack([np.interp(at, arc, around[:, axis]) for axis in range(3)], axis=1))
+    target = min(placed, key=lambda points: ((points - garment.vertices[rim]) ** 2).sum())
+    field, trust = np.zeros(garment.vertices.shape), np.zeros(len(garment.vertices))
+    field[rim], trust[rim] = target - garment.vertices[rim], 1e3
+    tree = body_tree(shaped)
+    moved = garment.vertices + smoothed_field(field, garment.faces, trust, 1.0)
+    vertices = cleared(moved, tree, WAIST_GAP).astype(np.float32)
+    pins = Pins.bound(rim, vertices[rim], tree, shaped.normals)
+    return replace(garment, vertices=vertices, pins=pins, key_joint="pelvis")
+
+
+def _circumference(shaped: ShapedBody, length: float) -> np.ndarray:
+    """The level line of the trunk, between hips and ribs, whose length with the gap is nearest to `length`."""
+    mesh = trimesh.Trimesh(shaped.vertices, shaped.body.faces, process=False)
+    lines = []
+    for height in np.arange(0.0, 0.3, 0.005):
+        section = mesh.section(plane_origin=[0, height, 0], plane_normal=[0, 1, 0])
+        lines += [line for line in section.discrete if abs(line[:, 0].mean()) < 0.1]
+    gap = 2 * np.pi * WAIST_GAP
+    return min(lines, key=lambda line: abs(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() + gap - length))
+
+
+def scenes(names: list[str], shaped: ShapedBody) -> Iterator[tuple[str, str, dict, np.ndarray]]:
+    """Garment, motion, figures and the picture of the worst frame of each scene."""
+    for name in names:
+        garment = worn(name, shaped)
+        rest = sim.rest_drape(garment, shaped)
+        settled = self_crossings(rest.vertices[0], garment.faces)["edge_percent"]
+        for motion in (spin(shaped), *(recorded(shaped, clip) for clip in CLIPS)):
+            began = time.perf_counter()
+            take = sim.simulate(garment, shaped, motion, start=rest)
+            spent = 1000 * (time.perf_counter() - began) / len(take.vertices)
+            crossed = np.array([len(crossing_edges(frame, garment.faces)) for frame in take.vertices])
+            worst = int(crossed.argmax()) if crossed.any() else len(crossed) // 2
+            figures = {
+                key: round(float(take.figures[key]), 5)
+                for key in (
+                    "edge_tension_p99",
+                    "edge_strain_max",
+                    "inside",
+                    "pinched",
+                    "residual_share",
+                    "self_crossing_percent",
+                    "self_crossing_percent_max",
+                )
+            }
+            bodies_then = (shaped.posed(pose) for pose in (take.motion[frame] for frame in range(len(take.motion))))
+            out = np.array(
+                [
+                    (standing_out(frame, garment.faces, body.vertices, body.normals) > OUT).sum()
+                    for frame, body in zip(take.vertices, bodies_then, strict=True)
+                ]
+            )
+            figures |= {"body_vertices_out": round(float(out.mean()), 2), "body_vertices_out_most": int(out.max())}
+            figures |= {"settled_crossing_percent": settled, "frame_ms": round(spent, 1), "worst_frame": worst}
+            posed = shaped.posed(take.motion[worst])
+            drawn = [(posed.vertices, posed.faces, "body"), (take.vertices[worst], garment.faces, "cloth")]
+            yield name, take.motion.name, figures | {"failed": take.failed}, pictures.picture_of(drawn, size=(360, 460))
+
+
+def main() -> None:
+    """Run the scenes, print and record."""
+    from hemline.compiled import threads
+
+    names = sys.argv[1:] or ["skirt", "shirt", "trousers", "cape"]
+    tiles, captions = [], []
+    for name, motion, figures, picture in scenes(names, bodies.load("anny24").shaped()):
+        row = {
+            "garment": name,
+            "motion": motion,
+            "figures": figures,
+            "machine": machine(),
+            "threads": threads(),
+            "commit": commit(),
+            "date": time.strftime("%Y-%m-%d"),
+        }
+        print(f"{name:<9}{motion:<18}" + "  ".join(f"{key} {value}" for key, value in figures.items()), flush=True)
+        with (ROOT / "benchmarks" / "results" / "worn.jsonl").open("a") as stream:
+            stream.write(json.dumps(row) + "\n")
+        tiles.append(picture)
+        captions.append(f"{name}, {motion}, frame {figures['worst_frame']}")
+    rows = [pictures.side_by_side(tiles[at : at + 4], captions[at : at + 4]) for at in range(0, len(tiles), 4)]
+    (ROOT / "docs" / "ground_truth").mkdir(exist_ok=True)
+    pictures.write_png(ROOT / "docs" / "ground_truth" / "worn.png", np.concatenate(rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,8 @@
+"""What the paper compares rope chains with. See `README.md`."""
+
+from papers.rope_chains.baselines.baseline import Baseline as Baseline
+from papers.rope_chains.baselines.gru import ChainGrus as ChainGrus
+from papers.rope_chains.baselines.mass_spring import MassSpringNet as MassSpringNet
+from papers.rope_chains.baselines.skins import BoneSkin as BoneSkin
+
+__all__ = ["Baseline", "BoneSkin", "ChainGrus", "MassSpringNet"]

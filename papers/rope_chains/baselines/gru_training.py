@@ -1,0 +1,207 @@
+"""The training of `ChainGrus` with torch."""
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from hemline.animators.base import Progress
+from hemline.animators.ropes.bones.chains import Ropes
+from hemline.animators.ropes.fit.gather import Source
+from hemline.animators.ropes.fit.sequences import Sequences, sequences
+from hemline.arrays import Int
+from hemline.errors import BadDataset
+from hemline.files import content_hash
+from hemline.learning.fit.network import deviations_of
+from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer
+from papers.rope_chains.baselines.gru import WARM_UP, ChainGrus, GruCells, chain_slots
+
+
+@dataclass(frozen=True)
+class GruOptions:
+    """Options of a training."""
+
+    hidden: int = 64
+    """Numbers in the hidden state of each chain."""
+    window: int = 30
+    """Steps through which the gradient goes, after `WARM_UP` steps through which it does not."""
+    epochs: int = 40
+    """Passes over the training set."""
+    batch: int = 32
+    """Windows a step of the optimiser."""
+    rate: float = 2e-3
+    """First learning rate."""
+    checkpoint_epochs: int = 5
+    """The state of the training is kept every so many epochs."""
+    mirror: bool = True
+    """Show the takes to train on mirrored, too, where garment and body are symmetric."""
+    threads: int = 1
+    """Threads of torch."""
+
+
+def train_grus(
+    source: Source,
+    ropes: Ropes,
+    options: GruOptions,
+    *,
+    seed: int,
+    progress: Progress | None = None,
+    folder: Path | None = None,
+) -> ChainGrus:
+    """Train on the simulated bones of all takes, those that learned bones are trained on.
+
+    Args:
+        source: The takes.
+        ropes: The bones of the garment.
+        options: Options.
+        seed: Seed of the weights and of the order of windows.
+        progress: Called with "recurrent networks", epochs done and in all.
+        folder: Where the state of the training is kept; None: nowhere.
+
+    Raises:
+        BadDataset: No take is long enough.
+        BadModel: The training diverged.
+    """
+    data = sequences(source, ropes, clearance=0.0, mirror=options.mirror)
+    tell = progress or (lambda stage, done, total: None)
+    cells = train_cells(
+        data,
+        chain_slots(ropes.parents),
+        options,
+        seed=seed,
+        mark=content_hash(asdict(options), {"seed": seed}, source.mark, data.bones),
+        progress=lambda done, total: tell("recurrent networks", done, total),
+        folder=folder,
+    )
+    return ChainGrus(ropes, cells, data.dt)
+
+
+def train_cells(
+    data: Sequences,
+    slots: Int[np.ndarray, "chains longest"],
+    options: GruOptions,
+    *,
+    seed: int,
+    mark: str,
+    progress: Callable[[int, int], None],
+    folder: Path | None,
+) -> GruCells:
+    """The networks of all chains; the epoch that is best on validation.
+
+    Args:
+        data: Bones and inputs.
+        slots: The bones of each chain, see `chain_slots`.
+        options: Options.
+        seed: Seed of the weights and of the order of windows.
+        mark: Hash of all that the training depends on; a checkpoint with another one is not used.
+        progress: Called with the epochs done and in all.
+        folder: Where the checkpoint is kept; None: nowhere.
+
+    Raises:
+        BadDataset: No take is long enough.
+        BadModel: The training diverged.
+    """
+    if data.longest < WARM_UP + options.window:
+        what = f"windows of {options.window} steps need takes of {WARM_UP + options.window + 3} frames"
+        got = f"none longer than {max(0, data.longest + 3)} frames"
+        raise BadDataset(what, got, "simulate longer clips, or lower 'window'")
+    objective = GruObjective(data, slots, options, seed)
+    schedule = Schedule(options.epochs, options.batch, options.rate, seed, options.threads)
+    checkpoint = Checkpoint(folder / "grus.safetensors", mark, options.checkpoint_epochs) if folder else None
+    Trainer(objective, schedule).run(checkpoint=checkpoint, progress=progress)
+    return objective.cells()
+
+
+class GruObjective:
+    """Mean square distance of the bones to the simulated ones after the warm-up, over windows.
+
+    The chains share nothing: the gradient of each is its own, and one step of all costs little more than a step of one.
+    """
+
+    name = "recurrent networks"
+
+    def __init__(self, data: Sequences, slots: Int[np.ndarray, "chains longest"], options: GruOptions, seed: int):
+        trained = data.side == 0
+        self.data, self.slots, self.window = data, slots, options.window
+        self.used = torch.from_numpy(np.repeat(slots >= 0, 3, axis=1))
+        self.mean, self.spread = data.body[trained].mean(axis=0), deviations_of(data.body[trained])
+        self.wanted = data.bones[:, slots].reshape(len(data.bones), len(slots), -1)
+        # padded outputs repeat the last free bone; their error does not count
+        self.scale = torch.from_numpy(np.maximum(self.wanted[trained].std(axis=0), 1e-4))
+        self.centre = torch.from_numpy(self.wanted[trained].mean(axis=0))
+        chains, outs, ins, hidden = len(slots), self.wanted.shape[2], data.body.shape[1], options.hidden
+        generator = torch.Generator().manual_seed(seed)
+        shapes = [(3 * hidden, ins), (3 * hidden,), (3 * hidden, hidden), (3 * hidden,), (outs, hidden), (outs,)]
+        reach = 1 / math.sqrt(hidden)
+        drawn = [(2 * torch.rand(chains, *each, generator=generator) - 1) * reach for each in shapes]
+        self.parameters = [each.requires_grad_() for each in drawn]
+
+    @property
+    def samples(self) -> Int[np.ndarray, " windows"]:
+        """Frames before windows, so far apart that windows follow each other."""
+        return self.data.windows(0, WARM_UP + self.window)[:: self.window]
+
+    def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
+        """Of some windows [m^2]; nothing is drawn by chance."""
+        return self._miss(chosen[mine], self.window)
+
+    def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
+        """Of all windows of the takes for validation; where there are none, of those trained on."""
+        found = self.data.windows(1, WARM_UP + self.window)[:: self.window]
+        return self._miss(found if len(found) else self.samples, self.window)
+
+    def _miss(self, frames: np.ndarray, length: int) -> torch.Tensor:
+        found = self.rolled(frames, length)
+        wanted = self.wanted[frames + WARM_UP + np.arange(1, length + 1)[:, None]]
+        off = (found - torch.from_numpy(wanted).permute(0, 2, 1, 3)) * self.used[:, None]
+        return off.square().sum() / (self.used.sum() * off.shape[0] * off.shape[2])
+
+    def rolled(self, frames: np.ndarray, length: int) -> torch.Tensor:
+        """Displacements (steps, chains, windows, outs) after the warm-up [m].
+
+        Args:
+            frames: The frame before the warm-up of each window.
+            length: Steps after it.
+        """
+        seeing, seeing_bias, recalling, recalling_bias, showing, showing_bias = self.parameters
+        body = self.data.body[frames + np.arange(1, WARM_UP + length + 1)[:, None]]
+        x = torch.from_numpy((body - self.mean) / self.spread)
+        hidden = torch.zeros(len(self.slots), len(frames), recalling.shape[2])
+        with torch.no_grad():
+            for seen in self._seen(x[:WARM_UP], seeing, seeing_bias):
+                hidden = stepped(hidden, seen, recalling, recalling_bias)
+        states = []
+        for seen in self._seen(x[WARM_UP:], seeing, seeing_bias):
+            hidden = stepped(hidden, seen, recalling, recalling_bias)
+            states.append(hidden)
+        shown = torch.einsum("tcbh,coh->tcbo", torch.stack(states), showing) + showing_bias[:, None]
+        return shown * self.scale[:, None] + self.centre[:, None]
+
+    @staticmethod
+    def _seen(x: torch.Tensor, seeing: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
+        """What all inputs (steps, windows, ins) do to all gates (steps, chains, windows, rows)."""
+        steps, windows, ins = x.shape
+        flat = x.reshape(-1, ins) @ seeing.reshape(-1, ins).T + bias.reshape(-1)
+        return flat.reshape(steps, windows, *bias.shape).permute(0, 2, 1, 3)
+
+    def cells(self) -> GruCells:
+        """What plays."""
+        seeing, seeing_bias, recalling, recalling_bias, showing, showing_bias = (
+            each.detach().numpy().copy() for each in self.parameters
+        )
+        scale = self.scale.numpy()
+        showing, showing_bias = showing * scale[:, :, None], showing_bias * scale + self.centre.numpy()
+        weights = (seeing, seeing_bias, recalling, recalling_bias)
+        return GruCells(self.mean, self.spread, *weights, showing, showing_bias, self.slots)
+
+
+def stepped(hidden: torch.Tensor, seen: torch.Tensor, recalling: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
+    """One step of `GruCells`: hidden states (chains, windows, hidden); `seen`: what the inputs do to the gates."""
+    recalled = torch.baddbmm(bias[:, None], hidden, recalling.transpose(1, 2))
+    (r, z, n), (r_old, z_old, n_old) = seen.chunk(3, dim=2), recalled.chunk(3, dim=2)
+    r, z = torch.sigmoid(r + r_old), torch.sigmoid(z + z_old)
+    n = torch.tanh(n + r * n_old)
+    return n + z * (hidden - n)

@@ -1,0 +1,161 @@
+"""What each part of swingar's two networks is worth, on one small equal budget: the paper's Tables I, Figs. 9 and 12.
+
+    python benchmarks/claims/swingar/ablations.py TAKES... --judged TAKES... --checkpoints FOLDER \\
+        -o benchmarks/results/swingar_ablations.jsonl
+
+TAKES are datasets that `python -m hemline.models.make.swingar_takes` made. Each variant is trained alike, from nothing,
+with one seed, and judged on the datasets of `--judged`; without these, every second take is used, and subjects and
+garments are held out by the split. A row is written after each; rows that are there are not made again, and a killed
+graph network goes on from its checkpoint. Variants of the graph network are those of `ablations_graph.py`: after them
+the plain one goes on for a third of the epochs with the collision loss, with all terms, and with neither.
+`ablations_page.py` makes a page of them.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hemline.animators.coarse.fit.fit import divided
+from hemline.animators.coarse.fit.sided_frames import SidedFrames
+from hemline.animators.coarse.fit.walk import Walk
+from hemline.animators.coarse.proxy_on_body import BEGUN, DESCRIBED, PARTS, TRAILS
+from hemline.animators.lag import LagConfig
+from hemline.animators.lag.fit.lag_samples import GarmentSamples, garment_samples
+from hemline.animators.swingar.fit.fit_graph import samples_of
+from hemline.bench.machine import commit, machine
+from hemline.datasets import open_collection
+from hemline.datasets.collection import Collection, Entry
+from hemline.files import content_hash
+from papers.swingar.ablations_graph import Budget, names, rows_of_graph
+
+STRIDE = 18
+"""Every so many frames are learned from, and the two before each."""
+NEAR = slice(2 * TRAILS + 6, 2 * TRAILS + 6 + 8 * len(PARTS))
+"""Columns that tell what of the body is near."""
+HIDDEN: dict[str, list[slice]] = {
+    "all that it is told": [],
+    "not how it lay at the beginning": [slice(DESCRIBED, DESCRIBED + BEGUN)],
+    "not how it trails (lags and swings)": [slice(0, 2 * TRAILS)],
+    "not what of the body is near": [NEAR],
+    "not where joints are": [slice(NEAR.stop, DESCRIBED)],
+    "the present pose alone": [slice(0, 2 * TRAILS), slice(DESCRIBED, DESCRIBED + BEGUN)],
+}
+"""Variants of the lag network: columns that are zero."""
+LEARNED: dict[str, dict[str, Any]] = {
+    "no mirror images": {"mirrored": False},
+    "millimetres of all garments alike": {"evenness": 0.0},
+    "no error of edges": {"edge_weight": 0.0},
+}
+"""Variants of its fit."""
+
+
+def rows_of_lag(train: list[GarmentSamples], valid: list[GarmentSamples], epochs: int, wanted: set) -> Iterator[dict]:
+    """Rows of the lag network."""
+    config = LagConfig(epochs=epochs)
+    for name, columns in HIDDEN.items():
+        if name in wanted:
+            shown = [[hidden(each, columns) for each in side] for side in (train, valid)]
+            yield {"network": "lag", "variant": name} | lag_trained(*shown, config)
+    for name, options in LEARNED.items():
+        if name in wanted:
+            yield {"network": "lag", "variant": name} | lag_trained(train, valid, replace(config, **options))
+
+
+def hidden(samples: GarmentSamples, columns: Sequence[slice]) -> GarmentSamples:
+    """Samples with columns of what vertices are told set to zero."""
+    if not columns:
+        return samples
+    told = np.array(samples.worn.told)
+    for each in columns:
+        told[..., each] = 0
+    return replace(samples, worn=replace(samples.worn, told=told))
+
+
+def lag_trained(train: list[GarmentSamples], valid: list[GarmentSamples], config: LagConfig) -> dict[str, Any]:
+    """Train the lag network; its errors [mm]."""
+    from hemline.animators.lag.fit.fit_lag import scales
+    from hemline.animators.lag.fit.lag_training import LagObjective, TorchLagNet
+    from hemline.learning.fit.trainer import Schedule, Trainer
+
+    objective = LagObjective(TorchLagNet(config.width, *scales(train), 0), train, valid, config)
+    Trainer(objective, Schedule(config.epochs, config.garments, config.rate, 0, 1)).run(progress=lambda *_: None)
+    return {
+        "error_mm": weighted(objective.errors(valid), valid),
+        "trained_mm": weighted(objective.errors(train), train),
+        "skinned_mm": weighted([skinned(each) for each in valid], valid),
+        "frames": sum(len(each) for each in train),
+    }
+
+
+def skinned(samples: GarmentSamples) -> float:
+    """Error of skinning [m]."""
+    return float(np.linalg.norm(samples.apart(), axis=2).mean())
+
+
+def weighted(errors: Sequence[float], samples: Sequence[GarmentSamples]) -> float:
+    """Mean over frames [mm]."""
+    return 1e3 * float(np.average(errors, weights=[len(each) for each in samples]))
+
+
+def sides_of(data: Collection, judged: int) -> tuple[list[Entry], list[Entry]]:
+    """Takes to learn from, and takes to judge by: those of the last datasets, or every second one, by the split."""
+    if judged:
+        known = len(data.datasets) - judged
+        return [each for each in data.clips() if each.dataset < known], [
+            each for each in data.clips() if each.dataset >= known
+        ]
+    sides = divided(data, LagConfig().held_out)
+    held_out = [entry for name, entries in sides.items() if name != "train" for entry in entries]
+    return sides["train"][::2], held_out[::2]
+
+
+def main() -> None:
+    """Make the rows that are missing."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("takes", nargs="+", type=Path)
+    parser.add_argument("--judged", nargs="*", type=Path, default=[], help="takes to judge by; all others are learned")
+    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser.add_argument("--checkpoints", type=Path, required=True, help="a folder for those of the graph network")
+    parser.add_argument("--variants", nargs="*", help="only these; all by default")
+    parser.add_argument("--lag-epochs", type=int, default=10)
+    parser.add_argument("--graph-epochs", type=int, default=5)
+    args = parser.parse_args()
+    data, size = open_collection([*args.takes, *args.judged]), LagConfig().size
+    train, valid = sides_of(data, len(args.judged))
+    budget = {"takes": len(train), "held_out": len(valid), "lag": args.lag_epochs, "graph": args.graph_epochs}
+    budget |= {"garments": len({each.dataset for each in train}), "new": len({each.dataset for each in valid})}
+    mark = content_hash(budget | {"names": [entry.row.name for entry in (*train, *valid)]})
+    lines = args.out.read_text().splitlines() if args.out.exists() else []
+    known = {(row["network"], row["variant"]) for row in map(json.loads, lines) if row["mark"] == mark}
+    told = {"mark": mark, "budget": budget, "machine": machine(), "commit": commit()}
+
+    def missing(network: str, names: list[str]) -> set[str]:
+        return {each for each in args.variants or names if each in names and (network, each) not in known}
+
+    def keep(rows: Iterator[dict]) -> None:
+        for row in rows:
+            print(
+                f"{row['network']:6s} {row['variant']:40s} {row['error_mm']:6.1f} of {row['skinned_mm']:.1f}",
+                flush=True,
+            )
+            with args.out.open("a") as file:
+                file.write(json.dumps(row | told) + "\n")
+
+    sides = {"train": train, "new_garment": valid}
+    frames = SidedFrames.of(data, sides, Walk(size, STRIDE), args.checkpoints / "frames")
+    if wanted := missing("lag", [*HIDDEN, *LEARNED]):
+        samples = [garment_samples(frames, side) for side in sides]
+        keep(rows_of_lag(*samples, args.lag_epochs, wanted))
+    if wanted := missing("graph", names()):
+        taken = samples_of(frames, 256)
+        more = Budget(args.graph_epochs, max(1, args.graph_epochs // 3), mark, args.checkpoints)
+        keep(rows_of_graph(taken, len(train[0].row.betas), more, wanted))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,90 @@
+"""How long what the network missed at the beginning lasts: `python benchmarks/claims/swingar/lasting.py TAKES...`.
+
+TAKES are datasets that `python -m hemline.models.make.swingar_takes` made of garments that the model was not fitted to.
+Each take is played once, in the proxy alone; from what the network said in each frame follows what would have been
+shown had another share of what it missed when the simulation ended lasted, for another time. Prints the mean distance
+of vertices in mm over the frames after the lead-in, by class of garment.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+import hemline
+from hemline import bodies
+from hemline.animators.coarse.displaced import FORGIVEN, SMOOTHED
+from hemline.animators.coarse.model import CoarseAnimator
+from hemline.datasets import Dataset, Row, open_dataset
+from papers.swingar.unseen import LOOSE_MM, Rest
+
+SHARES, SECONDS = (0.3, 0.5, 0.7, 1.0), (2.0, 8.0, 20.0)
+WAYS = {"none lasts": (0.0, 1.0)} | {
+    f"{share:g} of it, {each:g} s": (share, each) for share in SHARES for each in SECONDS
+}
+
+
+def told(animator: CoarseAnimator, data: Dataset, row: Row) -> tuple[np.ndarray, ...]:
+    """What the network says and what is true in each frame from the end of the simulation on, in turned frames (frames,
+    verts, 3) [m]; where the simulation left the vertices; which frames count.
+    """
+    shaped, take = bodies.load(data.garment.body_name).shaped(row.betas), data.take(row)
+    dt, kept = 1 / take.motion.fps, animator.coarse[1]
+    smooth = np.exp(-dt / SMOOTHED)
+    state, before = animator.start(shaped.posed(take.motion[0])), None
+    said, truth, counts, lay = [], [], [], np.zeros(0)
+    for frame, vertices in enumerate(take.vertices):
+        state, _ = animator.step(state, shaped.posed(take.motion[frame]), dt)
+        now = state.displaced
+        if now is None or now.missed is None or now.slid is None:
+            continue
+        if before is None:
+            lay = now.now
+        shown = now.now if before is None else (now.now - smooth * before) / (1 - smooth)
+        said.append(shown - now.missed - now.slid)
+        truth.append(state.trail.turned_back(vertices[kept]))
+        counts.append(not take.lead_in[frame])
+        before = now.now
+    return np.array(said), np.array(truth), lay, np.array(counts), np.array(dt)
+
+
+def shown_mm(played: tuple[np.ndarray, ...], share: float, seconds: float) -> float:
+    """Mean distance of vertices if a share of what was missed lasted so long [mm]."""
+    said, truth, lay, counts, dt = played
+    missed, now, errors = lay - said[0], lay, []
+    for frame, (here, true) in enumerate(zip(said, truth, strict=True)):
+        if frame:
+            age = frame * dt
+            aim = here + ((1 - share) * np.exp(-age / FORGIVEN) + share * np.exp(-age / seconds)) * missed
+            now = aim + np.exp(-dt / SMOOTHED) * (now - aim)
+        errors.append(np.linalg.norm(now - true, axis=1).mean())
+    return 1e3 * float(np.mean(np.array(errors)[counts]))
+
+
+def main() -> None:
+    """Play, print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("takes", type=Path, nargs="+")
+    parser.add_argument("--model", default="lag")
+    parser.add_argument("--most", type=int, default=2, help="takes of each garment at most")
+    asked = parser.parse_args()
+    model, found = hemline.load(asked.model), {}
+    for folder in asked.takes:
+        data = open_dataset(folder)
+        worn = model.worn_by(data.garment, bodies.load(data.garment.body_name).shaped())
+        for row in data.clips()[: asked.most]:
+            played = told(worn, data, row)
+            shaped = bodies.load(data.garment.body_name).shaped(row.betas)
+            gap = Rest(data.garment, shaped, data.rest(shaped.betas).vertices[0]).gap_mm
+            kind = "loose" if gap > LOOSE_MM else "close-fitting"
+            if played[3].any():
+                found.setdefault(kind, []).append([shown_mm(played, *way) for way in WAYS.values()])
+        print(data.garment.name, flush=True)
+    for kind, rows in found.items():
+        print(f"{kind}, {len(rows)} takes")
+        for name, mean in zip(WAYS, np.mean(rows, axis=0), strict=True):
+            print(f"  {name:<20}{mean:6.1f} mm")
+
+
+if __name__ == "__main__":
+    main()

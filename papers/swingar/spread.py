@@ -1,0 +1,81 @@
+"""How far the simulation is from itself: the same garment in the same clip, simulated once more with one thing changed.
+
+    python benchmarks/claims/swingar/spread.py TAKES... -o benchmarks/results/swingar_spread.json
+
+TAKES are datasets that `python -m hemline.models.make.swingar_takes` made; the first take of each is simulated again:
+from another start (a lead-in of another length), in one substep more, and as another mesh of the same garment with
+fewer vertices, which is compared where both have a vertex. No error against such a truth can be told from these. Rows
+that are there are not made again.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hemline import bodies
+from hemline.bench.machine import commit, machine
+from hemline.datasets import Dataset, Take, open_dataset
+from hemline.garments import Garment
+from hemline.garments.proxy.coarser import coarser_garment
+from hemline.sim import SimSettings, simulate
+from papers.swingar.unseen import LOOSE_MM, Rest, apart_mm
+
+SHARE = 0.88
+"""Of the vertices that the other mesh keeps."""
+
+
+def changed(garment: Garment, settings: SimSettings) -> Iterator[tuple[str, Garment, np.ndarray, SimSettings]]:
+    """What is changed: its name, the garment, which vertices of the first one it has, the settings."""
+    same = np.arange(len(garment.vertices))
+    yield "another start", garment, same, replace(settings, lead_in=2 * settings.lead_in)
+    yield "one substep more", garment, same, replace(settings, substeps=settings.substeps + 1)
+    yield "another mesh", *coarser_garment(garment, SHARE), settings
+
+
+def spread(data: Dataset, settings: SimSettings) -> dict[str, Any]:
+    """The row of one garment."""
+    row = data.clips()[0]
+    body, take = bodies.load(data.garment.body_name), data.take(row)
+    shaped, garment = body.shaped(row.betas), data.garment
+    rest = Rest(garment.dressed(shaped), shaped, data.rest(shaped.betas).vertices[0])
+    clip, found = take.motion[int(take.clip_frames[0]) :], {}
+    for name, other, kept, how in changed(garment, settings):
+        start = data.rest(shaped.betas) if other is garment else None
+        again = simulate(other.dressed(shaped), shaped, clip, how, start=start)
+        found[name] = means(take, again, kept) | {"vertices": len(kept)}
+        print(f"{garment.name:16s} {name:18s} {found[name]['mean_mm']:.1f}", flush=True)
+    kind = "loose" if rest.gap_mm > LOOSE_MM else "close-fitting"
+    clips = {"clip": take.motion.name, "frames": len(take.clip_frames)}
+    return {"garment": garment.name, "class": kind, "gap_mm": rest.gap_mm, "changed": found} | clips
+
+
+def means(take: Take, again: Take, kept: np.ndarray) -> dict[str, float]:
+    """Mean distance of vertices, and the largest of a frame [mm]; of the frames that both have."""
+    frames = zip(take.clip_frames, again.clip_frames, strict=False)
+    errors = [apart_mm(again.vertices[there], take.vertices[here][kept]) for here, there in frames]
+    return {"mean_mm": float(np.mean(errors)), "worst_frame_mm": float(np.max(errors))}
+
+
+def main() -> None:
+    """Simulate, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("takes", nargs="+", type=Path)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    given = parser.parse_args()
+    made = json.loads(given.output.read_text()) if given.output.exists() else {"rows": []}
+    known = {row["garment"] for row in made["rows"]}
+    for data in map(open_dataset, given.takes):
+        if data.garment.name in known:
+            continue
+        rows = [*made["rows"], spread(data, SimSettings())]
+        made = {"machine": machine(), "commit": commit(), "rows": rows}
+        given.output.write_text(json.dumps(made, indent=1, default=float) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,129 @@
+"""How fast SwinGar's network trains and plays on this machine: `python benchmarks/claims/swingar/throughput.py`.
+
+Weights are random, the garment is a sheet of 1,000 vertices. Times of one thread are CPU time, the least of some runs,
+so that other work on the machine does not count; those of more threads are wall time.
+"""
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import torch
+
+from hemline.animators.swingar.estimator_config import EstimatorConfig
+from hemline.animators.swingar.fit.estimator import Estimator, cost
+from hemline.animators.swingar.fit.fit_graph import DISPLACEMENT
+from hemline.animators.swingar.graph_inputs import STATE_TOLD, TOLD
+from hemline.animators.swingar.runtime import PlayedEstimator
+from hemline.compiled import use_threads
+from tests.animators.swingar.swingar_samples import graph_of, inputs
+
+FRAMES = 10
+FEATURES = {"told": TOLD, "state_told": STATE_TOLD, "displacement": DISPLACEMENT}
+ENVIRONMENT = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "MALLOC_MMAP_MAX_": "0",
+    "MALLOC_TOP_PAD_": "500000000",
+    "MALLOC_TRIM_THRESHOLD_": "100000000000",
+}
+"""One thread of BLAS, whose waiting threads would count; of glibc: memory that was given back is kept, so that no page
+of it is cleared again."""
+
+
+def least(runs: int, clock: Callable[[], float], *steps: Callable[[], object]) -> list[float]:
+    """Least time of each of some steps that are done one after the other [s]."""
+    found = []
+    for _ in range(runs):
+        times = [clock()]
+        for step in steps:
+            step()
+            times.append(clock())
+        found.append([b - a for a, b in pairwise(times)])
+    return np.min(found, axis=0).tolist()
+
+
+def training(config: EstimatorConfig, rows: int, columns: int, runs: int) -> dict[str, float]:
+    """Milliseconds a frame of each part of the training, and frames a second of both stages."""
+    graph = graph_of(rows, columns)
+    estimator = Estimator(config)
+    t = {name: torch.from_numpy(each) for name, each in inputs(config, rows * columns, FRAMES).items()}
+    kept = {}
+
+    def encode():
+        kept["garment"] = estimator.garment(graph, t["features"], t["descriptor"], t["skin_logits"])
+
+    def coarse():
+        kept["coarse"] = estimator.coarse(kept["garment"], t["motion"], t["transforms"], t["told"], t["turns"])[0]
+
+    def still():
+        with torch.no_grad():
+            encode()
+
+    def corrective():
+        kept["corrective"] = estimator.corrective(kept["garment"], t["meshes"], t["joints"], t["body"])
+
+    def back(name: str) -> Callable[[], object]:
+        return lambda: (kept[name] - 1).square().mean().backward()
+
+    steps = encode, coarse, back("coarse"), still, corrective, back("corrective")
+    names = "garment", "coarse", "coarse, back", "-", "corrective", "corrective, back"
+    found = {
+        name: 1e3 * each / FRAMES for name, each in zip(names, least(runs, time.process_time, *steps), strict=True)
+    }
+    del found["-"]
+    found["coarse frames/s"] = 1e3 / (found["garment"] + found["coarse"] + found["coarse, back"])
+    found["corrective frames/s"] = 1e3 / (found["corrective"] + found["corrective, back"])
+    return found
+
+
+def playing(config: EstimatorConfig, rows: int, columns: int, runs: int, threads: int) -> dict[str, float]:
+    """Milliseconds of a frame that is played, part by part."""
+    use_threads(threads)
+    graph, given = graph_of(rows, columns), inputs(config, rows * columns, 1)
+    arrays = {name: each.detach().numpy() for name, each in Estimator(config).state_dict().items()}
+    played = PlayedEstimator.of(config, arrays, "float32")
+    garment = played.garment(graph, given["features"], given["descriptor"], given["skin_logits"])
+    clock = time.process_time if threads == 1 else time.perf_counter
+    steps = (
+        lambda: played.coarse(garment, given["motion"][0], given["transforms"][0], given["told"][0], given["turns"][0]),
+        lambda: played.corrective(garment, given["meshes"][0], given["joints"][0], given["body"][0]),
+    )
+    coarse, corrective = (1e3 * each for each in least(runs, clock, *steps))
+    return {"coarse": coarse, "corrective": corrective, "frame": coarse + corrective}
+
+
+def main() -> None:
+    """Print all figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rows", type=int, default=25)
+    parser.add_argument("--columns", type=int, default=40)
+    parser.add_argument("--runs", type=int, default=6)
+    options = parser.parse_args()
+    torch.set_num_threads(1)
+    for name, config in {"lean": EstimatorConfig.lean(**FEATURES), "full": EstimatorConfig(**FEATURES)}.items():
+        count = options.rows * options.columns
+        parts = cost(config, count)
+        work = sum(flops for part, (_, flops) in parts.items() if part not in ("graph_first", "graph_second", "shape"))
+        weights = sum(number for number, _ in parts.values())
+        print(f"{name}: {weights:,} weights, {work / 1e9:.2f} GFLOP a frame of {count} vertices")
+        print(
+            "  weights; MFLOP: " + ", ".join(f"{part} {n:,}; {flops / 1e6:.0f}" for part, (n, flops) in parts.items())
+        )
+        use_threads(1)
+        shown = training(config, options.rows, options.columns, options.runs)
+        print("  training, ms a frame, one thread: " + ", ".join(f"{part} {each:.1f}" for part, each in shown.items()))
+        for threads in sorted({1, os.cpu_count() or 1}):
+            shown = playing(config, options.rows, options.columns, 3 * options.runs, threads)
+            print(
+                f"  playing, ms, threads {threads}: " + ", ".join(f"{part} {each:.1f}" for part, each in shown.items())
+            )
+
+
+if __name__ == "__main__":
+    if any(name not in os.environ for name in ENVIRONMENT):
+        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | ENVIRONMENT)
+    main()

@@ -1,0 +1,1 @@
+"""The fit of AgentDress: from settled garments to a model file."""

@@ -1,0 +1,52 @@
+"""A model that plays rigged anchors as its pose model."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.agentdress.sor.rigged_tables import RiggedTables
+from hemline.learning.packed_basis import PackedBasis
+
+from .rigged_anchors import RiggedAnchors
+
+OF_THE_KERNEL = ("kernel_width", "kernel_ridge", "pose_basis_mm")
+"""Figures that only a fit with a kernel as pose model has."""
+
+
+def with_rigging(rigged: RiggedAnchors) -> AnimatorAgentDress:
+    """The model of rigged anchors with them as pose model, in the place of its own.
+
+    Of other poses it holds those in which shapes were settled.
+
+    Args:
+        rigged: The anchors.
+    """
+    model, tables = rigged.model, rigged.model.tables
+    count, modes = tables.shapes.pose_count, tables.pose_weights.shape[2]
+    rotations = rigged.rotations.astype(np.float32)
+    apart = np.abs(tables.rotations[:count, None] - rotations).max(axis=(2, 3))
+    known = apart.min(axis=0) == 0
+    poses = np.where(known, apart.argmin(axis=0), count - 1 + np.cumsum(~known))
+    rotations = np.concatenate([tables.rotations[:count], rotations[~known]])
+    basis, shaping = tables.basis, tables.basis.modes >= modes
+    digits, scales = np.ascontiguousarray(basis.digits[:, shaping]), basis.scales[shaping]
+    figures = {name: value for name, value in model.figures.items() if name not in OF_THE_KERNEL} | {
+        "poses": float(len(rotations)),
+        "rigged": float(len(poses)),
+        "rigging_stiffness": rigged.stiffness,
+        "pose_left_out_mm": rigged.validation_mm,
+        "error_to_expect_mm": rigged.validation_mm + model.figures["shape_left_out_mm"],
+    }
+    return replace(
+        model,
+        tables=replace(
+            tables,
+            rotations=rotations,
+            basis=PackedBasis(digits, scales, basis.modes[shaping] - np.int32(modes)),
+            pose_weights=np.zeros((tables.regions.shape[1], len(rotations), 0), np.float32),
+            rigged=RiggedTables.packed(rigged.rigging, poses),
+        ),
+        config=replace(model.config, pose_model="sor"),
+        figures=figures,
+    )

@@ -1,0 +1,1 @@
+"""Sensitivity-optimised rigging (SOR), the pose model of the paper."""

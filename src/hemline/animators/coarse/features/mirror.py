@@ -1,0 +1,46 @@
+"""Features with left and right exchanged: a garment and its motion in a mirror are another garment and motion."""
+
+import numpy as np
+
+from hemline.animators.coarse.proxy_on_body import DYNAMIC, PARTS, POINTS, STATIC, TRAILS
+from hemline.arrays import Float, Int
+from hemline.motions import JOINT_NAMES
+
+VECTOR = np.array([-1, 1, 1], np.float32)
+"""Signs of a vector in a mirrored frame."""
+
+
+def _swapped(names: list[str]) -> Int[np.ndarray, " names"]:
+    other = {"left": "right", "right": "left"}
+    mirrored = [" ".join(other.get(part, part) for part in name.replace("_", " ").split()) for name in names]
+    plain = [name.replace("_", " ") for name in names]
+    return np.array([plain.index(name) for name in mirrored])
+
+
+def dynamic_mirror() -> tuple[Int[np.ndarray, " dynamic"], Float[np.ndarray, " dynamic"]]:
+    """Which column goes where, and with which sign: mirrored = told[..., order] * signs."""
+    vectors = 2 * TRAILS // 3 + 2
+    order = [*range(3 * vectors)]
+    signs = [*np.tile(VECTOR, vectors)]
+    for _ in range(2):
+        first = len(order)
+        for part in _swapped(list(PARTS)):
+            order += [first + 4 * int(part) + k for k in range(4)]
+            signs += [1, *VECTOR]
+    first = len(order)
+    for point in _swapped([JOINT_NAMES[joint] for joint in POINTS]):
+        order += [first + 3 * int(point) + k for k in range(3)]
+        signs += [*VECTOR]
+    order += range(len(order), DYNAMIC)
+    signs += [*VECTOR, 1]
+    assert len(order) == len(signs) == DYNAMIC
+    return np.array(order), np.array(signs, np.float32)
+
+
+def static_mirror() -> tuple[Int[np.ndarray, " static"], Float[np.ndarray, " static"]]:
+    """The same for features that do not change."""
+    order, signs = [*range(13)], [*VECTOR, 1, *VECTOR, 1, 1, 1, *VECTOR]
+    order += [13 + int(joint) for joint in _swapped(list(JOINT_NAMES))]
+    signs += [1] * len(JOINT_NAMES)
+    assert len(order) == STATIC
+    return np.array(order), np.array(signs, np.float32)

@@ -1,0 +1,225 @@
+"""The lag network while it is trained (torch)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import nn
+
+from hemline.animators.coarse.features.mirror import VECTOR, dynamic_mirror, static_mirror
+from hemline.animators.coarse.proxy_on_body import BEGUN, DYNAMIC, STATIC, Cells
+from hemline.animators.lag.lag_net import LagNet, layer_sizes
+
+from .lag_samples import ALL, Ends, GarmentSamples
+
+VALIDATED = 4
+"""Every so many samples of a garment are looked at after an epoch."""
+
+
+class TorchLagNet(nn.Module):
+    """As `LagNet`, whose formula it is, for several frames of one garment."""
+
+    def __init__(self, width: int, mean: np.ndarray, spread: np.ndarray, seed: int, precision: str = "float32"):
+        super().__init__()
+        self.precision = getattr(torch, precision)
+        generator = torch.Generator().manual_seed(seed)
+        self.weights = nn.ParameterDict()
+        self.biases = nn.ParameterDict()
+        for name, (rows, columns) in layer_sizes(STATIC + DYNAMIC, width).items():
+            scale = 0.0 if name == "fourth" else (2 / rows) ** 0.5
+            self.weights[name] = nn.Parameter(scale * torch.randn(rows, columns, generator=generator))
+            self.biases[name] = nn.Parameter(torch.zeros(columns))
+        self.mean, self.spread = torch.from_numpy(mean), torch.from_numpy(spread)
+
+    def forward(self, static: torch.Tensor, told: torch.Tensor, cells: "TorchCells") -> torch.Tensor:
+        """Displacements (frames, verts, 3) [m] of static (verts, ...) and told (frames, verts, ...) features."""
+        frames, count = told.shape[:2]
+        inputs = torch.cat([static.expand(frames, count, -1), told], dim=2)
+        h = self._layer("first", (inputs - self.mean) / self.spread)
+        h = self._layer("second", h)
+        c = self._layer("cell", cells.mean(h.float()))
+        c = self._layer("all_cells", torch.cat([c, c.mean(dim=1, keepdim=True).expand_as(c)], dim=2))
+        h = self._layer("third", torch.cat([h, cells.heard(c)], dim=2))
+        return h.float() @ self.weights["fourth"] + self.biases["fourth"]
+
+    def _layer(self, name: str, inputs: torch.Tensor) -> torch.Tensor:
+        products = inputs.to(self.precision) @ self.weights[name].to(self.precision)
+        return torch.relu(products + self.biases[name].to(self.precision))
+
+    def go_on_from(self, net: LagNet) -> None:
+        """Begin with the weights of one that plays."""
+        with torch.no_grad():
+            for name, weight in self.weights.items():
+                weight.copy_(torch.from_numpy(net.weights[name]))
+                self.biases[name].copy_(torch.from_numpy(net.biases[name]))
+            self.biases["first"] += self.mean @ self.weights["first"]
+            self.weights["first"] *= self.spread[:, None]
+
+    def played(self) -> LagNet:
+        """What plays, with the scales folded in."""
+        arrays = {name: weight.detach().numpy().copy() for name, weight in self.weights.items()}
+        biases = {name: bias.detach().numpy().copy() for name, bias in self.biases.items()}
+        biases["first"] -= (self.mean.numpy() / self.spread.numpy()) @ arrays["first"]
+        arrays["first"] /= self.spread.numpy()[:, None]
+        return LagNet(arrays, biases)
+
+
+@dataclass(frozen=True)
+class TorchCells:
+    """`Cells` for torch."""
+
+    count: int
+    cell: torch.Tensor
+    near: torch.Tensor
+    shares: torch.Tensor
+
+    @classmethod
+    def of(cls, cells: Cells) -> "TorchCells":
+        """Those of a garment."""
+        arrays = (torch.from_numpy(each) for each in (cells.cell, cells.near, cells.shares))
+        return cls(cells.count, *arrays)
+
+    def at(self, ends: np.ndarray) -> "TorchCells":
+        """Those of some vertices."""
+        return TorchCells(self.count, self.cell[ends], self.near[ends], self.shares[ends])
+
+    def mean(self, h: torch.Tensor) -> torch.Tensor:
+        """Mean of the vertices of each cell."""
+        sums = torch.zeros(h.shape[0], self.count, h.shape[2]).index_add(1, self.cell, h)
+        sizes = torch.bincount(self.cell, minlength=self.count).clamp(min=1)
+        return sums / sizes[:, None]
+
+    def heard(self, c: torch.Tensor) -> torch.Tensor:
+        """What each vertex hears from the cells near it."""
+        frames, count = c.shape[0], len(self.near)
+        return (c[:, self.near.reshape(-1)].reshape(frames, count, -1, c.shape[2]) * self.shares[:, :, None]).sum(dim=2)
+
+
+class LagObjective:
+    r"""Mean distance of vertices, and of edge vectors in edges: $|x - x^*| + w \, |e - e^*|$ over the vertices.
+
+    The distance, not its square: of a loose garment in one and the same motion there are several truths, far apart.
+    """
+
+    name = "lag network"
+
+    def __init__(self, net: TorchLagNet, train: Sequence[GarmentSamples], valid: Sequence[GarmentSamples], config):
+        self.net, self.config = net, config
+        self.train, self.valid = [_Ready(each) for each in train], [_Ready(each) for each in valid]
+        self._dynamic, self._static = dynamic_mirror(), static_mirror()
+        chunks = [
+            (number, first)
+            for number, each in enumerate(train)
+            for first in range(0, len(each) - config.frames + 1, config.frames)
+        ]
+        self._chunks = chunks
+        missed = np.array([np.linalg.norm(each.apart(), axis=2).mean() for each in train])
+        weights = (missed + 1e-3) ** -config.evenness
+        self._weights = weights / np.average(weights, weights=[len(each) for each in train])
+
+    @property
+    def parameters(self) -> Sequence[torch.Tensor]:
+        """The tensors that are changed in place."""
+        return list(self.net.parameters())
+
+    @property
+    def samples(self) -> np.ndarray:
+        """Numbers of chunks of frames of one garment."""
+        return np.arange(len(self._chunks))
+
+    def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
+        """Mean over garments."""
+        drawn = [self._drawn(int(self._chunks[number][0]), random) for number in chosen]
+        return torch.stack([float(self._weights[each.garment]) * self._loss(each) for each in drawn[mine]]).mean()
+
+    def _drawn(self, garment: int, random: np.random.Generator) -> "_Drawn":
+        """Frames of a garment, edges of it, and what is hidden."""
+        ready, config = self.train[garment], self.config
+        frames = np.sort(random.choice(ready.count, config.frames, replace=False))
+        mirrored = config.mirrored and random.random() < 0.5
+        count = min(config.vertices // 2, len(ready.edges))
+        edges = ready.edges[random.choice(len(ready.edges), count, replace=False)]
+        return _Drawn(garment, frames, edges, mirrored, random.random() < config.unknown)
+
+    def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
+        """Mean distance of vertices in some of the frames, each garment alike."""
+        return torch.stack([self._error(each, VALIDATED) for each in self.valid]).mean()
+
+    def errors(self, all_samples: Sequence[GarmentSamples]) -> list[float]:
+        """Mean distance of vertices of each [m]."""
+        with torch.no_grad():
+            return [float(self._error(_Ready(each))) for each in all_samples]
+
+    def _error(self, ready: "_Ready", every: int = 1) -> torch.Tensor:
+        shown = np.arange(0, ready.count, every)
+        with torch.no_grad():
+            totals = [
+                (self.net(ready.static, ready.told(part), ready.cells) - ready.apart(part)).norm(dim=2).mean(dim=1)
+                for part in np.array_split(shown, max(1, len(shown) // 16))
+            ]
+        return torch.cat(totals).mean()
+
+    def _loss(self, drawn: "_Drawn") -> torch.Tensor:
+        ready, frames, mirrored = self.train[drawn.garment], drawn.frames, drawn.mirrored
+        count, ends = len(drawn.edges), drawn.edges.T.reshape(-1)
+        static, told, apart = ready.static[ends], ready.told(frames, ends), ready.apart(frames, ends)
+        if drawn.unknown:
+            told[..., -BEGUN:] = 0
+        if mirrored:
+            order, signs = self._static
+            static = static[:, order] * torch.from_numpy(signs)
+            order, signs = self._dynamic
+            told = told[..., order] * torch.from_numpy(signs)
+            apart = apart * torch.from_numpy(VECTOR)
+        missed = self.net(static, told, ready.cells.at(ends)) - apart
+        loss = _length(missed).mean()
+        if self.config.edge_weight:
+            turned = _turned(ready.turns(frames, ends, mirrored), missed)
+            loss = loss + self.config.edge_weight * _length(turned[:, :count] - turned[:, count:]).mean()
+        return loss
+
+
+def _length(vectors: torch.Tensor) -> torch.Tensor:
+    return (vectors.square().sum(dim=-1) + 1e-8).sqrt()
+
+
+def _turned(turns: torch.Tensor, vectors: torch.Tensor) -> torch.Tensor:
+    """Vectors turned by unit quaternions."""
+    scalar, axis = turns[..., :1], turns[..., 1:]
+    cross = 2 * torch.linalg.cross(axis, vectors)
+    return vectors + scalar * cross + torch.linalg.cross(axis, cross)
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A part of a batch."""
+
+    garment: int
+    frames: np.ndarray
+    edges: np.ndarray
+    """As many ends as `config.vertices`."""
+    mirrored: bool
+    unknown: bool
+    """Whether it is hidden how the garment lay at the beginning."""
+
+
+class _Ready:
+    """Samples of a garment as torch asks for them."""
+
+    def __init__(self, samples: GarmentSamples):
+        self._samples = samples
+        self.count = len(samples)
+        self.static = torch.from_numpy(np.array(samples.worn.static))
+        self.cells = TorchCells.of(samples.worn.cells)
+        self.edges = samples.worn.edges
+
+    def told(self, frames: np.ndarray, ends: Ends = ALL) -> torch.Tensor:
+        return torch.from_numpy(self._samples.told(frames, ends))
+
+    def apart(self, frames: np.ndarray, ends: Ends = ALL) -> torch.Tensor:
+        return torch.from_numpy(self._samples.apart(frames, ends))
+
+    def turns(self, frames: np.ndarray, ends: Ends, mirrored: bool) -> torch.Tensor:
+        turns = self._samples.turns(frames, ends)
+        return torch.from_numpy(turns * np.array([1, 1, -1, -1], np.float32) if mirrored else turns)

@@ -1,0 +1,61 @@
+"""Learned bones out of the body's primitives, compiled."""
+
+import numpy as np
+
+from hemline.animators.ropes.mechanics.joint_frame_kernels import to_rest, to_world, turned
+from hemline.collide.primitives.primitive_kernels import primitive_distance
+from hemline.compiled import kernel
+
+ROUNDS = 4
+"""A point that leaves one primitive may enter another: so often the deepest is sought."""
+
+
+@kernel
+def deepest_primitive(kinds, joints, shapes, balls, frames, margin, x, y, z):
+    # model: primitives, balls (prims, 4) around them, in the world, grown by margin, radii squared
+    # in: frames (joints, 3, 4), point   returns: depth below margin (0: none), unit normal
+    depth, nx, ny, nz = 0.0, 0.0, 0.0, 0.0
+    for k in range(kinds.shape[0]):
+        a, b, c = x - balls[k, 0], y - balls[k, 1], z - balls[k, 2]
+        if a * a + b * b + c * c >= balls[k, 3]:
+            continue
+        j = joints[k]
+        px, py, pz = to_rest(frames, j, x, y, z)
+        found = primitive_distance(kinds[k], shapes, k, px, py, pz)
+        if margin - found[0] > depth:
+            depth = margin - found[0]
+            nx, ny, nz = turned(frames, j, found[1], found[2], found[3])
+    return depth, nx, ny, nz
+
+
+@kernel
+def push_points_out(kinds, joints, shapes, centres, frames, margins, points_out):
+    # model: primitives, centres (prims, 4) and radii of balls around them at rest
+    # in: frames (joints, 3, 4), margins (points,)   in/out: points_out (points, 3)
+    # Each goes the shortest way to its own distance from the primitive that it is deepest in.
+    widest = margins.max()
+    balls = np.empty((kinds.shape[0], 4))
+    for k in range(kinds.shape[0]):
+        x, y, z = to_world(frames, joints[k], centres[k, 0], centres[k, 1], centres[k, 2])
+        balls[k, 0], balls[k, 1], balls[k, 2] = x, y, z
+        balls[k, 3] = max(centres[k, 3] + widest, 0.0) ** 2
+    for i in range(points_out.shape[0]):
+        for _ in range(ROUNDS):
+            depth, nx, ny, nz = deepest_primitive(
+                kinds, joints, shapes, balls, frames, margins[i], points_out[i, 0], points_out[i, 1], points_out[i, 2]
+            )
+            if depth <= 0.0:
+                break
+            points_out[i, 0] += depth * nx
+            points_out[i, 1] += depth * ny
+            points_out[i, 2] += depth * nz
+
+
+@kernel
+def push_rollouts_out(kinds, joints, shapes, centres, which, frames, margins, points_out):
+    # model: kinds, joints (prims,), shapes (bodies, prims, 16), centres (bodies, prims, 4)
+    # in: which (rollouts,) body, frames (rollouts, joints, 3, 4), margins (points,)
+    # in/out: points_out (rollouts, points, 3)
+    for n in range(points_out.shape[0]):
+        b = which[n]
+        push_points_out(kinds, joints, shapes[b], centres[b], frames[n], margins, points_out[n])

@@ -1,0 +1,1 @@
+"""The fit of rope chains: from simulated takes to a model file."""

@@ -1,0 +1,193 @@
+"""From a dataset to the frames that a fit learns from."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from hemline import bodies
+from hemline.animators.base import Progress
+from hemline.animators.ropes.bones.bones import rest_bones
+from hemline.animators.ropes.bones.chains import Ropes
+from hemline.arrays import Float, FramesOfVertices, Int, Vertices
+from hemline.bodies.body import ShapedBody
+from hemline.datasets import Dataset, Row, Take
+from hemline.errors import BadDataset
+from hemline.files import content_hash, mapped_array
+from hemline.learning.collision import Clearances, clearances
+from hemline.learning.key_frame import to_key
+from hemline.learning.mirror import mirror_of, mirrored_motion, mirrored_transforms, mirrored_vertices
+from hemline.motions import Motion
+
+from .frames import Frames
+
+SIDES = ("train", "val", "test")
+
+
+@dataclass(frozen=True)
+class Source:
+    """The takes of a dataset that a fit uses, and the bodies they were simulated on."""
+
+    dataset: Dataset
+    rows: tuple[Row, ...]
+    sides: tuple[int, ...]
+    """0 train, 1 val, 2 test, of each row."""
+
+    @classmethod
+    def of(cls, dataset: Dataset) -> "Source":
+        """All clips that did not fail, split by clip.
+
+        Raises:
+            BadDataset: There is none to train on.
+        """
+        pairs = [(row, side) for side, name in enumerate(SIDES) for row in dataset.split(name) if row.clip_frames]
+        if not any(side == 0 for _, side in pairs):
+            what = f"{dataset.folder} holds no take to train on"
+            raise BadDataset(what, f"{len(pairs)} takes", "simulate more clips with 'hemline simulate'")
+        return cls(dataset, tuple(row for row, _ in pairs), tuple(side for _, side in pairs))
+
+    @property
+    def frame_counts(self) -> list[int]:
+        """Frames of each take, the lead-in left out."""
+        return [row.clip_frames for row in self.rows]
+
+    def shown_count(self, *, mirrored: bool) -> int:
+        """Frames in all; those to train on twice where they are mirrored."""
+        again = sum(n for n, side in zip(self.frame_counts, self.sides, strict=True) if side == 0)
+        return sum(self.frame_counts) + (again if mirrored else 0)
+
+    @cached_property
+    def shapes(self) -> list[tuple[float, ...]]:
+        """The body shapes, in the order of first use."""
+        return list(dict.fromkeys(row.betas for row in self.rows))
+
+    @cached_property
+    def shaped(self) -> list[ShapedBody]:
+        """The body in each of them."""
+        body = bodies.load(self.dataset.garment.body_name)
+        return [body.shaped(betas) for betas in self.shapes]
+
+    @cached_property
+    def rests(self) -> list[Vertices]:
+        """The settled drape on each of them."""
+        return [self.dataset.rest(betas).vertices[0] for betas in self.shapes]
+
+    def shape_of(self, row: Row) -> int:
+        return self.shapes.index(row.betas)
+
+    def takes(self) -> Iterator[tuple[Take, int, int]]:
+        """Each take with its side and shape."""
+        for row, side in zip(self.rows, self.sides, strict=True):
+            yield self.dataset.take(row), side, self.shape_of(row)
+
+    @property
+    def mark(self) -> str:
+        """Hash of all that the frames depend on."""
+        checksums = ",".join(f"{row.sha256}:{side}" for row, side in zip(self.rows, self.sides, strict=True))
+        return content_hash(self.dataset.garment.hash, checksums)
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """The frames of one take as they are shown to the networks: as they are, or mirrored."""
+
+    vertices: FramesOfVertices
+    clearances: Clearances
+    """In the world."""
+    transforms: Float[np.ndarray, "frames joints 3 4"]
+    rope_bones: np.ndarray
+    side: int
+    shape: int
+
+
+def gather(
+    source: Source, ropes: Ropes, folder: Path, *, mirror: bool, progress: Progress | None = None
+) -> tuple[Frames, Clearances]:
+    """All frames in the frame of the key joint.
+
+    Args:
+        source: The takes.
+        ropes: The bones.
+        folder: Displacements and clearances are mapped from files here: they may be larger than the memory.
+        mirror: Show the frames to train on mirrored, too, where garment and body are symmetric.
+        progress: Called with "frames", frames done and in all.
+
+    Returns:
+        The frames, and where the body is for the collision term.
+
+    Raises:
+        BadOutput: The disk of that folder has too little room.
+    """
+    partner = mirror_of(source.dataset.garment, source.shaped[0]) if mirror else None
+    count, vertices = source.shown_count(mirrored=partner is not None), len(source.dataset.garment.vertices)
+    displacements = mapped_array(folder / "displacements.npy", np.float32, (count, 3 * vertices))
+    normals = mapped_array(folder / "normals.npy", np.float16, (count, vertices, 3))
+    heights = mapped_array(folder / "heights.npy", np.float16, (count, vertices))
+    bones, rope_bones = (np.empty((count, ropes.node_count, 3), np.float32) for _ in range(2))
+    sides = np.empty(count, np.int32)
+    rests = [rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)]
+    first = 0
+    for shown in _all_shown(source, ropes, partner):
+        at, shape = slice(first, first + len(shown.vertices)), shown.shape
+        keys = shown.transforms[:, ropes.key_index]
+        displacements[at] = (_in_key(shown.vertices, keys) - source.rests[shape]).reshape(len(keys), -1)
+        seen = ropes.embedded(shown.vertices)
+        seen[:, ropes.kinematic] = ropes.carried_by(shown.transforms, source.shaped[shape])
+        bones[at] = _in_key(seen, keys) - rests[shape]
+        rope_bones[at] = _in_key(shown.rope_bones, keys) - rests[shape]
+        sides[at] = shown.side
+        normals[at] = np.einsum("fvi,fij->fvj", shown.clearances.normals, keys[:, :, :3])
+        heights[at] = shown.clearances.heights
+        first = at.stop
+        if progress is not None:
+            progress("frames", first, count)
+    free = np.ones((ropes.node_count, 3), np.float32)
+    free[ropes.kinematic] = 0
+    frames = Frames(
+        displacements=displacements,
+        bones=bones.reshape(count, -1),
+        rope_bones=rope_bones.reshape(count, -1),
+        free=free.reshape(-1),
+        side=sides,
+        mark=content_hash(source.mark, bones),
+    )
+    return frames, Clearances(normals, heights)
+
+
+def _all_shown(source: Source, ropes: Ropes, partner: np.ndarray | None) -> Iterator[_Shown]:
+    for take, side, shape in source.takes():
+        shaped, clip = source.shaped[shape], take.clip_frames
+        transforms = _transforms(shaped, take)[clip]
+        vertices = take.vertices[clip]
+        posed = [shaped.posed(take.motion[index]) for index in clip]
+        clear = clearances(vertices, [body.vertices for body in posed], [body.normals for body in posed])
+        roped = _simulated(ropes, shaped, take.motion, clip, vertices)
+        yield _Shown(vertices, clear, transforms, roped, side, shape)
+        if partner is not None and side == 0:
+            vertices, transforms = mirrored_vertices(vertices, partner), mirrored_transforms(transforms)
+            clear = Clearances(mirrored_vertices(clear.normals, partner), clear.heights[:, partner])
+            roped = _simulated(ropes, shaped, mirrored_motion(take.motion), clip, vertices)
+            yield _Shown(vertices, clear, transforms, roped, side, shape)
+
+
+def _transforms(shaped: ShapedBody, take: Take) -> Float[np.ndarray, "frames joints 3 4"]:
+    return shaped.transforms_of(take.motion.rotations, take.motion.translations)[0]
+
+
+def _in_key(points: np.ndarray, keys: np.ndarray) -> np.ndarray:
+    return np.stack([to_key(key.astype(np.float64), each) for key, each in zip(keys, points, strict=True)])
+
+
+def _simulated(
+    ropes: Ropes, shaped: ShapedBody, motion: Motion, clip: Int[np.ndarray, " clip"], truth: FramesOfVertices
+) -> np.ndarray:
+    """The ropes' own bones along a clip; those of the ground truth while they settle, in the first second."""
+    state = ropes.start(shaped.posed(motion[0]))
+    positions = []
+    for index in range(len(motion)):
+        state = ropes.step(state, shaped.posed(motion[index]), 1 / motion.fps)
+        positions.append(state.positions)
+    settled = (clip >= motion.fps)[:, None, None]
+    return np.where(settled, np.stack(positions)[clip], ropes.embedded(truth))

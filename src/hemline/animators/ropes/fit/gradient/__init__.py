@@ -1,0 +1,1 @@
+"""The step of rope chains in torch, to fit their constants by gradient."""

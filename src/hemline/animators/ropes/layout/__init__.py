@@ -1,0 +1,1 @@
+"""Where rope chains run on a garment."""

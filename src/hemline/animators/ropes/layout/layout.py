@@ -1,0 +1,218 @@
+"""Lay rope chains on a garment: by geodesics from the pinned rim to the hem, or along vertices given by hand.
+
+Two coordinates are found for every vertex: the geodesic distance d from the rim, and the place u on the rim from which
+the shortest way comes. Along a line of constant u the distance d is arc length, so a chain is a line of constant u and
+the longest distance between two of its bones is their difference in d.
+"""
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hemline.animators.ropes.bones.chains import Ropes
+from hemline.animators.ropes.bones.embedding import Carriage, Embedding
+from hemline.animators.ropes.mechanics.balance import balanced
+from hemline.animators.ropes.mechanics.constants import RopeConstants
+from hemline.animators.ropes.mechanics.dynamics import RopeChains, ropes_of
+from hemline.arrays import Float, FramesOfVertices, Int, Nodes, Vertices
+from hemline.collide.primitives.proxy import BodyProxy
+from hemline.errors import BadGarment
+from hemline.meshes import geodesic_distances
+
+from .chart import Chart
+from .lines import Lines, decomposed_lines, even_lines
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+    from hemline.garments.garment import Garment
+
+
+_TAUT = 0.75
+"""A rope is taut at rest that is at least this share of its cloth long; there it cannot be longer."""
+_APART = 0.002
+"""So much nearer to the body than at rest each bone may come, at least [m]."""
+
+
+class _Plan(NamedTuple):
+    """Where bones go: unattached first, then chain by chain."""
+
+    embedding: Embedding
+    offsets: Int[np.ndarray, " chains_and_one"]
+    lengths: Float[np.ndarray, " nodes"]
+    pairs: Int[np.ndarray, "pairs 2"]
+    pair_lengths: Float[np.ndarray, " pairs"]
+
+
+def lay_out(
+    garment: "Garment",
+    shaped: "ShapedBody",
+    *,
+    rest: Vertices | None = None,
+    chain_count: int = 10,
+    bone_counts: tuple[int, int] = (13, 15),
+    strain_p99: float = 0.02,
+    constants: RopeConstants | None = None,
+    frames: FramesOfVertices | None = None,
+) -> Ropes:
+    """Lay chains on a garment, or take its own (`garment.chains`), and bind the kinematic bones to the body.
+
+    Args:
+        garment: Mesh, pins and material; its rest metric gives the lengths.
+        shaped: The body that `rest` was settled on, in the shape that the garment was made on.
+        rest: The settled drape in the body's rest pose; the garment's own start positions unless given [m].
+        chain_count: Chains to lay.
+        bone_counts: Fewest and most bones of a chain, root included; longer chains get more.
+        strain_p99: Stretch that the cloth reaches at its 99th percentile; ropes are that much longer.
+        constants: What the chains run on.
+        frames: Simulated frames, the motion of the key joint taken off [m]: bones go where a skinning decomposition of
+            them puts them; along geodesic lines at even distances unless given.
+
+    Raises:
+        BadInput: A decomposition into more bones than the garment has vertices for.
+        BadGarment: The pinned rim has no length; a chain names a vertex that does not exist, or fewer than two; chains
+            cross or end above where they begin; or the counts cannot be used.
+
+    Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
+        Clothing", 2024, Section 3 and Fig. 2. Differs: geodesic lines unless asked for what the paper says, by hand
+        or by skinning decomposition.
+    """
+    if chain_count < 1 or not 2 <= bone_counts[0] <= bone_counts[1] or not 0 <= strain_p99 < 1:
+        raise BadGarment(
+            "this layout cannot be made",
+            (chain_count, bone_counts, strain_p99),
+            "ask for 1 chain or more of 2 bones or more",
+        )
+    vertices = np.asarray(garment.vertices if rest is None else rest, np.float64)
+    if garment.chains:
+        plan = _by_hand(garment)
+    else:
+        chart = Chart(garment)
+        plan = _along_lines(
+            chart,
+            even_lines(chart, chain_count, bone_counts)
+            if frames is None
+            else decomposed_lines(chart, vertices, frames, chain_count, bone_counts),
+        )
+    return _bound(garment, shaped, vertices, plan, strain_p99, constants or RopeConstants())
+
+
+def _bound(
+    garment: "Garment", shaped: "ShapedBody", vertices: Vertices, plan: _Plan, strain: float, constants: RopeConstants
+) -> Ropes:
+    rest = plan.embedding.embedded(vertices)
+    _check_downward(garment, plan.offsets, rest)
+    spans, directions = ropes_of(rest, plan.offsets)
+    taut = spans >= _TAUT * plan.lengths
+    lengths = np.where(taut, spans, plan.lengths * (1 + strain))
+    pairs = plan.pairs
+    pair_rest = np.linalg.norm(rest[pairs[:, 0]] - rest[pairs[:, 1]], axis=1)
+    masses = _masses(garment, vertices, rest)
+    kinematic = np.concatenate([np.arange(plan.offsets[0]), plan.offsets[:-1]])
+    carriage = Carriage.of(rest[kinematic], shaped)
+    roots = carriage.weights[len(kinematic) - len(plan.offsets) + 1 :]
+    proxy = BodyProxy.fit(shaped)
+    clearances, _ = proxy.distances(rest, np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1)))
+    balance, tensions = balanced(plan.offsets, directions, masses, taut)
+    chains = RopeChains(
+        plan.offsets,
+        lengths,
+        masses,
+        spans,
+        directions,
+        roots.argmax(1).astype(np.int32),
+        pairs,
+        np.column_stack([pair_rest, np.maximum(plan.pair_lengths * (1 + strain), pair_rest)]),
+        clearances - _APART,
+        balance,
+        tensions,
+        constants,
+    )
+    betas = np.asarray(shaped.betas, np.float64)
+    return Ropes(chains, plan.embedding, carriage, rest, proxy, betas, garment.key_joint)
+
+
+def _by_hand(garment: "Garment") -> _Plan:
+    used = [np.asarray(chain, np.int64) for chain in garment.chains]
+    for chain in used:
+        if len(chain) < 2 or chain.min() < 0 or chain.max() >= len(garment.vertices):
+            got = chain.tolist()[:8]
+            what = f"garment '{garment.name}': a chain names two vertices or more, below {len(garment.vertices)}"
+            raise BadGarment(what, got, "correct the chains")
+    offsets = np.concatenate([[0], np.cumsum([len(chain) for chain in used])]).astype(np.int32)
+    ways = _ways_between(garment, np.concatenate(used))
+    _check_crossing(garment, offsets, ways)
+    following = np.arange(1, len(ways))
+    lengths = np.concatenate([[0.0], ways[following - 1, following]])
+    lengths[offsets[:-1]] = 0.0
+    pairs = _neighbours(offsets, _goes_round(ways[np.ix_(offsets[:-1], offsets[:-1])]))
+    across = ways[pairs[:, 0], pairs[:, 1]]
+    joined = np.isfinite(across)  # not so between pieces of cloth
+    return _Plan(Embedding.at_vertices(np.concatenate(used)), offsets, lengths, pairs[joined], across[joined])
+
+
+def _check_crossing(
+    garment: "Garment", offsets: Int[np.ndarray, " chains_and_one"], ways: Float[np.ndarray, "nodes nodes"]
+) -> None:
+    """Of four points of a sheet, the pair of lines that cross is longer than both other pairs."""
+    ends = np.setdiff1d(np.arange(1, offsets[-1]), offsets)
+    chain = np.searchsorted(offsets, ends, side="right")
+    one, two = (index.ravel() for index in np.meshgrid(ends, ends, indexing="ij"))
+    apart = (chain[:, None] < chain).ravel()
+    one, two = one[apart], two[apart]
+    both = ways[one - 1, one] + ways[two - 1, two]
+    beside, across = ways[one - 1, two - 1] + ways[one, two], ways[one - 1, two] + ways[one, two - 1]
+    crossed = np.flatnonzero(both > 1.001 * np.maximum(beside, across))
+    if len(crossed):
+        which = (np.searchsorted(offsets, [one[crossed[0]], two[crossed[0]]], side="right") - 1).tolist()
+        raise BadGarment(f"garment '{garment.name}': chains must not cross", f"chains {which}", "correct the chains")
+
+
+def _check_downward(garment: "Garment", offsets: Int[np.ndarray, " chains_and_one"], rest: Nodes) -> None:
+    upward = np.flatnonzero(rest[offsets[1:] - 1, 1] >= rest[offsets[:-1], 1])
+    if len(upward):
+        what = f"garment '{garment.name}': a chain hangs from its first vertex"
+        raise BadGarment(what, f"chain {upward[0]} ends above it", "give the pinned end first")
+
+
+def _ways_between(garment: "Garment", vertices: Int[np.ndarray, " nodes"]) -> Float[np.ndarray, "nodes nodes"]:
+    """Shortest ways in the flat cloth from vertex to vertex [m]."""
+    from_each = [
+        geodesic_distances(garment.vertices, garment.faces, vertices[i : i + 1], rest_edges=garment.rest_edges)
+        for i in range(len(vertices))
+    ]
+    return np.stack([distance[vertices] for distance in from_each])
+
+
+def _goes_round(ways: Float[np.ndarray, "chains chains"]) -> bool:
+    """Whether the last root is about as near to the first one as other neighbours are: a skirt, not a cape."""
+    return bool(ways[-1, 0] <= 1.5 * np.diagonal(ways, 1).max(initial=0.0))
+
+
+def _along_lines(chart: Chart, lines: Lines) -> _Plan:
+    places, offsets = lines.places, lines.offsets
+    lengths = np.concatenate([np.zeros(len(lines.between)), *(np.diff(line, prepend=0.0) for line in lines.depths)])
+    pairs = _neighbours(offsets, chart.rim.closed)
+    return _Plan(chart.embedding(places), offsets, lengths, pairs, chart.ways_across(places, pairs))
+
+
+def _neighbours(offsets: Int[np.ndarray, " chains_and_one"], closed: bool) -> Int[np.ndarray, "pairs 2"]:
+    """Free bones, each with the bone of the next chain at the same share of its way down."""
+    chains = [np.arange(first, last) for first, last in pairwise(offsets)]
+    following = list(pairwise(chains))
+    if closed and len(chains) > 2:
+        following.append((chains[-1], chains[0]))
+    pairs = [
+        (one[k], two[round(k * (len(two) - 1) / (len(one) - 1))]) for one, two in following for k in range(1, len(one))
+    ]
+    return np.array(pairs, np.int32).reshape(-1, 2)
+
+
+def _masses(garment: "Garment", vertices: Vertices, rest: Nodes) -> Float[np.ndarray, " nodes"]:
+    """Mass of the cloth that is nearest to each bone [kg]."""
+    from scipy.spatial import KDTree
+
+    areas = np.abs(np.linalg.det(garment.rest_edges)) / 2
+    owner = KDTree(rest).query(vertices[garment.faces].mean(1))[1]
+    masses = np.bincount(owner, areas * garment.densities, minlength=len(rest))
+    return np.maximum(masses, 0.1 * masses.mean())

@@ -1,0 +1,246 @@
+"""The estimator of dynamic deformation, for training: encoders, coarse mesh, corrective displacement."""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+from hemline.animators.coarse.features.descriptor import STRETCHED
+from hemline.animators.swingar.estimator_config import (
+    CORRECTIVE_WIDTH,
+    JOINTS,
+    MESHES,
+    POSE_WIDTH,
+    VERTEX_WIDTH,
+    EstimatorConfig,
+)
+from hemline.animators.swingar.graph import Graph
+
+from .layers import GatLn, condensed
+
+START = 0.01
+"""What displacements of the coarse mesh are first scaled by [m]."""
+FAINT = 0.1
+"""What the logits of dynamic weights are first scaled by, beside those of skinning."""
+
+
+@dataclass(frozen=True, eq=False)
+class GarmentCode:
+    """What the estimator knows of a garment: made once, used in every frame."""
+
+    graph: Graph
+    positions: Tensor
+    """Vertices at rest (verts, 3) [m]."""
+    features: Tensor
+    """Graph features (1, joints, verts, motion)."""
+    shape: Tensor
+    """Shape features (joints,)."""
+    logits: Tensor
+    """Logits of skinning (verts, joints)."""
+
+
+class Estimator(nn.Module):
+    """SwinGar's estimator W: a garment at rest, poses of a body and the body's shape to a garment that moves.
+
+    Everything is seen from the heading of the present frame, the pelvis's translation taken out (Section III-C).
+
+    Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Sections III-C and IV, Eq. 6.
+    Differs: heads of a layer stay apart up to the 24 joints; the last layers of the fully connected encoders are
+        linear; logits of the dynamic weights start at those of skinning; features of vertices, where there are any,
+        reach the state encoder, the blend shape and a displacement of each vertex of the coarse mesh, which begins at
+        zero; the blend shape and the corrective displacement are scaled by a small learned factor, that of the
+        corrective one beginning at zero; the inverse hyperbolic sine of the descriptor is encoded.
+    """
+
+    def __init__(self, config: EstimatorConfig | None = None):
+        super().__init__()
+        self.config = c = config or EstimatorConfig()
+        alpha = c.scale
+        self.graph_first = GatLn(VERTEX_WIDTH, c.graph, JOINTS, alpha=alpha)
+        self.graph_second = GatLn(c.graph, c.motion, JOINTS, alpha=alpha)
+        if c.global_shape == "spectral":
+            self.shape = _connected(c.descriptor, 256, 128, JOINTS)
+        elif c.global_shape == "pooled":
+            self.shape = nn.Linear(c.motion, JOINTS)
+        self.motion = nn.LSTM(POSE_WIDTH, c.motion, batch_first=True)
+        self.body = _connected(c.body, 256, 128, c.corrective)
+        self.state = GatLn(c.motion, c.state, JOINTS, alpha=alpha, extra=c.state_told)
+        self.weight = nn.Linear(c.state, 1, bias=False)
+        self.blend_first = GatLn(c.state, c.blend, 3, alpha=alpha, extra=c.told)
+        self.blend_second = GatLn(c.blend, c.blend_last, 3, alpha=alpha)
+        self.blend_motion = nn.Linear(c.motion, c.blend_last) if c.motion != c.blend_last else nn.Identity()
+        self.blend_scale = nn.Parameter(torch.full((1,), START))
+        self.told_mean = nn.Buffer(torch.zeros(c.told))
+        self.told_spread = nn.Buffer(torch.ones(c.told))
+        if c.displacement:
+            self.displace_first = nn.Linear(c.state + c.told, c.displacement)
+            self.displace_second = nn.Linear(c.displacement, c.displacement)
+            self.displace = nn.Linear(c.displacement, 3)
+        heads = 4 * c.corrective_heads
+        self.mesh_gates = GatLn(CORRECTIVE_WIDTH, c.corrective, heads, groups=4, alpha=alpha)
+        self.hidden_gates = GatLn(c.corrective, c.corrective, heads, groups=4, alpha=alpha)
+        self.peepholes = nn.Parameter(torch.zeros(3, c.corrective))
+        self.corrective_first = GatLn(c.corrective, c.corrective, 1, alpha=alpha)
+        self.corrective_second = GatLn(c.corrective, 3, 1, alpha=alpha)
+        self.corrective_scale = nn.Parameter(torch.zeros(1))
+        with torch.no_grad():
+            self.weight.weight.mul_(FAINT)
+            if c.displacement:
+                self.displace.weight.zero_()
+                self.displace.bias.zero_()
+
+    def coarse_parameters(self) -> list[nn.Parameter]:
+        """What the coarse mesh depends on: encoders of garment, shape and motion, and the coarse predictor."""
+        corrective = {id(each) for each in self.corrective_parameters()}
+        return [each for each in self.parameters() if id(each) not in corrective]
+
+    def corrective_parameters(self) -> list[nn.Parameter]:
+        """What the corrective displacement alone depends on: the encoder of the body, and its predictor."""
+        layers = self.body, self.mesh_gates, self.hidden_gates, self.corrective_first, self.corrective_second
+        return [self.peepholes, self.corrective_scale, *(each for layer in layers for each in layer.parameters())]
+
+    def garment(self, graph: Graph, features: Tensor, descriptor: Tensor, skin_logits: Tensor) -> GarmentCode:
+        """Encode a garment at rest.
+
+        Args:
+            graph: Its graph.
+            features: Normal, position [m] and distance to the body [m] of each vertex (verts, 7).
+            descriptor: Its spectral descriptor (descriptor,).
+            skin_logits: Where the dynamic weights start (verts, joints), see `graph_inputs.skin_logits`.
+        """
+        encoded = self.graph_second(graph, self.graph_first(graph, features[None, None]))
+        if self.config.global_shape == "spectral":
+            shape = self.shape(torch.asinh(STRETCHED * descriptor))
+        elif self.config.global_shape == "pooled":
+            shape = self.shape(encoded[0].mean(0)).amax(0)
+        else:
+            shape = features.new_ones(JOINTS)
+        return GarmentCode(graph, features[:, 3:6], encoded, shape, skin_logits)
+
+    def coarse(
+        self,
+        garment: GarmentCode,
+        motion: Tensor,
+        transforms: Tensor,
+        told: Tensor | None = None,
+        turns: Tensor | None = None,
+    ) -> tuple[Tensor, Tensor, Tensor]:
+        """The coarse meshes of some frames, each on its own.
+
+        Args:
+            garment: The garment.
+            motion: The last poses (frames, poses, 75), see `POSE_WIDTH`.
+            transforms: Skinning transforms of the joints (frames, joints, 3, 4).
+            told: Features of the vertices (frames, verts, told); None where the estimator has none.
+            turns: How skinning turns each vertex, wxyz (frames, verts, 4); None where nothing is displaced.
+
+        Returns:
+            Vertices (frames, verts, 3) [m], dynamic weights (frames, verts, joints), blend shape at rest
+            (frames, verts, 3) [m].
+        """
+        c, extra, first = self.config, None, None
+        if c.told:
+            assert told is not None
+            extra = (told - self.told_mean) / self.told_spread
+            first = extra[..., : c.state_told].contiguous() if c.state_told else None
+        moved = self.motion(motion)[1][0][0]
+        state = self.state(garment.graph, garment.features, scale=moved, extra=first)
+        mean, scores = condensed(state, self.weight.weight[0])
+        weights = (scores * garment.shape + garment.logits).softmax(-1)
+        blend = self.blend_first(garment.graph, mean[:, None], extra=extra)
+        blend = self.blend_second(garment.graph, blend)
+        blend = self.blend_scale * torch.einsum("tcvd,td->tvc", blend, self.blend_motion(moved))
+        vertices = skinned(weights, transforms, garment.positions + blend)
+        if c.displacement:
+            assert turns is not None
+            vertices = vertices + turned(turns, self._displacements(mean, extra))
+        return vertices, weights, blend
+
+    def _displacements(self, state: Tensor, told: Tensor | None) -> Tensor:
+        """Of each vertex, in the frame that skinning turns it to (frames, verts, 3) [m]."""
+        hidden = torch.relu(self.displace_first(state if told is None else torch.cat([state, told], dim=-1)))
+        return self.displace(torch.relu(self.displace_second(hidden)))
+
+    def corrective(self, garment: GarmentCode, meshes: Tensor, joints: Tensor, body: Tensor) -> Tensor:
+        """The corrective displacement of some frames.
+
+        Args:
+            garment: The garment.
+            meshes: The last three coarse meshes (frames, 3, verts, 3), the present one last [m].
+            joints: Positions of the joints at the same times (frames, 3, joints, 3) [m].
+            body: Betas and axis-angles of the present pose (frames, body).
+
+        Returns:
+            Displacements of the vertices (frames, verts, 3) [m].
+        """
+        graph = garment.graph
+        hidden = cell = meshes.new_zeros(())
+        for step in range(MESHES):
+            mesh = meshes[:, step]
+            features = torch.cat([mesh, torch.cdist(mesh, joints[:, step])], dim=-1)
+            gates = self.mesh_gates(graph, features[:, None])
+            if step:
+                gates = gates + self.hidden_gates(graph, hidden[:, None])
+            opened = torch.sigmoid(gates[:, :3] + (self.peepholes[:, None] * cell[:, None] if step else 0.0))
+            cell = opened[:, 0] * torch.tanh(gates[:, 3] + (opened[:, 1] * cell if step else 0.0))
+            hidden = opened[:, 2] * torch.tanh(cell)
+        out = self.corrective_first(graph, hidden[:, None], scale=self.body(body))
+        return self.corrective_scale * self.corrective_second(graph, out)[:, 0]
+
+
+def skinned(weights: Tensor, transforms: Tensor, points: Tensor) -> Tensor:
+    """Linear blend skinning.
+
+    Args:
+        weights: Of each vertex (frames, verts, joints).
+        transforms: Of the joints (frames, joints, 3, 4) [m].
+        points: Vertices at rest (verts, 3), or one set a frame [m].
+    """
+    blended = (weights @ transforms.flatten(2)).unflatten(2, (3, 4))
+    return (blended[..., :3] @ points[..., None])[..., 0] + blended[..., 3]
+
+
+def turned(turns: Tensor, vectors: Tensor) -> Tensor:
+    """Vectors (..., 3) turned by unit quaternions, wxyz (..., 4)."""
+    scalar, axis = turns[..., :1], turns[..., 1:]
+    cross = 2 * torch.linalg.cross(axis, vectors)
+    return vectors + scalar * cross + torch.linalg.cross(axis, cross)
+
+
+def cost(config: EstimatorConfig, vertex_count: int, *, ring: float = 7.0) -> dict[str, tuple[int, int]]:
+    """Weights, and operations of one frame, part by part.
+
+    Args:
+        config: The sizes.
+        vertex_count: Number of vertices.
+        ring: Mean number of vertices in a ring.
+
+    Returns:
+        Counts of weights and of floating point operations (two a multiplication and addition) by part: those of the
+        garment, of which a frame needs none, come first.
+    """
+    estimator, per_frame = Estimator(config), {"hidden_gates": MESHES - 1, "mesh_gates": MESHES}
+
+    def weights_of(module: nn.Module) -> int:
+        return sum(each.numel() for each in module.parameters())
+
+    def work_of(name: str, module: nn.Module) -> int:
+        if isinstance(module, GatLn):
+            heads, inputs, outputs = module.weights.shape
+            each = 2 * (inputs + module.extra_weights.shape[1]) * outputs + 6 * outputs + 2 * int(ring) * outputs
+            return vertex_count * heads * each * per_frame.get(name, 1)
+        if isinstance(module, nn.LSTM):
+            return 2 * 65 * weights_of(module)
+        times = vertex_count * JOINTS if name == "weight" else vertex_count if name.startswith("displace") else 1
+        return 2 * weights_of(module) * times
+
+    found = {name: (weights_of(part), work_of(name, part)) for name, part in estimator.named_children()}
+    return {name: each for name, each in found.items() if each[0]}
+
+
+def _connected(inputs: int, *sizes: int) -> nn.Sequential:
+    layers: list[nn.Module] = []
+    for size in sizes:
+        layers += [nn.Linear(inputs, size), nn.ReLU()]
+        inputs = size
+    return nn.Sequential(*layers[:-1])

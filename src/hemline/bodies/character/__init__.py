@@ -1,0 +1,1 @@
+"""Bodies from rigged characters in GLB and VRM files."""

@@ -1,0 +1,187 @@
+"""The skinned meshes of a glTF file at rest, joined, with the joints of ours that move their vertices."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hemline.arrays import Float, Int
+from hemline.errors import BadBody
+from hemline.files.gltf import Gltf
+from hemline.files.gltf_triangles import PRIMITIVES_MAX, triangles
+from hemline.motions import JOINT_NAMES
+from hemline.motions.rigs.gltf_rig import GltfRig
+
+_AGAIN = "normalise the weights, and export it again"
+_VERTICES_MAX = 2_000_000
+_LARGEST = 1e9
+_VERTEX_BYTES = 8
+"""A skinned vertex has so many bytes in its file, at least: three of its place, one or more of bones and of weights."""
+
+
+@dataclass(frozen=True, eq=False)
+class CharacterMesh:
+    """Triangles of all skinned meshes of a file.
+
+    Attributes:
+        vertices: Where they are at rest, in the world of the file [file's unit].
+        faces: Triangles.
+        weights: Share of each of our joints.
+        parts: Of each triangle, the number of the mesh that it is of.
+        names: Names of the meshes, with that of the material.
+        notes: What was odd, one sentence each.
+    """
+
+    vertices: Float[np.ndarray, "verts 3"]
+    faces: Int[np.ndarray, "faces 3"]
+    weights: Float[np.ndarray, "verts joints"]
+    parts: Int[np.ndarray, " faces"]
+    names: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def only(self, parts: Int[np.ndarray, " parts"]) -> "CharacterMesh":
+        """Some of its meshes."""
+        kept = np.isin(self.parts, parts)
+        return CharacterMesh(self.vertices, self.faces[kept], self.weights, self.parts[kept], self.names, self.notes)
+
+
+def read_character_mesh(rig: GltfRig, owners: Int[np.ndarray, " nodes"]) -> CharacterMesh:
+    """All skinned triangles of a file.
+
+    Args:
+        rig: The rig.
+        owners: Which of our joints each node of the file goes with.
+
+    Raises:
+        BadBody: Weights that are NaN, negative or of no bone, positions that are NaN, no triangles, or too many.
+    """
+    gltf, pieces, names, notes = rig.gltf, [], [], []
+    count = Counted(gltf)
+    with gltf.readable(), np.errstate(all="ignore"):
+        for node, said in enumerate(gltf.all("nodes")):
+            if "mesh" not in said or "skin" not in said:
+                continue
+            mesh, skin = gltf.all("meshes")[said["mesh"]], gltf.all("skins")[said["skin"]]
+            joints = owners[np.array(skin["joints"], int)]
+            for primitive in mesh["primitives"]:
+                name = _name(gltf, rig.nodes.names[node], mesh, primitive)
+                piece = _piece(rig, primitive, said["skin"], joints, name, count)
+                if piece is None:
+                    notes.append(f"'{name}' has no triangles and is left out")
+                    continue
+                names.append(name)
+                pieces.append(piece)
+    if not pieces:
+        cure = "skin its mesh to the armature, and export it with its skin"
+        raise BadBody(f"{gltf.path} has no triangles that bones move", "none", cure)
+    first = np.cumsum([0] + [len(piece[0]) for piece in pieces])
+    weights, note = _whole(
+        np.concatenate([piece[2] for piece in pieces]), np.concatenate([piece[0] for piece in pieces])
+    )
+    return CharacterMesh(
+        np.concatenate([piece[0] for piece in pieces]),
+        np.concatenate([piece[1] + start for piece, start in zip(pieces, first, strict=False)]),
+        weights,
+        np.repeat(np.arange(len(pieces)), [len(piece[1]) for piece in pieces]),
+        tuple(names),
+        tuple(notes) + note,
+    )
+
+
+class Counted:
+    """What was made of a file so far, held below what it can rightly hold."""
+
+    def __init__(self, gltf: Gltf) -> None:
+        self.gltf, self.primitives, self.corners, self.vertices = gltf, 0, 0, 0
+
+    def triangles(self, primitive: dict) -> np.ndarray:
+        """The triangles of a primitive, counted."""
+        self.primitives += 1
+        if self.primitives > PRIMITIVES_MAX:
+            raise BadBody(f"{self.gltf.path} may have {PRIMITIVES_MAX} meshes", "more", "join them")
+        faces = triangles(self.gltf, primitive)
+        self.corners += faces.size
+        self.gltf.refuse_more(self.corners)
+        return faces
+
+    def used(self, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The vertices that triangles have, counted, and the triangles as rows of them."""
+        used, faces = np.unique(faces, return_inverse=True)
+        self.vertices += len(used)
+        if self.vertices > _VERTICES_MAX:
+            cure = f"reduce it to {_VERTICES_MAX} or less"
+            raise BadBody(f"{self.gltf.path} has too many vertices", self.vertices, cure)
+        self.gltf.refuse_more(_VERTEX_BYTES * self.vertices)
+        return used, faces.reshape(-1, 3)
+
+
+def _name(gltf: Gltf, node: str, mesh: dict, primitive: dict) -> str:
+    name = str(mesh.get("name") or node)
+    if "material" in primitive and len(mesh["primitives"]) > 1:
+        material = gltf.all("materials")[primitive["material"]].get("name")
+        return f"{name} / {material}" if material else name
+    return name
+
+
+def _piece(
+    rig: GltfRig, primitive: dict, skin: int, joints: np.ndarray, name: str, count: Counted
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Vertices at rest, triangles and weights of one primitive, vertices that no triangle has left out."""
+    gltf, attributes = rig.gltf, primitive["attributes"]
+    faces = count.triangles(primitive)
+    points = gltf.array(attributes["POSITION"])
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError("POSITION")
+    if not len(faces) or "JOINTS_0" not in attributes:
+        return None
+    used, faces = count.used(faces)
+    points = points[used].astype(np.float64)
+    if not np.isfinite(points).all():
+        raise BadBody(f"{gltf.path}: '{name}' must have finite positions", "NaN or infinity", "export it again")
+    weights = np.zeros((len(points), len(JOINT_NAMES)))
+    for number in range(len(attributes)):
+        if f"JOINTS_{number}" not in attributes:
+            break
+        bones = gltf.array(attributes[f"JOINTS_{number}"])
+        if bones.dtype.kind != "u":
+            raise ValueError("JOINTS")
+        bones = bones[used].astype(np.int64)
+        shares = gltf.array(attributes[f"WEIGHTS_{number}"])[used].astype(np.float64)
+        if bones.shape != shares.shape:
+            raise ValueError("WEIGHTS")
+        if not np.isfinite(shares).all():
+            raise BadBody(f"{gltf.path}: weights of '{name}' must be finite", "NaN or infinity", _AGAIN)
+        if shares.min() < -1e-3:
+            raise BadBody(f"{gltf.path}: weights of '{name}' must not be negative", f"{shares.min():.3g}", _AGAIN)
+        bones = np.where(shares > 0, bones, 0)
+        if bones.max() >= len(joints):
+            got = f"bone {bones.max()} of {len(joints)}"
+            raise BadBody(f"{gltf.path}: a weight of '{name}' is of no bone of its skin", got, "export it again")
+        np.add.at(weights, (np.arange(len(points))[:, None], joints[bones]), np.maximum(shares, 0))
+    place = rig.skins[skin]
+    if np.linalg.det(place[:3, :3]) < 0:
+        faces = faces[:, [0, 2, 1]]
+    points = points @ place[:3, :3].T + place[:3, 3]
+    if not (np.abs(points) < _LARGEST).all():
+        raise BadBody(f"{gltf.path}: '{name}' must lie within {_LARGEST:g} of its units", "more", "export it again")
+    return points, faces, weights
+
+
+def _whole(weights: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Weights that sum to 1; a vertex without any takes those of the nearest one that has some."""
+    from scipy.spatial import KDTree
+
+    sums = weights.sum(axis=1)
+    bare = sums < 1e-6
+    if bare.all():
+        raise BadBody("a character must have weights", "none above 0", "skin it to its bones, and export it again")
+    notes = []
+    if bare.any():
+        # of several at one place, which a tree would look through one by one, the first
+        there, first = np.unique(places[~bare], axis=0, return_index=True)
+        nearest = np.flatnonzero(~bare)[first[KDTree(there).query(places[bare])[1]]]
+        weights[bare] = weights[nearest]
+        notes.append(f"{bare.sum()} vertices without weights follow the nearest one that has some")
+    off = np.abs(sums[~bare] - 1) > 0.01
+    if off.any():
+        notes.append(f"the weights of {off.sum()} vertices did not sum to 1: normalised")
+    return weights / weights.sum(axis=1, keepdims=True), tuple(notes)

@@ -1,0 +1,1 @@
+"""Bodies from SMPL, SMPL-H and SMPL-X files."""

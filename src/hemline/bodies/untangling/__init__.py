@@ -1,0 +1,1 @@
+"""Limbs moved out of the torso and out of each other."""

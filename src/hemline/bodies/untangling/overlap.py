@@ -1,0 +1,42 @@
+"""Where a posed body runs into itself: no cloth can lie right there."""
+
+import numpy as np
+from jaxtyping import Float
+
+from hemline.arrays import Mask
+from hemline.bodies.body import PosedBody, ShapedBody
+from hemline.motions import Motion
+
+from .overlap_kernels import mark_inside
+from .parts import closed_parts
+
+_SLABS = 256
+
+
+def overlapping(posed: PosedBody) -> Mask:
+    """Vertices of a posed body that lie inside another part of it, by winding number.
+
+    Nine parts (torso, upper arms, forearms, thighs, shanks) are closed where they were cut. Near its own joint a part
+    always touches its neighbour, so vertices within one and a half radii of the cut are not tested against that one.
+
+    Args:
+        posed: The body.
+    """
+    vertices = posed.vertices.astype(np.float64)
+    parts = closed_parts(posed.shaped.body)
+    apexes = [vertices[rim].mean(axis=0) for part in parts for rim in part.rims]
+    closed = np.vstack([vertices, *apexes])
+    inside = np.zeros(len(vertices), dtype=bool)
+    for part in parts:
+        mark_inside(closed, part.faces, part.tested, _SLABS, inside)
+    return inside
+
+
+def overlap_percent(shaped: ShapedBody, motion: Motion) -> Float[np.ndarray, " frames"]:
+    """Share of the body's vertices that lie inside another part of it, in each frame [percent].
+
+    Args:
+        shaped: The body.
+        motion: The clip.
+    """
+    return np.array([100 * overlapping(shaped.posed(motion[frame])).mean() for frame in range(len(motion))])

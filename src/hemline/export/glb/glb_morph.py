@@ -1,0 +1,102 @@
+"""A mesh in a GLB document whose every frame is a morph target."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hemline.arrays import Normals, Vertices
+from hemline.export.clip import Part
+from hemline.export.shading import unit_normals
+
+from .glb_buffer import Buffer
+from .glb_quantized import Grid, directions, turned_by
+
+_HALF_OF_SHORT = 16383
+"""The difference of two such numbers is one of two bytes."""
+
+
+def add_morph(document: dict, buffer: Buffer, part: Part, times: int, *, quantized: bool) -> None:
+    """Add a mesh whose frames after the first are morph targets, positions and normals.
+
+    Quantised, a frame's positions are relative to the middle of its vertices, and the node goes along this path, so
+    that a clip that travels loses no precision.
+
+    Args:
+        document: The glTF document, changed in place.
+        buffer: The buffer of the document.
+        part: The mesh.
+        times: Accessor of the frames' times.
+        quantized: Use two bytes a number for positions and one for normals.
+    """
+    frames = len(part.vertices)
+    node = {"name": part.name, "mesh": len(document["meshes"])}
+    path = part.vertices.mean(axis=1, dtype=np.float64).astype(np.float32) if quantized else None
+    if path is None:
+        first, *targets = _floats(buffer, part)
+    else:
+        grid = Grid.around(part.vertices - path[:, None], _HALF_OF_SHORT)
+        path += grid.middle.astype(np.float32)
+        node |= {"translation": path[0].tolist(), "scale": [grid.scale] * 3}
+        first, *targets = _numbers(buffer, part, grid)
+    primitive = {
+        "attributes": first,
+        "indices": buffer.add_indices(part.faces),
+        "material": len(document["materials"]) - 1,
+    }
+    mesh = {"name": part.name, "primitives": [primitive]}
+    if targets:
+        primitive["targets"] = targets
+        mesh["extras"] = {"targetNames": [f"frame_{frame:04d}" for frame in range(1, frames)]}
+        mesh["weights"] = [0.0] * (frames - 1)
+        tracks = {"weights": buffer.add(np.eye(frames, frames - 1, k=-1, dtype=np.float32).ravel(), "SCALAR")}
+        if path is not None:
+            tracks["translation"] = buffer.add(path, "VEC3")
+        _animate(document["animations"][0], len(document["nodes"]), tracks, times)
+    document["scenes"][0]["nodes"].append(len(document["nodes"]))
+    document["nodes"].append(node)
+    document["meshes"].append(mesh)
+
+
+def _frames(part: Part) -> Iterator[tuple[Vertices, Normals]]:
+    for vertices in part.vertices:
+        yield np.asarray(vertices, np.float32), unit_normals(vertices, part.faces)
+
+
+def _floats(buffer: Buffer, part: Part) -> Iterator[dict[str, int]]:
+    """Accessors of the first frame, then of each other frame's difference from it."""
+    (rest, normals), *others = _frames(part)
+    yield {
+        "POSITION": buffer.add_attribute(rest, "VEC3", bounds=True),
+        "NORMAL": buffer.add_attribute(normals, "VEC3"),
+    }
+    for vertices, turned in others:
+        yield {
+            "POSITION": buffer.add_attribute(vertices - rest, "VEC3", bounds=True),
+            "NORMAL": buffer.add_attribute(turned - normals, "VEC3"),
+        }
+
+
+def _numbers(buffer: Buffer, part: Part, grid: Grid) -> Iterator[dict[str, int]]:
+    """The same in whole numbers of a grid around the middle of each frame's vertices."""
+    (rest, normals), *others = _frames(part)
+    places, pointing = grid.numbers(_about(rest)), directions(normals)
+    yield {
+        "POSITION": buffer.add_attribute(places, "VEC3", bounds=True),
+        "NORMAL": buffer.add_attribute(pointing, "VEC3"),
+    }
+    for vertices, turned in others:
+        yield {
+            "POSITION": buffer.add_attribute(grid.numbers(_about(vertices)) - places, "VEC3", bounds=True),
+            "NORMAL": buffer.add_attribute(directions(turned_by(normals, turned)), "VEC3"),
+        }
+
+
+def _about(vertices: Vertices) -> Vertices:
+    return vertices - vertices.mean(axis=0, dtype=np.float64)
+
+
+def _animate(animation: dict, node: int, tracks: dict[str, int], times: int) -> None:
+    for path, output in tracks.items():
+        target = {"node": node, "path": path}
+        animation["channels"].append({"sampler": len(animation["samplers"]), "target": target})
+        animation["samplers"].append({"input": times, "output": output, "interpolation": "LINEAR"})

@@ -1,0 +1,118 @@
+"""VRM 1.0: a GLB file with a humanoid, its licence, and spring bones."""
+
+from pathlib import Path
+
+import numpy as np
+
+from hemline.errors import BadOutput
+from hemline.export.character import BoundMesh, Character
+from hemline.export.glb.glb_buffer import Buffer
+from hemline.export.glb.glb_document import asset, material, packed
+from hemline.export.shading import unit_normals
+from hemline.files import check_writable, written_whole
+
+from .vrm_humanoid import humanoid, meta
+from .vrm_springs import springs
+
+ENDING = ".vrm"
+
+
+def write_vrm(path: str | Path, character: Character) -> tuple[Path, ...]:
+    """Write a character as VRM 1.0, whole or not at all.
+
+    Args:
+        path: Where to; it ends in `.vrm`.
+        character: Who.
+
+    Raises:
+        BadOutput: Another ending, or the path cannot be written.
+
+    The format: https://github.com/vrm-c/vrm-specification, `VRMC_vrm` and `VRMC_springBone` 1.0.
+    """
+    path = Path(path)
+    check_character_path(path)
+    content = vrm_bytes(character)
+    with written_whole(path) as temporary:
+        temporary.write_bytes(content)
+    return (path,)
+
+
+def check_character_path(path: str | Path) -> None:
+    """Refuse a path that `write_vrm` could not write, before the work is done.
+
+    Raises:
+        BadOutput: Another ending, or the folder cannot be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ENDING:
+        raise BadOutput(f"a character is written as {ENDING}", path.name, f"name it {path.stem}{ENDING}")
+    check_writable(path)
+
+
+def vrm_bytes(character: Character) -> bytes:
+    """The bytes that `write_vrm` writes."""
+    buffer = Buffer()
+    nodes, first = _bone_nodes(character)
+    document = {
+        "asset": asset(character.notices),
+        "extensionsUsed": ["VRMC_vrm", "VRMC_springBone"],
+        "extensions": {
+            "VRMC_vrm": {
+                "specVersion": "1.0",
+                "meta": meta(character.name, character.notices),
+                "humanoid": {"humanBones": humanoid(character.joint_names, first)},
+            },
+            "VRMC_springBone": springs(character, first),
+        },
+        "scene": 0,
+        "scenes": [{"nodes": [0, *range(len(nodes), len(nodes) + len(character.meshes))]}],
+        "nodes": nodes,
+        "meshes": [],
+        "materials": [],
+        "skins": [],
+    }
+    bone_count = len(nodes) - first
+    for mesh in character.meshes:
+        _add_mesh(document, buffer, mesh, list(range(first, first + bone_count)))
+    return packed(document | buffer.described(), buffer.content())
+
+
+def _bone_nodes(character: Character) -> tuple[list[dict], int]:
+    """A node on the floor, the joints, then the chains, none of them turned; and the number of the first joint."""
+    chains, joint_count = character.chains, len(character.joints)
+    places = np.concatenate([character.joints, chains.bones]).astype(np.float64)
+    parents = np.concatenate([character.parents, np.arange(len(chains.bones)) + joint_count - 1])
+    names = [*character.joint_names]
+    for number, (bones, joint) in enumerate(zip(chains.spans, chains.joints.tolist(), strict=True)):
+        parents[joint_count + bones.start] = joint
+        names += [f"{character.name} {number:02d} {bone:02d}" for bone in range(len(bones))]
+    at = places - np.where(parents[:, None] >= 0, places[parents], 0)
+    nodes: list[dict] = [{"name": f"{character.name} character", "children": []}]
+    for name, place, parent in zip(names, at.tolist(), parents.tolist(), strict=True):
+        nodes[parent + 1].setdefault("children", []).append(len(nodes))
+        nodes.append({"name": name, "translation": place})
+    return nodes, 1
+
+
+def _add_mesh(document: dict, buffer: Buffer, mesh: BoundMesh, joints: list[int]) -> None:
+    joints = joints[: len(mesh.binds)]
+    binds = np.tile(np.eye(4), (len(joints), 1, 1))
+    binds[:, :3] = mesh.binds
+    columns = np.swapaxes(binds, 1, 2).reshape(-1, 16).astype(np.float32)
+    document["skins"].append({"inverseBindMatrices": buffer.add(columns, "MAT4"), "joints": joints})
+    vertices = np.asarray(mesh.vertices, np.float32)
+    bones = np.where(mesh.weights > 0, mesh.bones, 0)
+    primitive = {
+        "attributes": {
+            "POSITION": buffer.add_attribute(vertices, "VEC3", bounds=True),
+            "NORMAL": buffer.add_attribute(unit_normals(vertices, mesh.faces), "VEC3"),
+            "JOINTS_0": buffer.add_numbers(bones.astype(np.uint16), "VEC4"),
+            "WEIGHTS_0": buffer.add_attribute(mesh.weights.astype(np.float32), "VEC4"),
+        },
+        "indices": buffer.add_indices(mesh.faces),
+        "material": len(document["materials"]),
+    }
+    number = len(document["meshes"])
+    document["nodes"].append({"name": mesh.name, "mesh": number, "skin": number})
+    document["materials"].append(material(mesh.name, mesh.colour, both_sides=mesh.name != "body"))
+    document["meshes"].append({"name": mesh.name, "primitives": [primitive]})

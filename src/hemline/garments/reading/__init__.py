@@ -1,0 +1,1 @@
+"""Garments from files: meshes with or without a TOML file, and MakeHuman's clothes."""

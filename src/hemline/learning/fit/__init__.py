@@ -1,0 +1,1 @@
+"""Networks while they are trained, with torch."""

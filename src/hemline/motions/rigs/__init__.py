@@ -1,0 +1,1 @@
+"""Clips of foreign rigs brought onto the 24 joints."""

@@ -1,0 +1,160 @@
+"""Which joint of a foreign rig is which of ours: as the file says, by names, or by shape."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from hemline.errors import BadMotion
+from hemline.motions.bvh import Skeleton
+
+from .bone_names import (
+    FINGER_BASES,
+    HEADS,
+    MIDDLES,
+    PARTS,
+    THUMBS,
+    TOES,
+    VRM,
+    VRM_MIDDLES,
+    VRM_THUMBS,
+    plain,
+    spellings,
+)
+from .tree_shape import joints_by_shape
+
+
+@dataclass(frozen=True)
+class Found:
+    """Joints of a rig by their role, as indices into its skeleton.
+
+    Attributes:
+        joints: Our joint name to the rig's joint, for all that the rig has; the three of the spine are left out.
+        carriers: Joints from the root down to the pelvis, both included.
+        spine: Joints from above the pelvis up to the one that carries the arms.
+        thumbs: `left` and `right` to the first joint of the thumb, where there is one.
+        middles: The same of the middle finger.
+        how: How they were found, a sentence; empty: by their names.
+    """
+
+    joints: dict[str, int]
+    carriers: tuple[int, ...]
+    spine: tuple[int, ...]
+    thumbs: dict[str, int]
+    middles: dict[str, int]
+    how: str = ""
+
+
+def find_joints(skeleton: Skeleton, file: str, humanoid: Mapping[str, int] | None = None) -> Found:
+    """Name the joints of a rig: limbs and head, then spine, neck and collars by the chains between them.
+
+    Limbs and head are those that the file's own map of VRM names; else those whose names are known; else those whose
+    place in the tree is theirs, which `Found.how` says.
+
+    Args:
+        skeleton: The rig.
+        file: Its name, for messages.
+        humanoid: Joint by VRM's name of a bone, where the file has such a map.
+
+    Raises:
+        BadMotion: A joint that is needed is missing.
+    """
+    if humanoid is not None:
+        return _joined(skeleton, file, *_by_map(humanoid, file), how="the file's own VRM map")
+    try:
+        return _joined(skeleton, file, *_by_names(skeleton, file))
+    except BadMotion as reason:
+        joints = joints_by_shape(skeleton)
+        if joints is None:
+            raise
+        found = _joined(skeleton, file, joints, {}, {})
+        return replace(found, how=f"their place in the tree, since {reason.what}: {_told(skeleton, joints)}")
+
+
+def _by_map(humanoid: Mapping[str, int], file: str) -> tuple[dict[str, int], dict[str, int], dict[str, int]]:
+    joints = {ours: humanoid[theirs] for ours, theirs in VRM.items() if theirs in humanoid}
+    for ours, theirs in VRM.items():
+        if ours not in joints and not ours.endswith("_foot"):
+            raise BadMotion(f"the VRM map of {file} lacks '{theirs}'", f"{len(humanoid)} bones", "export it again")
+    sides = ("left", "right")
+    fingers = [
+        {side: humanoid[side + name] for side in sides for name in names[::-1] if side + name in humanoid}
+        for names in (VRM_THUMBS, VRM_MIDDLES)
+    ]
+    return joints, fingers[0], fingers[1]
+
+
+def _by_names(skeleton: Skeleton, file: str) -> tuple[dict[str, int], dict[str, int], dict[str, int]]:
+    known = {plain(name): index for index, name in reversed(list(enumerate(skeleton.names)))}
+    joints = {"head": _needed("head", HEADS, known, file)}
+    thumbs, middles = {}, {}
+    for side in ("left", "right"):
+        for role, parts in PARTS.items():
+            joints[f"{side}_{role}"] = _needed(f"{side} {role}", spellings(side, parts), known, file)
+        if joints[f"{side}_hip"] == joints[f"{side}_knee"]:
+            _needed(f"{side} hip", spellings(side, PARTS["hip"][:-1]), known, file)
+        for role, parts, before in (("foot", (*TOES, "foot"), "ankle"), ("wrist", FINGER_BASES, "")):
+            joint = _first(spellings(side, parts), known)
+            if joint is not None and joint != joints.get(f"{side}_{before}"):
+                joints[f"{side}_{role}"] = joint
+        for fingers, parts in ((thumbs, THUMBS), (middles, (*MIDDLES, "hand"))):
+            joint = _first(spellings(side, parts), known)
+            if joint is not None and joint != joints[f"{side}_wrist"]:
+                fingers[side] = joint
+    return joints, thumbs, middles
+
+
+def _joined(
+    skeleton: Skeleton,
+    file: str,
+    joints: dict[str, int],
+    thumbs: dict[str, int],
+    middles: dict[str, int],
+    *,
+    how: str = "",
+) -> Found:
+    """Pelvis, spine, neck and collars by the chains between limbs and head."""
+    joints = dict(joints)
+    lines = {name: _line(skeleton, joint) for name, joint in joints.items()}
+    head, left, right = lines["head"], lines["left_shoulder"], lines["right_shoulder"]
+    legs = set(lines["left_hip"]) & set(lines["right_hip"])
+    if not (legs & set(head) and set(head) & set(left) & set(right)):
+        raise BadMotion(f"head, arms and legs of {file} must be on one tree", "several", "join them under one root")
+    pelvis, chest = max(set(head) & legs), max(set(head) & set(left) & set(right))
+    joints["pelvis"] = pelvis
+    spine = tuple(joint for joint in head if pelvis < joint <= chest)
+    if not spine:
+        got = f"arms on '{skeleton.names[chest]}', which carries the legs"
+        raise BadMotion(f"{file} lacks a joint of the spine", got, "add a spine between legs and arms")
+    neck = [joint for joint in head if joint > chest and joint != joints["head"]]
+    if neck:
+        joints["neck"] = neck[0]
+    for side, line in (("left", left), ("right", right)):
+        collar = skeleton.parents[joints[f"{side}_shoulder"]]
+        if collar != chest and collar in line:
+            joints[f"{side}_collar"] = collar
+    carriers = tuple(joint for joint in head if joint <= pelvis)
+    return Found(joints, carriers, spine, dict(thumbs), dict(middles), how)
+
+
+def _told(skeleton: Skeleton, joints: Mapping[str, int]) -> str:
+    return ", ".join(f"{role} '{skeleton.names[joint]}'" for role, joint in joints.items())
+
+
+def _first(words: tuple[str, ...], known: dict[str, int]) -> int | None:
+    return next((known[word] for word in words if word in known), None)
+
+
+def _needed(role: str, words: tuple[str, ...], known: dict[str, int], file: str) -> int:
+    joint = _first(words, known)
+    if joint is None:
+        others = f"name it '{words[0]}' or one of {', '.join(words[1:5])}"
+        cure = others if len(words) > len(HEADS) else "name it 'Head'"
+        raise BadMotion(f"{file} lacks the joint '{role}'", f"{len(known)} other joints", cure)
+    return joint
+
+
+def _line(skeleton: Skeleton, joint: int) -> list[int]:
+    """The joints from the root down to a joint, both included."""
+    line = [joint]
+    while skeleton.parents[line[-1]] >= 0:
+        line.append(skeleton.parents[line[-1]])
+    return line[::-1]

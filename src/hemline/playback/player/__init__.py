@@ -1,0 +1,1 @@
+"""One garment on one body, frame by frame."""

@@ -1,0 +1,1 @@
+"""Contact of cloth vertices with the skin of the body."""

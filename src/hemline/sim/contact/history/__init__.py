@@ -1,0 +1,1 @@
+"""Contact that remembers on which skin a vertex lay."""

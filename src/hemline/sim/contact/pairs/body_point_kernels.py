@@ -1,0 +1,279 @@
+"""Which vertices of the body are about to go through a triangle of the cloth."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from hemline.compiled import kernel, prange
+from hemline.sim.contact.body.planes import ClosestPoints, Planes
+from hemline.sim.contact.body.touch_kernels import STRIDE, Grid, SkinMesh, cells_between, closest_on_triangle
+
+INNER = 0.58
+"""Radius of the circle around a triangle over its longest edge, rounded up, where that circle is the smallest one."""
+
+
+class Found(NamedTuple):
+    """What a search found, chunk by chunk, each chunk with the same room.
+
+    Attributes:
+        count: How many each chunk has, perhaps more than there is room for.
+        entries: Vertex of the body, triangle of the cloth.
+        share: Weights of the triangle's corners 1 and 2, squared distance.
+    """
+
+    count: Int[np.ndarray, " chunks"]
+    entries: Int[np.ndarray, "room 2"]
+    share: Float[np.ndarray, "room 3"]
+
+
+class PointRows(NamedTuple):
+    """Points of the cloth above vertices of the body.
+
+    Attributes:
+        body_vertex: The vertex under each.
+        corners: Triangle of each; its last corner stands twice.
+        weights: Of its corners, the last of them 0.
+        start: The point at the step's start [m].
+        ahead: Where it is taken to go [m].
+        stiffness: In contact [N/m].
+        friction: Coulomb's coefficient.
+    """
+
+    body_vertex: Int[np.ndarray, " points"]
+    corners: Int[np.ndarray, "points 4"]
+    weights: Float[np.ndarray, "points 4"]
+    start: Float[np.ndarray, "points 3"]
+    ahead: Float[np.ndarray, "points 3"]
+    stiffness: Float[np.ndarray, " points"]
+    friction: Float[np.ndarray, " points"]
+
+
+@kernel(parallel=True)
+def points_above(
+    x,
+    faces,
+    fixed,
+    ahead: ClosestPoints,
+    planes: Planes,
+    held,
+    skin: SkinMesh,
+    grid: Grid,
+    slack,
+    deepest,
+    reach,
+    chunk,
+    room,
+    slid_out,
+    far_out,
+    out: Found,
+):
+    """Vertices of the body that nearly are, or are, on the wrong side of a triangle of the cloth.
+
+    # in:  x (verts, 3) float64: the cloth as it is guessed; fixed, held (verts,) bool: without contact, over the body;
+    #      ahead: the body's closest point; planes: where the body would carry each vertex, and its normals there;
+    #      slack: a vertex of the body counts if the triangle is not higher above it, along its normal, and not
+    #      farther off than `deepest`, both and the way towards the body; reach: nor than this; room: of each chunk of
+    #      triangles in out; there are not STRIDE chunks nor a multiple of it, as they are dealt out so that each thread
+    #      gets triangles near the body
+    # out: slid_out (verts, 3): the cloth as it slides along the body, as high above it as at the start: what is guessed
+    #      of that way changes with every touch; far_out (verts, 2): distance from the body, way towards it
+    """
+    ahead_face, ahead_weights, carried, out_of_body = ahead.face, ahead.weights, planes.carried, planes.normal
+    vertices, normals, body_faces = skin.vertices, skin.normals, skin.faces
+    low, cell, size, starts, order = grid
+    count_out, entries_out, share_out = out
+    for i in prange(x.shape[0]):
+        g, v, w = ahead_face[i], ahead_weights[i, 0], ahead_weights[i, 1]
+        away, along = reach * reach if g < 0 else 0.0, 0.0
+        for k in range(3):
+            if held[i]:
+                along += out_of_body[i, k] * (x[i, k] - carried[i, k])
+            if g >= 0:
+                on = (1.0 - v - w) * vertices[body_faces[g, 0], k]
+                on += v * vertices[body_faces[g, 1], k] + w * vertices[body_faces[g, 2], k]
+                away += (x[i, k] - on) ** 2
+        for k in range(3):
+            slid_out[i, k] = x[i, k] - along * out_of_body[i, k]
+        far_out[i, 0], far_out[i, 1] = away**0.5 - max(along, 0.0), max(-along, 0.0)
+    chunks = count_out.shape[0]
+    for turn in prange(chunks):
+        number, found = turn * STRIDE % chunks, 0
+        for f in range(number * chunk, min(faces.shape[0], (number + 1) * chunk)):
+            a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+            if fixed[a] or fixed[b] or fixed[c] or not (held[a] or held[b] or held[c]):
+                continue
+            longest = 0.0
+            for corner in range(3):
+                i, j, side = faces[f, corner], faces[f, (corner + 1) % 3], 0.0
+                for k in range(3):
+                    side += (slid_out[i, k] - slid_out[j, k]) ** 2
+                longest = max(longest, side)
+            longest = longest**0.5
+            nearest, farthest = (
+                min(far_out[a, 0], far_out[b, 0], far_out[c, 0]),
+                max(far_out[a, 0], far_out[b, 0], far_out[c, 0]),
+            )
+            towards = max(far_out[a, 1], far_out[b, 1], far_out[c, 1])
+            limit = min(deepest + towards, reach)
+            # no point of the triangle is nearer to the body than this
+            if max(farthest - longest, nearest - INNER * longest) > limit:
+                continue
+            found = _above(
+                slid_out[a],
+                slid_out[b],
+                slid_out[c],
+                f,
+                vertices,
+                normals,
+                low,
+                cell,
+                size,
+                starts,
+                order,
+                slack + towards,
+                limit,
+                number * room,
+                room,
+                found,
+                entries_out,
+                share_out,
+            )
+        count_out[number] = found
+
+
+@kernel
+def _above(
+    p, q, r, f, vertices, normals, low, cell, size, starts, order, slack, limit, first, room, found, out, share_out
+):
+    """Note vertices of the body within the limit of a triangle p q r; returns how many were found so far."""
+    a0, a1 = cells_between(min(p[0], q[0], r[0]) - limit, max(p[0], q[0], r[0]) + limit, low[0], cell, size[0])
+    b0, b1 = cells_between(min(p[1], q[1], r[1]) - limit, max(p[1], q[1], r[1]) + limit, low[1], cell, size[1])
+    c0, c1 = cells_between(min(p[2], q[2], r[2]) - limit, max(p[2], q[2], r[2]) + limit, low[2], cell, size[2])
+    if c0 > c1:
+        # off the grid along its rows, whose ends would be read beyond them
+        return found
+    u0, u1, u2 = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    v0, v1, v2 = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+    n0, n1, n2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+    double = (n0 * n0 + n1 * n1 + n2 * n2) ** 0.5
+    thick, highest = limit * double, slack * double * double
+    m0, m1, m2 = (p[0] + q[0] + r[0]) / 3.0, (p[1] + q[1] + r[1]) / 3.0, (p[2] + q[2] + r[2]) / 3.0
+    around = 0.0
+    for corner in (p, q, r):
+        around = max(around, (corner[0] - m0) ** 2 + (corner[1] - m1) ** 2 + (corner[2] - m2) ** 2)
+    around = (around**0.5 + limit) ** 2
+    for a in range(a0, a1 + 1):
+        for b in range(b0, b1 + 1):
+            row = (a * size[1] + b) * size[2]
+            for entry in range(starts[row + c0], starts[row + c1 + 1]):
+                j = order[entry]
+                d0, d1, d2 = vertices[j, 0] - m0, vertices[j, 1] - m1, vertices[j, 2] - m2
+                above = n0 * d0 + n1 * d1 + n2 * d2
+                if d0 * d0 + d1 * d1 + d2 * d2 > around or abs(above) > thick:
+                    continue
+                # how high the triangle's plane is over the vertex: its inside, if that is where the closest point is
+                if -above * (n0 * normals[j, 0] + n1 * normals[j, 1] + n2 * normals[j, 2]) > highest:
+                    continue
+                v, w, squared = closest_on_triangle(vertices[j, 0], vertices[j, 1], vertices[j, 2], p, q, r)
+                # a corner is a vertex of the cloth, which has a contact of its own
+                if squared > limit * limit or max(v, w, 1.0 - v - w) >= 1.0:
+                    continue
+                if found < room:
+                    out[first + found, 0], out[first + found, 1] = j, f
+                    share_out[first + found, 0], share_out[first + found, 1] = v, w
+                    share_out[first + found, 2] = squared
+                found += 1
+    return found
+
+
+@kernel
+def nearest_points(
+    found: Found,
+    room,
+    faces,
+    piece,
+    pieces,
+    then: SkinMesh,
+    vertices_now,
+    start,
+    guess,
+    vertex_stiffness,
+    friction,
+    area,
+    deepest,
+    stiffness,
+    stiffest,
+    out: PointRows,
+):
+    """Of each vertex of the body the nearest triangle of each piece of cloth, and the values of the cloth there.
+
+    One worn over another meets the same finger. A vertex more than `deepest` above the cloth at the step's start is
+    behind the cloth that lies on this side of a finger: one of the far side.
+
+    # in:  found, room: from `points_above`; piece (verts,): of so many pieces; start, guess, vertex_stiffness,
+    #      friction, area: by vertex of the cloth; stiffness: of a point over that of a vertex of the cloth, both with
+    #      the areas around them; at most stiffest
+    # out: as many as are returned
+    """
+    count, entries, share = found
+    vertices_then, normals_then, body_faces = then.vertices, then.normals, then.faces
+    star_starts, star = then.star_starts, then.star
+    body_vertex_out, corners_out, weights_out, start_out, ahead_out, stiffness_out, friction_out = out
+    best = np.full(vertices_then.shape[0] * pieces, -1, np.int32)
+    for chunk in range(count.shape[0]):
+        for entry in range(chunk * room, chunk * room + count[chunk]):
+            kind = entries[entry, 0] * pieces + piece[faces[entries[entry, 1], 0]]
+            if best[kind] < 0 or share[entry, 2] < share[best[kind], 2]:
+                best[kind] = entry
+    kept = 0
+    for chunk in range(count.shape[0]):
+        for entry in range(chunk * room, chunk * room + count[chunk]):
+            j, f = entries[entry, 0], entries[entry, 1]
+            if best[j * pieces + piece[faces[f, 0]]] != entry:
+                continue
+            a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+            v, w = share[entry, 0], share[entry, 1]
+            u, height = 1.0 - v - w, 0.0
+            for k in range(3):
+                start_out[kept, k] = u * start[a, k] + v * start[b, k] + w * start[c, k]
+                ahead_out[kept, k] = u * guess[a, k] + v * guess[b, k] + w * guess[c, k]
+                height += normals_then[j, k] * (start_out[kept, k] - vertices_then[j, k])
+            if height <= -deepest:
+                continue
+            body_vertex_out[kept] = j
+            corners_out[kept, 0], corners_out[kept, 1], corners_out[kept, 2], corners_out[kept, 3] = a, b, c, c
+            weights_out[kept, 0], weights_out[kept, 1], weights_out[kept, 2], weights_out[kept, 3] = u, v, w, 0.0
+            around = _area_around(j, vertices_now, body_faces, star_starts, star)
+            factor = min(stiffness * around / (u * area[a] + v * area[b] + w * area[c]), stiffest)
+            stiffness_out[kept] = factor * (u * vertex_stiffness[a] + v * vertex_stiffness[b] + w * vertex_stiffness[c])
+            friction_out[kept] = u * friction[a] + v * friction[b] + w * friction[c]
+            kept += 1
+    return kept
+
+
+@kernel
+def _area_around(j, vertices, faces, starts, star):
+    """A third of the area of the triangles around a vertex of the body; starts, star: triangles by vertex."""
+    total = 0.0
+    for entry in range(starts[j], starts[j + 1]):
+        f = star[entry]
+        p, q, r = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+        u0, u1, u2 = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+        v0, v1, v2 = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+        n0, n1, n2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+        total += (n0 * n0 + n1 * n1 + n2 * n2) ** 0.5 / 6.0
+    return total
+
+
+@kernel
+def points_on(x, corners, weights, out):
+    """Points of triangles by the weights of their corners."""
+    for p in range(corners.shape[0]):
+        for k in range(3):
+            out[p, k] = 0.0
+            for c in range(3):
+                out[p, k] += weights[p, c] * x[corners[p, c], k]
+
+
+__all__ = ["Found", "PointRows", "nearest_points", "points_above", "points_on"]

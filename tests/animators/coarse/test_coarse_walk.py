@@ -1,0 +1,176 @@
+"""Takes walked through: frames say what the player would tell a network, and where the truth is."""
+
+import shutil
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hemline import bodies
+from hemline.animators import lag
+from hemline.animators.coarse.features.seen import Seen
+from hemline.animators.coarse.fit.walk import Walk, walked
+from hemline.animators.coarse.model import CoarseAnimator
+from hemline.animators.coarse.relatives import Relatives
+from hemline.animators.coarse.weights import Weights
+from hemline.animators.swingar.fit.graph_samples import TakeSamples, forget_beginning
+from hemline.animators.swingar.fit.mirrored import mirrored_frames, mirrored_garment
+from hemline.datasets import open_collection
+from hemline.errors import BadDataset
+from hemline.garments.proxy.proxy import ProxySize
+from hemline.motions.quaternions import rotate
+from tests.animators import swaying_takes as made
+
+SIZE = ProxySize(0.035, 50, 400)
+LEAD_IN = 6
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    """A garment in two takes, the first frames of one being its lead-in."""
+    root = tmp_path_factory.mktemp("walked") / "skirt-light"
+    dataset = made.swaying(root, "skirt-light", ("walk",))
+    take = dataset.take(dataset.clips()[0])
+    lead = np.arange(len(take.motion)) < LEAD_IN
+    dataset.add(replace(take, lead_in=lead, inputs={**take.inputs, "clip": "led into"}))
+    return open_collection([root])
+
+
+@pytest.fixture(scope="module")
+def frames(data, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("frames")
+    (worn,), (takes,) = walked(data, data.clips(), Walk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
+    return worn, [data.take(each) for each in takes], folder
+
+
+def test_it_keeps_the_frames_that_are_wanted_and_two_before_each(frames):
+    worn, takes, _ = frames
+    for number, take in enumerate(takes):
+        clip = take.clip_frames.tolist()
+        wanted = {frame for frame in clip if frame % 7 == 0}
+        kept = {max(frame - back, 0) for frame in wanted for back in (0, 1, 2)} & set(clip)
+        mine = worn.take == number
+        assert sorted(worn.frame[mine].tolist()) == sorted(kept)
+        assert {int(frame) for frame in worn.frame[mine & worn.wanted]} == wanted
+    for row in np.flatnonzero(worn.wanted & (worn.frame >= LEAD_IN + 2)):
+        assert worn.frame[worn.before[row]].tolist() == [worn.frame[row] - 1, worn.frame[row] - 2]
+        assert (worn.take[worn.before[row]] == worn.take[row]).all()
+
+
+def test_the_truth_is_that_of_the_take_by_either_way(frames):
+    worn, takes, _ = frames
+    body = bodies.load("anny24").shaped()
+    for row in range(len(worn)):
+        take, frame = takes[worn.take[row]], int(worn.frame[row])
+        seen = Seen.of(take.motion[frame])
+        np.testing.assert_allclose(seen.out(worn.truth[row]), take.vertices[frame], atol=1e-5)
+        # and from skinning, by weights and transforms as a network is given them
+        blended = np.einsum("vj,jab->vab", worn.skin, worn.transforms[row])
+        skinned = np.einsum("vab,vb->va", blended[:, :, :3], worn.fit[:, 3:6]) + blended[:, :, 3]
+        there = skinned + rotate(worn.turns[row].astype(float), worn.apart[row].astype(float))
+        np.testing.assert_allclose(there, worn.truth[row], atol=2e-3)  # half precision
+        assert np.allclose(worn.joints[row], seen.into(body.posed(take.motion[frame]).joints), atol=1e-5)
+
+
+@dataclass
+class Recorder:
+    """A network that leaves cloth where skinning puts it, and notes what it is told."""
+
+    told: list[np.ndarray] = field(default_factory=list)
+
+    def prepared(self, proxy: Any) -> None:
+        return None
+
+    def start(self, pose: Any) -> None:
+        return None
+
+    def moved(self, prepared: Any, proxy: Any, trail: Any, history: Any, posed: Any) -> tuple[None, np.ndarray]:
+        self.told.append(trail.told(proxy, posed))
+        return None, trail.skinned
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        return {}
+
+    def extra(self) -> dict[str, Any]:
+        return {}
+
+
+def test_a_network_is_told_the_same_as_in_play(data, frames):
+    worn, takes, _ = frames
+    body, recorder = bodies.load("anny24").shaped(), Recorder()
+    number, take = next((i, each) for i, each in enumerate(takes) if each.lead_in.any())
+    seconds = (LEAD_IN - 1) / take.motion.fps
+    config = lag.LagConfig(edge=SIZE.edge, fewest=SIZE.fewest, most=SIZE.most, beginning=seconds)
+    weights = Weights(lag.KIND, config, recorder, Relatives([], np.zeros((0, 256), np.float32)), {}, [])
+    garment, rest = data.garments[0], data.datasets[0].rest(()).vertices[0]
+    worn_by = CoarseAnimator(garment, rest, body.body.name, body.body.hash, weights)
+    state = worn_by.start(body.posed(take.motion[0]))
+    for frame in range(1, len(take.motion)):
+        state, _ = worn_by.step(state, body.posed(take.motion[frame]), 1 / take.motion.fps)
+    for row in np.flatnonzero(worn.take == number):
+        np.testing.assert_allclose(worn.told[row], recorder.told[worn.frame[row] - 1], atol=1e-3)
+
+
+def test_what_is_there_is_kept_and_what_is_damaged_is_made_again(data, frames, tmp_path):
+    folder = shutil.copytree(frames[2], tmp_path / "frames")  # a file that is mapped must not become shorter
+    (path,) = folder.glob("*.safetensors")
+    before, content = path.stat().st_mtime_ns, path.read_bytes()
+    walked(data, data.clips(), Walk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
+    assert path.stat().st_mtime_ns == before
+    path.write_bytes(content[: len(content) // 2])
+    walked(data, data.clips(), Walk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
+    assert path.read_bytes() == content
+    walked(data, data.clips(), Walk(SIZE, 6), folder, jobs=1, tell=lambda *_: None)
+    assert len(list(folder.glob("*.safetensors"))) == 2
+
+
+def test_takes_without_a_frame_that_is_wanted_are_refused(data, tmp_path):
+    led = [each for each in data.clips() if each.row.clip == "led into"]
+    with pytest.raises(BadDataset, match="a take must have a frame to learn from"):
+        walked(data, led, Walk(SIZE, 1000), tmp_path, jobs=1, tell=lambda *_: None)
+
+
+def test_a_mirror_twice_is_what_was_and_once_skins_to_the_mirror_image(frames):
+    worn = frames[0]
+    samples = TakeSamples.of([worn], [np.ones(len(worn), bool)], 16)
+    batch, garment = samples.frames(np.arange(len(worn))), samples.garments[0]
+    image, other = mirrored_frames(batch), mirrored_garment(garment)
+    for name in ("motion", "transforms", "joints", "body", "heading", "truth", "told", "turns"):
+        assert not np.array_equal(getattr(image, name), getattr(batch, name)), name
+        np.testing.assert_array_equal(getattr(mirrored_frames(image), name), getattr(batch, name), err_msg=name)
+    twice = mirrored_garment(other)
+    np.testing.assert_array_equal(twice.features, garment.features)
+    np.testing.assert_array_equal(twice.skin_logits, garment.skin_logits)
+
+    def skinned(logits, points, transforms):
+        weights = np.exp(logits) / np.exp(logits).sum(1, keepdims=True)
+        blended = np.einsum("vj,fjab->fvab", weights, transforms)
+        return np.einsum("fvab,vb->fva", blended[..., :3], points) + blended[..., 3]
+
+    plain = skinned(garment.skin_logits, garment.features[:, 3:6], batch.transforms)
+    mirrored = skinned(other.skin_logits, other.features[:, 3:6], image.transforms)
+    np.testing.assert_allclose(mirrored, plain * [-1, 1, 1], atol=1e-5)
+
+
+def test_the_beginning_can_be_forgotten_and_nothing_else(frames):
+    worn = frames[0]
+    samples = TakeSamples.of([worn], [np.ones(len(worn), bool)], 16)
+    told = samples.frames(np.arange(len(worn))).told
+    before = told.copy()
+    forget_beginning(told)
+    changed = (told != before).any(axis=(0, 1))
+    assert changed.sum() == 4 and not told[..., changed].any()
+
+
+def test_scales_are_mean_and_spread_of_what_is_learned_from(frames):
+    worn = frames[0]
+    trains = np.arange(len(worn)) % 2 == 0
+    samples = TakeSamples.of([worn], [trains], 16)
+    mean, spread = samples.scales()
+    rows = samples.training[:: max(1, len(samples.training) // 8)]
+    told = samples.frames(rows).told.reshape(-1, len(mean)).astype(np.float64)
+    np.testing.assert_allclose(mean, told.mean(0), atol=1e-5)
+    varied = told.std(0) > 0.011
+    np.testing.assert_allclose(spread[varied], told.std(0)[varied], rtol=1e-3)
+    assert (spread[~varied] >= 0.01).all()

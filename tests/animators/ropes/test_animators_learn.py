@@ -1,0 +1,312 @@
+"""Both stages of learning on a cape that sways by a formula."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hemline.animators.ropes.config import RopesConfig
+from hemline.animators.ropes.fit.fit import kept_correction
+from hemline.animators.ropes.fit.learn import Learned, learn
+from hemline.animators.ropes.fit.linear import HARDLY
+from hemline.errors import BadInput, BadModel
+from hemline.learning.collision import Clearances, missing
+from hemline.learning.fit.batches import SMALLEST_DEVIATION
+from hemline.learning.ridge import ridge
+from tests.animators.swaying import VERTICES, swaying_frames
+
+pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
+SMALL = RopesConfig(
+    components=12,
+    shape_components=12,
+    hidden=64,
+    epochs=48,
+    batch=64,
+    collision_vertices=100,
+    correction_hidden=32,
+    correction_epochs=10,
+    skinning_rate=3e-3,
+    shape_rate=1e-3,
+    second_columns=3,
+    checkpoint_epochs=5,
+    threads=1,
+)
+
+
+@pytest.fixture(scope="module")
+def frames():
+    return swaying_frames()
+
+
+@pytest.fixture(scope="module")
+def floor(frames) -> Clearances:
+    """A wall behind the cape, which touches it nowhere but lies 4 mm behind every true vertex."""
+    normals = np.zeros((len(frames.side), VERTICES, 3), np.float16)
+    normals[..., 2] = 1
+    return Clearances(normals, np.full(normals.shape[:2], 0.004, np.float16))
+
+
+@pytest.fixture(scope="module")
+def learned(frames, floor) -> Learned:
+    return learn(frames, floor, SMALL, seed=0)
+
+
+def played(learned: Learned, bones: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements (frames, rows) after the first network, and after both."""
+    first = learned.skinning.many(bones) @ learned.skinning_basis.unpacked()
+    return first, first + learned.shape.many(bones) @ learned.shape_basis.unpacked()
+
+
+def mean_mm(displacements: np.ndarray) -> float:
+    return 1e3 * float(np.linalg.norm(displacements.reshape(len(displacements), -1, 3), axis=2).mean())
+
+
+def test_fitting_brings_the_error_down_and_the_second_network_further(learned, frames):
+    for side, chosen in (("train", frames.train), ("test", frames.test)):
+        truth = frames.displacements[chosen]
+        first, both = (truth - guess for guess in played(learned, frames.bones[chosen]))
+        assert mean_mm(first) < mean_mm(truth) / 4, side
+        assert mean_mm(both) < mean_mm(first), side
+
+
+def test_figures_are_what_they_say(learned, frames):
+    for side, chosen in (("train", frames.train), ("val", frames.val), ("test", frames.test)):
+        first, both = (frames.displacements[chosen] - guess for guess in played(learned, frames.bones[chosen]))
+        assert learned.figures[f"{side}_skinning_mm"] == pytest.approx(mean_mm(first), rel=1e-4)
+        assert learned.figures[f"{side}_error_mm"] == pytest.approx(mean_mm(both), rel=1e-4)
+        assert learned.figures[f"{side}_frames"] == len(chosen)
+
+
+def line(frames, wanted: np.ndarray) -> np.ndarray:
+    """What a ridge regression from the bones says of the training frames."""
+    noise = np.where(frames.free > 0, SMALL.bone_noise, SMALLEST_DEVIATION)
+    matrix, offset = ridge(frames.bones[frames.train], wanted.astype(np.float64), noise)
+    return frames.bones[frames.train] @ matrix.T + offset
+
+
+def test_first_basis_is_the_svd_of_what_a_line_says_of_the_truth(learned, frames):
+    _, _, vectors = np.linalg.svd(line(frames, frames.displacements[frames.train]), full_matrices=False)
+    basis = learned.skinning_basis.unpacked()[:6]
+    cosines = np.abs((basis * vectors[:6]).sum(axis=1) / np.linalg.norm(basis, axis=1))
+    assert cosines.min() > 0.9995  # 8 bits
+
+
+def test_second_basis_is_the_svd_of_what_a_line_says_of_what_the_trained_first_network_left(learned, frames):
+    bones = frames.bones[frames.train]
+    first, _ = played(learned, bones)
+    matrix, offset = ridge(bones, first.astype(np.float64), np.full(bones.shape[1], HARDLY))
+    said = line(frames, frames.displacements[frames.train]) - (bones @ matrix.T + offset)
+    _, values, vectors = np.linalg.svd(said, full_matrices=False)
+    basis = learned.shape_basis.unpacked()
+    apart = [k for k in range(6) if values[k + 1] < 0.97 * values[k] and (k == 0 or values[k] < 0.97 * values[k - 1])]
+    assert len(apart) >= 3
+    cosines = np.abs((basis * vectors[: len(basis)]).sum(axis=1) / np.linalg.norm(basis, axis=1))
+    assert cosines[apart].min() > 0.999
+    held = ((said @ basis.T) ** 2).sum() / (values[:12] ** 2).sum()
+    assert held == pytest.approx(1, abs=2e-3)
+
+
+def test_the_baseline_is_the_ridge_regression_from_bones_to_vertices(learned, frames):
+    noise = np.where(frames.free > 0, SMALL.bone_noise, SMALLEST_DEVIATION)
+    matrix, offset = ridge(frames.bones[frames.train], frames.displacements[frames.train], noise)
+    for side, chosen in (("train", frames.train), ("val", frames.val), ("test", frames.test)):
+        said = frames.bones[chosen] @ matrix.T + offset
+        assert learned.figures[f"{side}_ridge_mm"] == pytest.approx(
+            mean_mm(frames.displacements[chosen] - said), rel=1e-2
+        )
+
+
+def test_networks_are_no_worse_than_the_line_in_their_basis(frames, floor):
+    # so high a rate that training only does harm: what is kept is the line that they begin as
+    wild = learn(frames, None, replace(SMALL, skinning_rate=0.3, shape_rate=0.3, epochs=2), seed=0)
+    none = learn(frames, None, replace(SMALL, skinning_rate=0.0, shape_rate=0.0, epochs=1), seed=0)
+    assert wild.figures["val_error_mm"] == pytest.approx(none.figures["val_error_mm"], rel=1e-6)
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_does_not(learned, frames, floor):
+    again = learn(frames, floor, SMALL, seed=0)
+    other = learn(frames, floor, replace(SMALL, epochs=1), seed=1)
+    for one, two in zip(learned.skinning.weights, again.skinning.weights, strict=True):
+        np.testing.assert_array_equal(one, two)
+    np.testing.assert_array_equal(learned.shape_basis.digits, again.shape_basis.digits)
+    assert (other.skinning.weights[0] != learned.skinning.weights[0]).any()
+
+
+def test_a_killed_training_goes_on_to_the_same_end(learned, frames, floor, tmp_path):
+    def killed_at(stage, epoch):
+        def progress(now, done, total):
+            if (now, done) == (stage, epoch):
+                raise KeyboardInterrupt
+
+        return progress
+
+    for stage, epoch in (
+        ("skinning network", 17),
+        ("skinning network", 44),
+        ("shape network", 3),
+        ("bone correction", 2),
+        ("bone correction", 9),
+    ):
+        with pytest.raises(KeyboardInterrupt):
+            learn(frames, floor, SMALL, seed=0, folder=tmp_path, progress=killed_at(stage, epoch))
+    seen: list[tuple[str, int]] = []
+    end = learn(frames, floor, SMALL, seed=0, folder=tmp_path, progress=lambda s, d, n: seen.append((s, d)))
+    assert ("skinning network", 10) not in seen and ("bone correction", 5) not in seen  # done before
+    assert seen[-1] == ("bone correction", 10)
+    for one, two in zip(
+        learned.shape.weights + learned.skinning.weights + learned.correction.weights,
+        end.shape.weights + end.skinning.weights + end.correction.weights,
+        strict=True,
+    ):
+        np.testing.assert_array_equal(one, two)
+
+
+@pytest.fixture(scope="module")
+def corrected(frames, floor):
+    """A fit whose ropes swing less far than the cloth, and those ropes."""
+    slack = 0.7 * frames.bones
+    return learn(
+        replace(frames, rope_bones=slack), floor, replace(SMALL, correction_epochs=40, correction_rate=3e-3), seed=0
+    ), slack
+
+
+def across(learned: Learned, bones: np.ndarray) -> np.ndarray:
+    return played(learned, bones + learned.correction.many(bones))[1]
+
+
+def test_the_correction_brings_ropes_closer_to_the_truth_and_leaves_carried_bones(corrected, frames):
+    learned, slack = corrected
+    truth = frames.displacements[frames.test]
+    without, with_correction = (
+        mean_mm(truth - found)
+        for found in (played(learned, slack[frames.test])[1], across(learned, slack[frames.test]))
+    )
+    # the prior weighs as much as the ground truth: half of the gap is to be closed
+    assert with_correction < 0.7 * without
+    assert not learned.correction.many(slack)[:, frames.free == 0].any()
+
+
+def test_the_prior_holds_the_correction_back(frames):
+    slack = 0.7 * frames.bones
+    shown, moved = replace(frames, rope_bones=slack), []
+    for weight in (0.0, 10.0):
+        found = learn(shown, None, replace(SMALL, epochs=3, prior_weight=weight), seed=0)
+        moved.append(mean_mm(across(found, slack[frames.test]) - played(found, slack[frames.test])[1]))
+    assert moved[1] < 0.3 * moved[0]
+
+
+def test_a_checkpoint_of_another_fit_is_not_used(frames, tmp_path):
+    short = replace(SMALL, epochs=2, checkpoint_epochs=1)
+    fresh = learn(frames, None, short, seed=5)
+    learn(frames, None, short, seed=4, folder=tmp_path)
+    after = learn(frames, None, short, seed=5, folder=tmp_path)
+    np.testing.assert_array_equal(fresh.skinning.weights[1], after.skinning.weights[1])
+
+
+@pytest.mark.parametrize("roped", [False, True])
+def test_the_collision_term_takes_vertices_out_of_the_body(frames, floor, roped):
+    # so few components that the cape cannot be met everywhere: the wall is cut unless it is worth more
+    coarse = replace(SMALL, components=2, shape_components=1, second_columns=0, epochs=20, correction_epochs=20)
+    coarse = replace(coarse, collision_weight=0.0, correction_collision_weight=0.0)
+    weights = {"correction_collision_weight": 100.0} if roped else {"collision_weight": 100.0}
+    slack = 0.7 * frames.bones
+    shown = replace(frames, rope_bones=slack)
+
+    def inside(config: RopesConfig) -> int:
+        found = learn(shown, floor, config, seed=0)
+        train = frames.train
+        both = across(found, slack[train]) if roped else played(found, frames.bones[train])[1]
+        offsets = (both - frames.displacements[train]).reshape(len(train), -1, 3)
+        return int((missing(offsets, *floor.rows(train, np.arange(VERTICES)), 0.0) > 0).sum())
+
+    without, with_term = inside(coarse), inside(replace(coarse, **weights))
+    assert without > 50
+    assert with_term < 0.75 * without
+
+
+def test_order_of_the_frames_changes_only_the_luck_of_the_batches(learned, frames):
+    order = np.random.default_rng(3).permutation(len(frames.side))
+    shuffled = learn(swaying_frames(order=order), None, SMALL, seed=0)
+    straight = learn(frames, None, SMALL, seed=0)
+    np.testing.assert_allclose(shuffled.skinning_basis.unpacked(), straight.skinning_basis.unpacked(), atol=2e-3)
+    # each frame stands alone: the error is the same but for the order in which batches are drawn
+    assert shuffled.figures["test_error_mm"] == pytest.approx(straight.figures["test_error_mm"], rel=0.4)
+
+
+def test_sampled_collision_loss_is_unbiased(frames, floor):
+    import torch
+
+    from hemline.animators.ropes.fit.networks import CoefficientObjective
+    from hemline.animators.ropes.fit.training_set import Contact, TrainingSet
+    from hemline.learning.pca import principal_of_map
+
+    rows = 3 * VERTICES
+    found = principal_of_map(np.eye(rows), np.zeros(rows), frames.displacements, 12)
+    training = TrainingSet(
+        "skinning",
+        frames.bones,
+        frames.free,
+        frames.displacements @ found.basis.T,
+        found.deviations,
+        frames.train,
+        frames.val,
+        VERTICES,
+    )
+    contact = Contact(found.basis, frames.displacements, None, floor)
+    chosen = frames.train[::10]
+    guess = torch.from_numpy(np.float32(1.2) * training.coefficients[chosen])
+
+    def losses(count: int, draws: int) -> np.ndarray:
+        objective = CoefficientObjective(training, contact, replace(SMALL, collision_vertices=count), 0)
+        random = np.random.default_rng(0)
+        return np.array([float(objective.collision(chosen, guess, random)) for _ in range(draws)])
+
+    exact, sampled = losses(VERTICES, 1)[0], losses(30, 400)
+    assert exact > 0
+    assert abs(sampled.mean() - exact) < 4 * sampled.std() / np.sqrt(400)
+
+
+def test_divergence_is_said(frames):
+    with pytest.raises(BadModel, match="diverged"):
+        learn(frames, None, replace(SMALL, skinning_rate=9e5, data_weight=9e5), seed=0)
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"components": 0}, "'components' must be positive; got 0; give a whole number above 0"),
+        ({"epochs": 2.5}, "'epochs' must be a whole number; got 2.5"),
+        ({"epochs": True}, "'epochs' must be a whole number; got True"),
+        ({"mirror": 1}, "'mirror' must be a switch; got 1; use true or false"),
+        ({"second_columns": -1}, "must not be negative; got -1; give a whole number of at least 0"),
+        (
+            {"bone_noise": float("nan")},
+            "'bone_noise' must not be negative; got nan; give a finite number of at least 0",
+        ),
+        ({"prior_weight": -1.0}, "'prior_weight' must not be negative; got -1.0"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(change, complaint):
+    with pytest.raises(BadInput, match=complaint):
+        replace(SMALL, **change)
+
+
+def constant(network, value: float):
+    """A network that answers the same to everything."""
+    quiet = network.silent()
+    return replace(quiet, biases=(*quiet.biases[:-1], np.full_like(quiet.biases[-1], value)))
+
+
+def test_a_correction_that_is_no_better_on_validation_is_silenced(frames, learned):
+    """Ropes that hang 5 cm off: the network that brings them back is kept, one that takes them farther is not."""
+    off = replace(frames, rope_bones=frames.bones - np.float32(0.05))
+    for value, kept in ((0.05, True), (-0.05, False)):
+        given = replace(learned, correction=constant(learned.correction, value))
+        network, figures = kept_correction(off, given)
+        np.testing.assert_allclose(network(off.rope_bones[0]), value if kept else 0.0, atol=1e-6)
+        better = figures["val_corrected_error_mm"] < figures["val_uncorrected_error_mm"]
+        assert better == kept
+    # nothing to judge it by
+    blind = replace(off, side=np.zeros_like(off.side))
+    network, figures = kept_correction(blind, given)
+    assert network is given.correction and not figures

@@ -1,0 +1,89 @@
+"""The settled drape is an equilibrium of the ropes: exactly where nothing moves, and again after a shove."""
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hemline import bodies, garments
+from hemline.animators.ropes.layout.layout import lay_out
+from hemline.animators.ropes.mechanics.balance import STANDARD_GRAVITY, balanced
+from hemline.animators.ropes.mechanics.constants import RopeConstants
+
+
+@functools.cache
+def shaped():
+    return bodies.load("anny24").shaped()
+
+
+@functools.cache
+def ropes(name="cape-light"):
+    return lay_out(garments.load(name), shaped(), chain_count=6, bone_counts=(8, 9))
+
+
+def stood_mm(each, seconds, shove=0.0, fps=30):
+    """How far the free bones are from the drape after standing still in the rest pose, and how fast they then are."""
+    posed = shaped().posed(shaped().rest_pose)
+    state = each.start(posed)
+    began, free = state.positions, each.parents >= 0
+    velocities = np.random.default_rng(0).normal(0, 1, began.shape) * shove * free[:, None]
+    state = replace(state, velocities=velocities)
+    for _ in range(int(seconds * fps)):
+        state = each.step(state, posed, 1 / fps)
+    return 1000 * np.linalg.norm((state.positions - began)[free], axis=1), 1000 * np.abs(state.velocities[free]).max()
+
+
+def test_in_the_drape_tension_weight_and_balance_cancel_at_every_node():
+    chains = ropes().chains
+    down = np.array([0, -STANDARD_GRAVITY, 0])
+    for first, last in zip(chains.offsets[:-1], chains.offsets[1:], strict=True):
+        for i in range(first + 1, last):
+            force = chains.masses[i] * (down + chains.balance[i]) - chains.rest_tensions[i] * chains.rest_directions[i]
+            if i + 1 < last:
+                force = force + chains.rest_tensions[i + 1] * chains.rest_directions[i + 1]
+            assert np.abs(force).max() < 1e-12
+    assert (chains.balance[chains.kinematic] == 0).all()
+
+
+def test_a_chain_that_hangs_straight_down_needs_no_balance():
+    down = np.tile([0.0, -1.0, 0.0], (6, 1))
+    masses = np.array([9.0, 0.1, 0.2, 0.3, 0.4, 0.5])
+    balance, tensions = balanced(np.array([0, 6], np.int32), down, masses, np.ones(6, np.bool_))
+    np.testing.assert_array_equal(balance, 0)
+    np.testing.assert_allclose(tensions[1:], STANDARD_GRAVITY * np.cumsum(masses[:0:-1])[::-1])
+
+
+@pytest.mark.parametrize("name", ["cape-light", "skirt-light"])
+@pytest.mark.parametrize("fps", [24, 60])
+def test_ropes_at_rest_stay_at_rest(name, fps):
+    away, speed = stood_mm(ropes(name), 5, fps=fps)
+    assert away.max() < 0.01 and speed < 0.01
+
+
+def test_after_a_shove_the_ropes_come_back_to_the_drape_and_to_rest():
+    away, speed = stood_mm(ropes(), 8, shove=0.5)
+    assert away.mean() < 1 and speed < 10
+
+
+@pytest.mark.parametrize("share", [0.2, 2.0])
+def test_the_drape_is_an_equilibrium_on_the_moon_too(share):
+    lighter = ropes().with_constants(RopeConstants(gravity=(0.0, -share * STANDARD_GRAVITY, 0.0)))
+    away, speed = stood_mm(lighter, 5)
+    assert away.mean() < 1 and speed < 10
+
+
+def test_the_drape_turns_with_the_body():
+    from hemline.motions import Pose
+
+    rest, half = shaped().rest_pose, np.array([0.0, 0.0, 1.0, 0.0], np.float32)
+    turned = rest.rotations.copy()
+    w, x, y, z = rest.rotations[0]
+    turned[0] = [-y, z, w, -x]  # half a turn about the vertical, before the pelvis' own
+    assert half @ half == 1
+    posed = shaped().posed(Pose(turned, rest.translation))
+    state = ropes().start(posed)
+    began = state.positions
+    for _ in range(60):
+        state = ropes().step(state, posed, 1 / 30)
+    assert np.abs(state.positions - began).max() < 1e-3

@@ -1,0 +1,173 @@
+"""A recurrent network for each chain, on bones that hang on springs behind a body that turns and goes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hemline import bodies, garments
+from hemline.animators.ropes.bones.body_inputs import BodyAtRest, body_inputs
+from hemline.animators.ropes.bones.bones import rest_bones, seen_bones
+from hemline.animators.ropes.layout.layout import lay_out
+from hemline.errors import BadDataset
+from hemline.learning.key_frame import to_key
+from hemline.motions import Pose
+from papers.rope_chains.baselines import ChainGrus
+from papers.rope_chains.baselines.gru import WARM_UP, GruCells, chain_slots
+from tests.animators.ropes.test_ropes_rollouts import FRAMES, sequences_of
+
+torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
+SLOTS = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
+TRAINED, HELD_OUT = range(8), (8, 9)
+
+
+def options(**changes):
+    from papers.rope_chains.baselines.gru_training import GruOptions
+
+    small = GruOptions(hidden=24, epochs=150, batch=4, rate=1e-2, checkpoint_epochs=5)
+    return replace(small, **changes)
+
+
+@pytest.fixture(scope="module")
+def data():
+    return sequences_of(range(10))
+
+
+def trained(data, **others) -> GruCells:
+    from papers.rope_chains.baselines.gru_training import train_cells
+
+    given = {"seed": 0, "mark": "m", "progress": lambda *at: None, "folder": None} | others
+    return train_cells(data, SLOTS, given.pop("options", options()), **given)
+
+
+@pytest.fixture(scope="module")
+def cells(data) -> GruCells:
+    return trained(data)
+
+
+def played(cells: GruCells, data, clip: int) -> np.ndarray:
+    """Bones of a whole clip after the warm-up, from a blank hidden state at its third frame [m]."""
+    hidden, found = cells.blank, []
+    for frame in range(FRAMES * clip + 3, FRAMES * (clip + 1)):
+        hidden, moved = cells.step(hidden, data.body[frame])
+        found.append(moved)
+    return np.stack(found)[WARM_UP:]
+
+
+def errors_mm(cells: GruCells, data, clips) -> tuple[float, float]:
+    """Of the networks and of the drape carried along stiffly."""
+    found, stiff = [], []
+    for clip in clips:
+        truth = data.bones[FRAMES * clip + 3 + WARM_UP : FRAMES * (clip + 1)]
+        found.append(np.linalg.norm(played(cells, data, clip) - truth, axis=2).mean())
+        stiff.append(np.linalg.norm(truth, axis=2).mean())
+    return 1e3 * float(np.mean(found)), 1e3 * float(np.mean(stiff))
+
+
+def test_a_step_is_that_of_torch(cells, data):
+    random = np.random.default_rng(3)
+    hidden = random.uniform(-1, 1, cells.blank.shape).astype(np.float32)
+    body = data.body[40]
+    after, moved = cells.step(hidden, body)
+    x = torch.from_numpy((body - cells.mean) / cells.spread)
+    for chain in range(len(SLOTS)):
+        cell = torch.nn.GRUCell(len(body), hidden.shape[1])
+        ours = (cells.seeing, cells.recalling, cells.seeing_bias, cells.recalling_bias)
+        with torch.no_grad():
+            for theirs, each in zip(cell.parameters(), ours, strict=True):
+                theirs.copy_(torch.from_numpy(each[chain]))
+            wanted = cell(x[None], torch.from_numpy(hidden[chain])[None])[0].numpy()
+        np.testing.assert_allclose(after[chain], wanted, atol=1e-5)
+        shown = cells.showing[chain] @ wanted + cells.showing_bias[chain]
+        np.testing.assert_allclose(moved[SLOTS[chain]].reshape(-1), shown, atol=1e-5)
+
+
+def test_what_plays_is_what_was_trained(data):
+    from papers.rope_chains.baselines.gru_training import GruObjective
+
+    slots = np.array([[4, 5, -1, -1], [0, 1, 2, 3]], np.int32)  # of two lengths, in another order than the bones
+    objective = GruObjective(data, slots, options(), 1)
+    steps = FRAMES - 3 - WARM_UP
+    with torch.no_grad():
+        rolled = objective.rolled(np.array([9 * FRAMES + 2]), steps).numpy()[:, :, 0].reshape(steps, *slots.shape, 3)
+    found = played(objective.cells(), data, 9)
+    np.testing.assert_allclose(found[:, [4, 5]], rolled[:, 0, :2], atol=1e-5)
+    np.testing.assert_allclose(found[:, :4], rolled[:, 1], atol=1e-5)
+
+
+def test_it_learns_the_clips_it_is_trained_on_and_is_worse_on_others(cells, data):
+    known, stiff = errors_mm(cells, data, TRAINED)
+    unseen, stiff_unseen = errors_mm(cells, data, HELD_OUT)
+    print(f"trained on: {known:.1f} mm of {stiff:.1f}; held out: {unseen:.1f} mm of {stiff_unseen:.1f}")
+    assert known < 0.3 * stiff
+    assert unseen > 1.2 * known
+
+
+def test_a_chain_does_not_depend_on_the_others(data):
+    from papers.rope_chains.baselines.gru_training import GruObjective
+
+    objective = GruObjective(data, SLOTS, options(), 0)
+    random = np.random.default_rng(0)
+    objective.wanted[:, 1] += 1.0
+    one = torch.autograd.grad(objective.loss(objective.samples[:4], random, slice(None)), objective.parameters)
+    objective.wanted[:, 1] -= 1.0
+    other = torch.autograd.grad(objective.loss(objective.samples[:4], random, slice(None)), objective.parameters)
+    for a, b in zip(one, other, strict=True):
+        np.testing.assert_array_equal(a[0].numpy(), b[0].numpy())
+    assert not np.array_equal(one[4][1].numpy(), other[4][1].numpy())
+
+
+def test_a_killed_training_goes_on_to_the_same_end(data, tmp_path):
+    def killed(done, total):
+        if done == 7:
+            raise KeyboardInterrupt
+
+    short = options(epochs=12)
+    whole = trained(data, options=short)
+    with pytest.raises(KeyboardInterrupt):
+        trained(data, options=short, folder=tmp_path, progress=killed)
+    seen = []
+    end = trained(data, options=short, folder=tmp_path, progress=lambda done, total: seen.append((done, total)))
+    assert seen[0] == (6, 12)
+    for name in ("seeing", "recalling", "showing", "showing_bias"):
+        np.testing.assert_array_equal(getattr(whole, name), getattr(end, name))
+
+
+def test_chains_are_found_from_root_to_tip():
+    # an unattached bone, then chains of two and of one free bone
+    parents = np.array([-1, -1, 1, 2, -1, 4])
+    np.testing.assert_array_equal(chain_slots(parents), [[0, 1], [2, -1]])
+
+
+def test_takes_shorter_than_a_window_are_refused(data):
+    with pytest.raises(BadDataset, match="windows of 80 steps need takes of 98 frames.*got none longer than 90 frames"):
+        trained(data, options=options(window=80))
+
+
+def test_bones_of_a_garment_come_from_body_and_networks(cells):
+    """Roots are where the body carries them; free bones are what the cells say, step by step, at any frame rate."""
+    body = bodies.load("anny24").shaped()
+    garment = garments.make_cape(body, rows=12, columns=14)
+    garment = replace(garment, chains=tuple(tuple(14 * row + column for row in (1, 4, 7, 10)) for column in (3, 10)))
+    ropes = lay_out(garment, body)
+    free, rest = ropes.parents >= 0, rest_bones(ropes, garment.vertices, body)
+    np.testing.assert_array_equal(chain_slots(ropes.parents), SLOTS)
+    grus = ChainGrus(ropes, cells, 1 / 30)
+    pose = body.rest_pose
+    posed = [body.posed(pose), body.posed(Pose(pose.rotations, pose.translation + np.float32([0.05, 0, 0])))]
+    start = grus.start(posed[0])
+    hidden, bodies_before = start.hidden.copy(), start.bodies.copy()
+    one, moved = grus.step(start, posed[1], 1 / 30, rest)
+    _, again = grus.step(start, posed[1], 1 / 60, rest)
+    np.testing.assert_array_equal(moved, again)
+    np.testing.assert_array_equal(start.hidden, hidden)
+    np.testing.assert_array_equal(start.bodies, bodies_before)
+    wanted = to_key(posed[1].transforms[ropes.key_index], seen_bones(ropes, garment.vertices, posed[1])) - rest
+    moved = moved.reshape(-1, 3)
+    np.testing.assert_allclose(moved[~free], wanted[~free], atol=1e-5)
+    still, now = (each.transforms.astype(np.float64) for each in posed)
+    at_rest = BodyAtRest(ropes.key_index, body.joints.astype(np.float64))
+    inputs = body_inputs(at_rest, still, still, now, 1 / 30, 1 / 30)
+    after, shown = cells.step(hidden, inputs)
+    np.testing.assert_allclose(moved[free], shown, atol=1e-5)
+    np.testing.assert_allclose(one.hidden, after, atol=1e-5)
