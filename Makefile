@@ -83,7 +83,7 @@ $(NEWTON):
 
 # figures and pictures of docs/ground_truth.md
 judges: $(VENV)/.base
-	$(BIN)/python benchmarks/claims/judges.py --pictures
+	$(BIN)/python -m benchmarks.judges --pictures
 
 clean:
 	rm -rf $(VENV) out build dist

@@ -1,4 +1,4 @@
-"""What bounds the simulator: `python benchmarks/claims/bound.py`.
+"""What bounds the simulator: `python -m benchmarks.bound`.
 
 One system of conjugate gradients of the cape (12,690 vertices) and of the light one is caught in a step and solved
 again and again; its bytes an iteration over its time is compared with the rate at which a plain sum reads as many

@@ -1,4 +1,4 @@
-"""Real time and simulation while the machine does something else: `python benchmarks/claims/busy.py`.
+"""Real time and simulation while the machine does something else: `python -m benchmarks.busy`.
 
 Beside none, one and two programs that never rest, by one thread (as `live` ships) and by all (as `simulate` does): 90
 frames of a walk played by `live` with the light T-shirt, and 20 frames of a run simulated with it. Prints a table:

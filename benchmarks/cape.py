@@ -1,4 +1,4 @@
-"""How good the shipped cape is on clips outside its fit: `python benchmarks/claims/cape.py [DATASET]`.
+"""How good the shipped cape is on clips outside its fit: `python -m benchmarks.cape [DATASET]`.
 
 Without a dataset: the six shipped excerpts, played by the model's own ropes; vertices inside the body are counted by
 libigl's winding number, in every frame. With the dataset of the fit: its test split as well, driven by simulated bones

@@ -1,4 +1,4 @@
-"""What a second worker brings, and what a farm would cost: `python benchmarks/claims/cluster.py [GARMENT]`.
+"""What a second worker brings, and what a farm would cost: `python -m benchmarks.cluster [GARMENT]`.
 
 Workers of dask on this machine, one thread each. The same takes are made by one worker and by two, in turn, so that
 both meet the same load; the medians are compared. From the seconds a frame that the workers took, the bytes a frame and

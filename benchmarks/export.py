@@ -1,6 +1,6 @@
 """Sizes, errors and times of the export formats, for ten seconds of the shipped cape: `docs/export.md`.
 
-    python benchmarks/claims/export.py ../shared/data/motion/05_04.bvh
+    python -m benchmarks.export ../shared/data/motion/05_04.bvh
 
 plays the cape at 30 fps and writes every format into a temporary folder. Without a clip: the shipped dance, 7 s.
 """

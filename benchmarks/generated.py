@@ -1,4 +1,4 @@
-"""65 generated garments, 13 of each kind, settled on the mean body: `python benchmarks/claims/generated.py`.
+"""65 generated garments, 13 of each kind, settled on the mean body: `python -m benchmarks.generated`.
 
 Each random design (seeds 0 to 12) is made with edges of 35 mm, settled by the simulator and judged as `hemline tryon`
 judges. One JSON line a garment goes to benchmarks/results/generated.jsonl, the settled cloth to out/generated. Lines

@@ -1,4 +1,4 @@
-"""Our simulator beside two judges, Blender's cloth and Newton: `python benchmarks/claims/judges.py [SECTION ...]`.
+"""Our simulator beside two judges, Blender's cloth and Newton: `python -m benchmarks.judges [SECTION ...]`.
 
 Sections: `laws` (closed forms), `ball` (a square on a ball), `drape` and `run` (the light cape; `--skirt`: the circle
 skirt), `sweeps` (Newton with more and more work a frame on the start of that run), `speed` (our simulator and Blender's

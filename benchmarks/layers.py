@@ -1,4 +1,4 @@
-"""Garments over garments, before and after they are kept out of each other: `python benchmarks/claims/layers.py`.
+"""Garments over garments, before and after they are kept out of each other: `python -m benchmarks.layers`.
 
 Each pair is played twice on a clip: each garment out of the body alone, and the outer one out of the inner one, too.
 Behind is what is inside of the inner garment, closed at its rims (`collide/layers`), counted in every frame by winding
@@ -146,7 +146,7 @@ def page(rows: list[dict[str, Any]]) -> str:
         "before they are played.\n\n"
         "![Before and after](layers.webp)\n\n"
         f"Measured on {rows[-1]['machine']}, one thread, commit "
-        f"{', '.join(dict.fromkeys(row['commit'] for row in rows))}, by `python benchmarks/claims/layers.py`. "
+        f"{', '.join(dict.fromkeys(row['commit'] for row in rows))}, by `python -m benchmarks.layers`. "
         "Behind: share of the outer garment's vertices\ninside of the inner one, closed at its rims; those that are "
         "left are named by each frame's report (`caught`).\n"
         "Out of the body alone (before), and out of the inner garment, too (after).\n\n"

@@ -1,4 +1,4 @@
-"""Garments simulated while they are shown, against simulations: `python benchmarks/claims/live.py TAKES...`.
+"""Garments simulated while they are shown, against simulations: `python -m benchmarks.live TAKES...`.
 
 TAKES are datasets of one garment each, on the mean body (`hemline simulate skirt-light -m walk kick -o TAKES`).
 First the fine garment is carried by its own simulated vertices, 500 to 1,500 of them: what the embedding misses. Then

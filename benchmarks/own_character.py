@@ -1,4 +1,4 @@
-"""From a stranger's rigged character to a GLB in which it dances: `python benchmarks/claims/own_character.py`.
+"""From a stranger's rigged character to a GLB in which it dances: `python -m benchmarks.own_character`.
 
 The character is made by script: a tall, slim shape of the shipped body with Mixamo's names, in centimetres, z up, with
 twist and hair bones, and the shipped dance as its own animation. A generated dress, made on the mean body, stands for a

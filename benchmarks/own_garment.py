@@ -1,4 +1,4 @@
-"""From somebody's mesh to a fitted model, command by command: `python benchmarks/claims/own_garment.py [MESH]`.
+"""From somebody's mesh to a fitted model, command by command: `python -m benchmarks.own_garment [MESH]`.
 
 `hemline tryon`, `simulate` (25 recordings of ../shared/data/motion, the first five seconds of each), `fit`, `animate`,
 with the time of each; then two shipped excerpts, whose subjects are not in the fit, are simulated and the model is

@@ -1,6 +1,6 @@
 """How fast the page of `hemline view` is in a real browser: pictures a second, and the time from a click to a change.
 
-`python benchmarks/claims/page.py [MODEL [unpainted]]` starts the page and an installed chromium with chromedriver
+`python -m benchmarks.page [MODEL [unpainted]]` starts the page and an installed chromium with chromedriver
 (selenium), and counts in the page itself which frames of the garment reach the graphics card: each upload of its
 vertices, so what is counted is neither what was sent nor how often the screen was painted.
 Where no graphics card is, chromium paints with the processor: `renderer` says so, and `unpainted` leaves out the

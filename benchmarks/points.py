@@ -1,4 +1,4 @@
-"""What contact of the body's vertices costs: `python benchmarks/claims/points.py`.
+"""What contact of the body's vertices costs: `python -m benchmarks.points`.
 
 Both capes on the shipped run without self-contact, with and without that contact by turns; medians of the frames of all
 turns, and their ratio. One JSON line a garment goes to benchmarks/results/points.jsonl.

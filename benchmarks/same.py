@@ -1,4 +1,4 @@
-"""Whether two checkouts make the same bits, and how fast: `python benchmarks/claims/same.py BEFORE [AFTER]`.
+"""Whether two checkouts make the same bits, and how fast: `python -m benchmarks.same BEFORE [AFTER]`.
 
 BEFORE and AFTER are checkouts of this repository (`git worktree add ../before REVISION`); AFTER is this one unless
 given. Each case is a command of the command line or a few lines of the public API, run by both. A case is the same if

@@ -1,4 +1,4 @@
-"""Many garments through many recordings, looking for what breaks: `python benchmarks/claims/soak.py [GARMENT ...]`.
+"""Many garments through many recordings, looking for what breaks: `python -m benchmarks.soak [GARMENT ...]`.
 
 Light cape, skirt, T-shirt and trousers over all recordings of ../shared/data/motion, their large siblings over twenty
 of them, every garment that `wearing.py` put on the body over five; the most violent five seconds of each recording.

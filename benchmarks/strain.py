@@ -1,4 +1,4 @@
-"""How far cloth stretches while its wearer runs, and what stiffness costs: `python benchmarks/claims/strain.py`.
+"""How far cloth stretches while its wearer runs, and what stiffness costs: `python -m benchmarks.strain`.
 
 The light cape on the shipped run, once a stiffness and once with pins on springs. One JSON line each goes to
 benchmarks/results/strain.jsonl. CPU time is that of one thread, without self-contact.

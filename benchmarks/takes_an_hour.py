@@ -1,4 +1,4 @@
-"""Takes an hour of a light garment, five seconds each: `python benchmarks/claims/takes_an_hour.py [GARMENT]`.
+"""Takes an hour of a light garment, five seconds each: `python -m benchmarks.takes_an_hour [GARMENT]`.
 
 Ten recordings, the most violent five seconds of each, a process a core, from an empty folder: starting the processes,
 the rest state and the figures of trust are counted. One JSON line goes to benchmarks/results/takes_an_hour.jsonl.

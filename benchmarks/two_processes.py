@@ -1,4 +1,4 @@
-"""What a second process brings on this machine, without a cluster: `python benchmarks/claims/two_processes.py`.
+"""What a second process brings on this machine, without a cluster: `python -m benchmarks.two_processes`.
 
 The bound of `cluster.py`: the same call in one process, then in two at once, five times over. The calls are arithmetic
 of the interpreter, streaming through 160 MB, and a take of sixteen frames of the light cape.

@@ -1,4 +1,4 @@
-"""The clothes that ship, on five bodies: `python benchmarks/claims/wardrobe.py [NAME ...]`; no name: all light ones.
+"""The clothes that ship, on five bodies: `python -m benchmarks.wardrobe [NAME ...]`; no name: all light ones.
 
 Of two hundred random shapes (betas of one standard deviation) the tallest, the shortest, the heaviest and the lightest
 for their height, and the mean. Each garment settles and is judged (`hemline.tryon.fitness`); pictures go to

@@ -1,4 +1,4 @@
-"""Every garment mesh of ../shared/data on the mean body and on random shapes: `python benchmarks/claims/wearing.py`.
+"""Every garment mesh of ../shared/data on the mean body and on random shapes: `python -m benchmarks.wearing`.
 
 Meshes are tried on (`hemline.tryon`), `.mhclo` clothes are read by their bindings; then each is dressed on eight random
 shapes (betas of one standard deviation). One JSON line a mesh and shape goes to benchmarks/results/wearing.jsonl;

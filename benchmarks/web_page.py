@@ -1,6 +1,6 @@
 """Pages that `hemline page` writes, in a real browser: size, frame time on one core, and how far they are from Python.
 
-    python benchmarks/claims/web_page.py [MODEL ...]
+    python -m benchmarks.web_page [MODEL ...]
 
 plays 300 frames, the shipped dance there and back, in an installed chromium (with chromedriver and selenium) that may
 use one core, six times over. Frames are the same each time, so the least time of each part of a frame is what that part

@@ -1,4 +1,4 @@
-"""Garments in violent motion: `python benchmarks/claims/worn.py [GARMENT ...]`; names: skirt, shirt, trousers, cape.
+"""Garments in violent motion: `python -m benchmarks.worn [GARMENT ...]`; names: skirt, shirt, trousers, cape.
 
 Skirt, T-shirt and trousers are those of GarmentCode in ../shared/data, as boxes of panels around the body, whose
 waist is laid on the skin first; the cape ships. Motions: a spin that is made here, and recordings of squat kicks, a

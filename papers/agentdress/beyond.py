@@ -5,7 +5,7 @@ body's own shape, and a kernel over pose and shape together, are judged beside w
 sensitivities (with what skinning does), bodies compared by their betas instead of the skin under the garment, and a fit
 without the random bodies. Rows of `materials.py` stand beside them.
 
-One JSON line goes to benchmarks/results/agentdress_beyond.jsonl; the page docs/agentdress/beyond.md is written anew.
+One JSON line goes to benchmarks/results/agentdress_beyond.jsonl; the page papers/agentdress/pages/beyond.md is written anew.
 """
 
 import argparse

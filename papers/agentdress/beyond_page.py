@@ -9,7 +9,7 @@ MATERIALS = ROOT / "benchmarks" / "results" / "agentdress_materials.jsonl"
 PAGE = """\
 # Beyond the paper
 
-Written by `python benchmarks/claims/agentdress/beyond.py ANCHORS TEST` at commit {commit}, on {machine}, one thread:
+Written by `python -m papers.agentdress.beyond ANCHORS TEST` at commit {commit}, on {machine}, one thread:
 `{garment}`, {anchors} anchors, judged on {pairs} pairs of a random body and a pose of people who are in no fit. Mean
 distance of vertices to the simulation. Random bodies, the kernel over pose and shape, bodies compared by the skin under
 the garment, and material ship. Sensitivities by shape are not kept, where they are no better.
@@ -34,7 +34,7 @@ the kernel over both are chosen at every other anchor, and judged at those betwe
 {shapes}
 
 ## Material as a third dimension
-`python benchmarks/claims/agentdress/materials.py ANCHORS OTHER... --test FOLDER`: the garment of another material, on
+`python -m papers.agentdress.materials ANCHORS OTHER... --test FOLDER`: the garment of another material, on
 the mean body, in poses of other people. A model was fitted to the anchors and to drapes of other materials in some of
 their poses; it is asked for materials that it knows, for those with their own drapes left out, and for one of which
 nobody made any. In the first columns the garment of the fit, simulated, stands for the pose model, so that what is
@@ -53,7 +53,7 @@ def write_page(row: dict[str, Any]) -> str:
         shapes=_rows(row["shape_left_out_mm"]),
         materials=_materials(),
     )
-    (ROOT / "docs" / "agentdress" / "beyond.md").write_text(text)
+    (ROOT / "papers" / "agentdress" / "pages" / "beyond.md").write_text(text)
     return text
 
 

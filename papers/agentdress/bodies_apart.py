@@ -1,4 +1,4 @@
-"""How bodies are compared, and how many a fit wants: `python benchmarks/claims/agentdress/bodies_apart.py MODEL...`.
+"""How bodies are compared, and how many a fit wants: `python -m papers.agentdress.bodies_apart MODEL...`.
 
 Each MODEL is a name or a file whose shapes are told by a kernel. Such a regression holds what it was fitted to: its
 weights, times its own kernel matrix with the ridge. That is fitted anew, bodies compared by their betas, and by the

@@ -1,11 +1,11 @@
-"""All claims about AgentDress by one command: `python benchmarks/claims/agentdress/claims.py FOLDER --motion FILE...`.
+"""All claims about AgentDress by one command: `python -m papers.agentdress.claims FOLDER --motion FILE...`.
 
 FOLDER takes the data, made and continued: the drapes of the light T-shirt that the shipped model is fitted to
 (`anchors`), and what each command settles beside them. Then the commands of this folder run, as many beside each other
 as `--jobs` says; what they print goes to FOLDER/logs. At last `hemline bench` takes the times, alone. What has a row of
 this commit in benchmarks/results is not run again, so that a killed run goes on.
 
-Writes docs/agentdress/claims.md: what the paper says, what was asked, what was measured. With `--page` it writes this
+Writes papers/agentdress/pages/claims.md: what the paper says, what was asked, what was measured. With `--page` it writes this
 page alone, from the rows that are there.
 """
 

@@ -10,7 +10,7 @@ DECAY = AgentDressConfig().decay_seconds
 PAGE = """\
 # All claims about AgentDress
 
-Written by `python benchmarks/claims/agentdress/claims.py FOLDER --motion FILE...`, which makes the data, too, and runs
+Written by `python -m papers.agentdress.claims FOLDER --motion FILE...`, which makes the data, too, and runs
 every command of this page. Each row names the commit that it was measured at; all of them on {machines}. The light
 T-shirt has 3,150 vertices. "Asked" is the goal of this project, not of the paper.
 
@@ -27,7 +27,7 @@ Row = dict[str, Any]
 
 
 def write_page(results: Path) -> str:
-    """Write docs/agentdress/claims.md.
+    """Write papers/agentdress/pages/claims.md.
 
     Args:
         results: The folder of the rows.
@@ -42,7 +42,7 @@ def write_page(results: Path) -> str:
         lines.append(f"| {what} | {paper} | {asked} | {measured} | {page} | {found['commit']} |")
     kept = {name: errors[name] for name in ("anchors", "poses", "random_bodies", "pairs")}
     text = PAGE.format(machines=" or ".join(sorted(machines)), rows="\n".join(lines), **kept)
-    (results.parents[1] / "docs" / "agentdress" / "claims.md").write_text(text)
+    (results.parents[1] / "papers" / "agentdress" / "pages" / "claims.md").write_text(text)
     return text
 
 

@@ -1,4 +1,4 @@
-"""How long distances to anchors should linger: `python benchmarks/claims/agentdress/damping.py MODEL TRUTH`.
+"""How long distances to anchors should linger: `python -m papers.agentdress.damping MODEL TRUTH`.
 
 MODEL is a file or the name of a shipped model, TRUTH a dataset of the same garment with clips that it was not fitted
 to (`hemline simulate tshirt-light -m walk run kick jump dance -o TRUTH`). Each clip is played with a range of time
@@ -7,7 +7,7 @@ jerk beside that of the simulation, its error, how far it is from what plays wit
 
 The value that is chosen is the longest whose residual on the median vertex is no more than 5 % above the least (the
 paper: the largest damping ratio while the norm of the residual is still low). One JSON line a time constant goes to
-benchmarks/results/agentdress_damping.jsonl; the page docs/agentdress/damping.md and its picture are made anew.
+benchmarks/results/agentdress_damping.jsonl; the page papers/agentdress/pages/damping.md and its picture are made anew.
 """
 
 import argparse

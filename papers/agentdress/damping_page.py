@@ -8,13 +8,13 @@ ROOT = Path(__file__).parents[2]
 
 from papers.rope_chains.drawing.figure import axes, keep  # noqa: E402
 
-PAGES = ROOT / "docs" / "agentdress"
+PAGES = ROOT / "papers" / "agentdress" / "pages"
 FPS = 30.0
 MOST_JERK = 1.5
 PAGE = """\
 # How quickly the garment follows the pose
 
-Written by `python benchmarks/claims/agentdress/damping.py MODEL TRUTH` at commit {commit}, on {machine}, one thread;
+Written by `python -m papers.agentdress.damping MODEL TRUTH` at commit {commit}, on {machine}, one thread;
 {garment} on {clips}, the mean shape. Eq. 9 and Fig. 3 of the appendix of Wu et al. 2021: joints follow
 the pose with a damping ratio, here a time constant; the ratio beside it is that of 30 frames a second.
 

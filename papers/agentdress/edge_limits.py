@@ -1,4 +1,4 @@
-"""What edge limits are worth: `python benchmarks/claims/agentdress/edge_limits.py MODEL DATA`.
+"""What edge limits are worth: `python -m papers.agentdress.edge_limits MODEL DATA`.
 
 DATA is what `hemline drape GARMENT --anchors ...` made, or the test set of `errors.py`. Prints, for limits of several
 stretches and none: the mean distance of the vertices to the settled garment, the 99th percentile of stretch beside the

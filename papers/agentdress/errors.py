@@ -1,10 +1,10 @@
-"""AgentDress against settled garments: `python benchmarks/claims/agentdress/errors.py ANCHORS TEST`.
+"""AgentDress against settled garments: `python -m papers.agentdress.errors ANCHORS TEST`.
 
 ANCHORS is what `hemline drape GARMENT --anchors ...` made (with `--derivatives`, rigging is measured, too), TEST a
 folder for the test set, made and continued here: the garment walked (`sim.rest.walk`) into poses of clips of subjects
 that are in no fit, each on one of sixteen random bodies and on the mean one. The model is fitted anew.
 
-Prints mean distances of vertices to the settled garment, writes docs/agentdress/errors-GARMENT.md and its picture, and
+Prints mean distances of vertices to the settled garment, writes papers/agentdress/pages/errors-GARMENT.md and its picture, and
 one JSON line to benchmarks/results/agentdress_errors.jsonl.
 """
 
@@ -93,7 +93,7 @@ def main() -> None:
         "machine": machine(),
         "commit": commit(),
     }
-    pages = ROOT / "docs" / "agentdress"
+    pages = ROOT / "papers" / "agentdress" / "pages"
     missed = np.argsort(random["AgentDress"])
     some = [pairs[missed[len(missed) // 2]], pairs[missed[9 * len(missed) // 10]], pairs[missed[-1]]]
     row["drawn"] = draw_pairs(pages / f"errors-{garment.name}-pairs.png", model, some, rigging)

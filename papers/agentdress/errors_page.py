@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 PAGE = """\
 # AgentDress against the simulation: {garment}
 
-Written by `python benchmarks/claims/agentdress/errors.py ANCHORS TEST` at commit {commit}, on {machine},
+Written by `python -m papers.agentdress.errors ANCHORS TEST` at commit {commit}, on {machine},
 one thread: {anchors} anchors on 17 shapes, {poses} poses on the mean one, theirs among them, {random_bodies} random
 bodies in one of these poses each. Judged on {pairs} poses of clips of people who are in no fit, each on one of 16
 random bodies, all 16 betas drawn ({without_rest} more came not to rest). Errors are mean distances of the vertices to

@@ -1,4 +1,4 @@
-"""Where AgentDress ends, too loose and too tight: `python benchmarks/claims/agentdress/limits.py MODEL ANCHORS TEST`.
+"""Where AgentDress ends, too loose and too tight: `python -m papers.agentdress.limits MODEL ANCHORS TEST`.
 
 MODEL is a file or the name of a shipped model, ANCHORS the dataset that it was fitted to, TEST a folder for the test
 set, made and continued here. First the garment of the model on bodies from small to large, the one of Fig. 13 among
@@ -6,7 +6,7 @@ them, in poses of clips of subjects that are in no fit. Then other garments, clo
 body, and what the shape adds in the nearest anchor's pose, simulated too (Eq. 3 with all its terms known), so that what
 is missed is the assumption that skinning carries shape from pose to pose.
 
-One JSON line goes to benchmarks/results/agentdress_limits.jsonl; the page docs/agentdress/limits.md and its pictures
+One JSON line goes to benchmarks/results/agentdress_limits.jsonl; the page papers/agentdress/pages/limits.md and its pictures
 are written anew.
 """
 

@@ -9,11 +9,11 @@ from hemline.arrays import Faces, Vertices
 from hemline.bodies import PosedBody
 from papers.rope_chains.drawing.figure import axes, keep  # pyright: ignore[reportMissingImports]
 
-PAGES, SIZE = Path(__file__).parents[2] / "docs" / "agentdress", (360, 480)
+PAGES, SIZE = Path(__file__).parents[2] / "papers" / "agentdress" / "pages", (360, 480)
 PAGE = """\
 # Too loose, too tight
 
-Written by `python benchmarks/claims/agentdress/limits.py {garment} ANCHORS TEST` at commit {commit}, on {machine}, one
+Written by `python -m papers.agentdress.limits {garment} ANCHORS TEST` at commit {commit}, on {machine}, one
 thread. Poses of clips of subjects that are in no fit; errors are mean distances of vertices to the simulation. The gap
 is the mean distance of the simulated garment's vertices to the closest vertex of the body, the stretch the mean
 over its edges of what they are too long.

@@ -10,11 +10,11 @@ from hemline import bodies, pictures
 from hemline.arrays import Faces, Vertices
 from papers.agentdress.loose_takes import Trial
 
-PAGES, SIZE = Path(__file__).parents[2] / "docs" / "agentdress", (300, 420)
+PAGES, SIZE = Path(__file__).parents[2] / "papers" / "agentdress" / "pages", (300, 420)
 PAGE = """\
 # A loose garment on other shapes
 
-Written by `python benchmarks/claims/agentdress/loose_shapes.py ANCHORS TEST` at commit {commit}, on {machine}. The rope
+Written by `python -m papers.agentdress.loose_shapes ANCHORS TEST` at commit {commit}, on {machine}. The rope
 chains of the shipped skirt, shown at the vertices of `{garment}`, {clips}, {seconds:g} s each, on {count} random bodies
 of four betas; beside the light skirt simulated there. AgentDress was fitted to {anchors} anchors of it on {shapes}
 shapes. All went through the player: the cloth is held in one piece, and none of it is inside the body.

@@ -7,7 +7,7 @@ they swing on the mean body, and AgentDress, fitted to a few anchors of the ligh
 part alone.
 
 ANCHORS and TEST are folders, made here and continued; with `--motion` the clips of the anchors' poses. One JSON line
-goes to benchmarks/results/agentdress_loose_shapes.jsonl; the page docs/agentdress/loose_shapes.md and the picture of
+goes to benchmarks/results/agentdress_loose_shapes.jsonl; the page papers/agentdress/pages/loose_shapes.md and the picture of
 its worst frames are made anew.
 """
 

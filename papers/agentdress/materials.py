@@ -1,4 +1,4 @@
-"""Material as a third dimension: `python benchmarks/claims/agentdress/materials.py ANCHORS OTHER... --test FOLDER`.
+"""Material as a third dimension: `python -m papers.agentdress.materials ANCHORS OTHER... --test FOLDER`.
 
 It is future work of the paper. ANCHORS is what `hemline drape GARMENT --anchors ...` made, each OTHER the same garment
 of another material in some of its poses (`hemline drape GARMENT --material NAME --poses-of ANCHORS`). Judged in poses

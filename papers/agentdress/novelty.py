@@ -1,4 +1,4 @@
-"""Whether novelty tells errors: `python benchmarks/claims/agentdress/novelty.py ANCHORS...`.
+"""Whether novelty tells errors: `python -m papers.agentdress.novelty ANCHORS...`.
 
 ANCHORS are datasets that `hemline drape GARMENT --anchors` made. Each pose of a dataset is left out of the pose model
 in turn: what is missed there, by how far it is from the nearest other one, in the unit of `Frame.novelty`.

@@ -1,8 +1,8 @@
-"""The poses that stand for the clips, drawn: `python benchmarks/claims/agentdress/poses.py ANCHORS`.
+"""The poses that stand for the clips, drawn: `python -m papers.agentdress.poses ANCHORS`.
 
 ANCHORS is what `hemline drape GARMENT --anchors ...` made. Each pose that was settled on several bodies, the anchors
 among them, is drawn on the mean one, those of the most turned arms first. The picture
-docs/agentdress/anchors-GARMENT.png is written anew.
+papers/agentdress/pages/anchors-GARMENT.png is written anew.
 """
 
 import argparse
@@ -15,7 +15,7 @@ from hemline.datasets import Dataset, Take, open_dataset
 from hemline.motions.motion import JOINT_NAMES
 from hemline.motions.quaternions import angle
 
-PAGES = Path(__file__).parents[2] / "docs" / "agentdress"
+PAGES = Path(__file__).parents[2] / "papers" / "agentdress" / "pages"
 SIZE, COLUMNS = (100, 140), 15
 """Of each picture [pixels]; pictures in a row."""
 ARMS = [JOINT_NAMES.index(name) for name in ("left_shoulder", "right_shoulder")]

@@ -1,11 +1,11 @@
-"""Which poses to settle a garment in: `python benchmarks/claims/agentdress/sampling.py MODEL ANCHORS`.
+"""Which poses to settle a garment in: `python -m papers.agentdress.sampling MODEL ANCHORS`.
 
 MODEL is a file or the name of a shipped model, ANCHORS the dataset that it was fitted to, with derivatives
 (`hemline drape --derivatives`). Sensitivity-optimised rigging is given so many of the poses that have derivatives, as
 examples: chosen by weighted k-means (ours), one after the other where the force that is left on the guessed garment is
 largest (SOR's own sampling), and at random. Each choice is judged on the poses that have no derivatives.
 
-One JSON line goes to benchmarks/results/agentdress_sampling.jsonl; the page docs/agentdress/sampling.md and its picture
+One JSON line goes to benchmarks/results/agentdress_sampling.jsonl; the page papers/agentdress/pages/sampling.md and its picture
 are made anew.
 """
 

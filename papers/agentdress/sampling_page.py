@@ -6,14 +6,14 @@ ROOT = Path(__file__).parents[2]
 
 from papers.rope_chains.drawing.figure import axes, keep  # noqa: E402
 
-PAGES = ROOT / "docs" / "agentdress"
+PAGES = ROOT / "papers" / "agentdress" / "pages"
 ASKED = 22.0
 PAPER = {1: (45.6, 27.6), 10: (28.0, 20.5), 20: (25.7, 20.0), 40: (29.0, 16.5)}
 """Residuals in Table 2 of the paper, by number of data points: SOR's own sampling, theirs; the unit is not told."""
 PAGE = """\
 # Which poses a garment is settled in
 
-Written by `python benchmarks/claims/agentdress/sampling.py MODEL ANCHORS` at commit {commit}, on {machine}, one thread;
+Written by `python -m papers.agentdress.sampling MODEL ANCHORS` at commit {commit}, on {machine}, one thread;
 {garment}. Section 4.2 and Table 2 of Wu et al. 2021: sensitivity-optimised rigging from poses that weighted k-means
 chose, beside those that its own sampling chooses, each where the force that is left on the guessed garment is largest.
 

@@ -7,7 +7,7 @@ from two starts, and compared with Eq. 3 of the paper: with three simulated garm
 in their place (practical). The anchor is the first one, in random order, whose garment finds a balance where it lies.
 From there it is also followed without friction, where that has a balance, too: friction holds cloth where it was led.
 
-A JSON line for each goes to benchmarks/results/agentdress_separability.jsonl; the page docs/agentdress/separability.md
+A JSON line for each goes to benchmarks/results/agentdress_separability.jsonl; the page papers/agentdress/pages/separability.md
 and its picture are made anew.
 """
 

@@ -6,12 +6,12 @@ ROOT = Path(__file__).parents[2]
 
 from papers.rope_chains.drawing.figure import axes, keep  # noqa: E402
 
-PAGES = ROOT / "docs" / "agentdress"
+PAGES = ROOT / "papers" / "agentdress" / "pages"
 ASKED = 1.5
 PAGE = """\
 # Pose and shape told apart near an anchor
 
-Written by `python benchmarks/claims/agentdress/separability.py MODEL ANCHORS TEST` at commit {commit}, on {machine},
+Written by `python -m papers.agentdress.separability MODEL ANCHORS TEST` at commit {commit}, on {machine},
 one thread; {garment}, {anchors} anchors. The appendix of Wu et al. 2021, section 2 and Fig. 1.
 
 ![error against distance](separability.png)

@@ -1,10 +1,10 @@
-"""The clothing shape model beside DRAPE's: `python benchmarks/claims/agentdress/shape_models.py ANCHORS TEST`.
+"""The clothing shape model beside DRAPE's: `python -m papers.agentdress.shape_models ANCHORS TEST`.
 
 ANCHORS is a dataset of anchors, TEST a folder for the test set, made and continued here: the garment walked
 (`sim.rest.walk`) into poses of some anchors on random bodies. In each of these poses every way is fitted to the same
 seventeen drapes and compared with the same test drapes (section 4.3 and Figs. 6 and 7 of the paper).
 
-One JSON line goes to benchmarks/results/agentdress_shape_models.jsonl; the page docs/agentdress/shape_models.md and its
+One JSON line goes to benchmarks/results/agentdress_shape_models.jsonl; the page papers/agentdress/pages/shape_models.md and its
 pictures are written anew. With another number of random betas than the four of the paper, only the line is.
 """
 
@@ -31,7 +31,7 @@ from papers.agentdress.shape_ways import COMPONENTS, Ways, apart_mm
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks" / "results" / "agentdress_shape_models.jsonl"
-FOLDER = ROOT / "docs" / "agentdress"
+FOLDER = ROOT / "papers" / "agentdress" / "pages"
 MOST, PAPERS_BETAS, SHOWN, WORST = 10, 4, 1, 5
 """Components at most; betas of the paper; number of the pose of Fig. 7, right, from 0; worst shapes that are listed."""
 OURS, DRAPE = "coordinates", "DRAPE"

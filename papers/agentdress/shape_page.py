@@ -1,6 +1,6 @@
 """The page of the clothing shape model, from the row of its figures."""
 
-COMMAND = "python benchmarks/claims/agentdress/shape_models.py ANCHORS TEST"
+COMMAND = "python -m papers.agentdress.shape_models ANCHORS TEST"
 PAGE = """\
 # The clothing shape model beside DRAPE's
 

@@ -1,11 +1,11 @@
-"""A close-fitting garment watched: `python benchmarks/claims/agentdress/watched.py MODEL CLIP... -o FOLDER`.
+"""A close-fitting garment watched: `python -m papers.agentdress.watched MODEL CLIP... -o FOLDER`.
 
 MODEL is a file or the name of a shipped model, a CLIP a shipped one or a recording. Each clip is played on bodies of
 several shapes: the mean one, and random ones of four betas. Of each clip and shape the figures of `hemline evaluate`
 are kept in FOLDER, and the frame whose edges are stretched most, drawn from both sides. A command that is run again
 goes on; another model or another commit wants another folder.
 
-One JSON line goes to benchmarks/results/agentdress_watched.jsonl; the page docs/agentdress/watched-GARMENT.md and the
+One JSON line goes to benchmarks/results/agentdress_watched.jsonl; the page papers/agentdress/pages/watched-GARMENT.md and the
 picture of its worst frames are made anew.
 """
 
@@ -143,7 +143,7 @@ def main() -> None:
         "machine": machine(),
         "commit": commit(),
     }
-    pages = ROOT / "docs" / "agentdress"
+    pages = ROOT / "papers" / "agentdress" / "pages"
     shown = [np.asarray(Image.open(asked.output / f"{each['clip']}-{each['shape']}.png")) for each in worst[:SHOWN]]
     pictures.write_png(pages / f"watched-{model.garment.name}.png", np.concatenate(shown, axis=0))
     print(write_page(row, pages))

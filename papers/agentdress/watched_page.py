@@ -9,7 +9,7 @@ import numpy as np
 PAGE = """\
 # AgentDress watched: {garment}
 
-Written by `python benchmarks/claims/agentdress/watched.py {garment} CLIP... --shapes {count} --seconds {seconds:g}` at
+Written by `python -m papers.agentdress.watched {garment} CLIP... --shapes {count} --seconds {seconds:g}` at
 commit {commit}, on {machine}: {clips} clips on {count} bodies, {frames} frames, limbs lifted out of each other first
 (`untangle`). Body 0 is the mean one; the others have four random betas.
 

@@ -1,4 +1,4 @@
-"""Rope chains beside what the paper compares them with: `python benchmarks/claims/rope_chains/baselines.py MODEL TAKES
+"""Rope chains beside what the paper compares them with: `python -m papers.rope_chains.baselines MODEL TAKES
 TRUTH`.
 
 MODEL is a file or the name of a shipped model, TAKES the dataset that it was fitted to, TRUTH one of clips that nobody
@@ -9,7 +9,7 @@ stiffnesses in the place of the ropes (section 3); linear and dual-quaternion sk
 (section 7), weights by distance, or fitted to frames of TAKES. "By simulated bones" is what the skin alone makes. Last
 the rest drape carried along stiffly by the key joint.
 
-One JSON line a row goes to benchmarks/results/rope_chains_baselines.jsonl; the page docs/rope_chains/baselines-NAME.md
+One JSON line a row goes to benchmarks/results/rope_chains_baselines.jsonl; the page papers/rope_chains/pages/baselines-NAME.md
 is written anew.
 """
 
@@ -30,7 +30,7 @@ from papers.rope_chains.baselines import Baseline, BoneSkin, MassSpringNet
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks" / "results" / "rope_chains_baselines.jsonl"
-PAGES = ROOT / "docs" / "rope_chains"
+PAGES = ROOT / "papers" / "rope_chains" / "pages"
 STIFFNESSES = (5.0, 50.0, 500.0)
 """Of the springs of the nets [N/m]."""
 FRAMES = 200
@@ -42,7 +42,7 @@ jerk / truth | animator, ms |
 PAGE = """\
 # Rope chains beside other ways: {name}
 
-Written by `python benchmarks/claims/rope_chains/baselines.py {model} TAKES TRUTH` at commit {commit}, on {machine}, one
+Written by `python -m papers.rope_chains.baselines {model} TAKES TRUTH` at commit {commit}, on {machine}, one
 thread. Means over {clips} clips of subjects that nobody fitted to, with the whole-cloth step and the projection behind
 every row. Weights of fitted skins are from {frames} frames of the fit.
 

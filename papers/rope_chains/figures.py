@@ -1,7 +1,7 @@
-"""The paper's figures, redrawn: `python benchmarks/claims/rope_chains/figures.py MODEL TAKES TRUTH [--only 4 5]`.
+"""The paper's figures, redrawn: `python -m papers.rope_chains.figures MODEL TAKES TRUTH [--only 4 5]`.
 
 MODEL is a file or the name of a shipped model, TAKES the dataset that it was fitted to, TRUTH one of clips that nobody
-fitted to. The page docs/rope_chains/figures-NAME.md and its pictures are written anew; beside each figure stand what
+fitted to. The page papers/rope_chains/pages/figures-NAME.md and its pictures are written anew; beside each figure stand what
 the paper says, what was measured here, and whether it holds. `--only` draws some figures and prints what they say,
 without writing the page.
 """
@@ -22,11 +22,11 @@ from papers.rope_chains.drawing import (
     fig15_played,
 )
 
-PAGES = Path(__file__).parents[2] / "docs" / "rope_chains"
+PAGES = Path(__file__).parents[2] / "papers" / "rope_chains" / "pages"
 PAGE = """\
 # The figures of Jin et al. 2024, redrawn: {name}
 
-Written by `python benchmarks/claims/rope_chains/figures.py {model} TAKES TRUTH` at commit {commit}, on {machine}, one
+Written by `python -m papers.rope_chains.figures {model} TAKES TRUTH` at commit {commit}, on {machine}, one
 thread. TAKES is the dataset of the fit, TRUTH holds clips of subjects that nobody fitted to.
 
 {figures}

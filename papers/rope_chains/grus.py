@@ -1,4 +1,4 @@
-"""Rope chains beside recurrent networks: `python benchmarks/claims/rope_chains/grus.py MODEL TAKES TRUTH`.
+"""Rope chains beside recurrent networks: `python -m papers.rope_chains.grus MODEL TAKES TRUTH`.
 
 MODEL is a file or the name of a shipped model, TAKES a dataset of the same garment to train on (its training split,
 with mirror images; the validation split chooses the epoch), TRUTH one of clips that nobody trained on. Each clip of
@@ -6,7 +6,7 @@ TRUTH, and three of the training split, are played by the bones of one recurrent
 ropes and by its learned bones, all through the networks of the model. Printed are the mean distances of free bones and
 of vertices to the simulation; the latter by `hemline.evaluate`, with the whole-cloth step and the projection behind it.
 
-One JSON line a clip goes to benchmarks/results/rope_chains_grus.jsonl. The page docs/rope_chains/grus-NAME.md is
+One JSON line a clip goes to benchmarks/results/rope_chains_grus.jsonl. The page papers/rope_chains/pages/grus-NAME.md is
 written anew, with the frame of a clip trained on (Fig. 13) and of one held out (Fig. 14) in which the recurrent
 networks are farthest off.
 """
@@ -31,13 +31,13 @@ from papers.rope_chains.baselines.gru_training import GruOptions, train_grus
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks" / "results" / "rope_chains_grus.jsonl"
-PAGES = ROOT / "docs" / "rope_chains"
+PAGES = ROOT / "papers" / "rope_chains" / "pages"
 SIZE = (480, 560)
 FIGURES = {"trained on": ("13", "seen in training"), "held out": ("14", "never seen")}
 PAGE = """\
 # Rope chains beside recurrent networks: {name}
 
-Written by `python benchmarks/claims/rope_chains/grus.py {model} TAKES TRUTH` at commit {commit}, on {machine}, one
+Written by `python -m papers.rope_chains.grus {model} TAKES TRUTH` at commit {commit}, on {machine}, one
 thread: one recurrent network (GRU) for each of {chains} chains, trained on {frames} frames and their mirror images in
 {seconds:.0f} s. All rows go through the same networks from bones to mesh, the whole-cloth step and the projection.
 

@@ -1,11 +1,11 @@
-"""What bones can tell, by where they lie: `python benchmarks/claims/rope_chains/layouts.py TAKES`.
+"""What bones can tell, by where they lie: `python -m papers.rope_chains.layouts TAKES`.
 
 TAKES is a dataset. For several counts of chains and bones, laid at even distances and by skinning decomposition (SSDR),
 a ridge regression from the simulated bones to the mesh is fitted to the takes to train on, and its error is printed on
 all three parts of the split: the line that networks begin from. The smaller of the first two errors decides; the third
 one is for judging. Every third frame, every ninth vertex.
 
-One JSON line a row goes to benchmarks/results/rope_chains_layouts.jsonl; the page docs/rope_chains/layouts-NAME.md is
+One JSON line a row goes to benchmarks/results/rope_chains_layouts.jsonl; the page papers/rope_chains/pages/layouts-NAME.md is
 written anew.
 """
 
@@ -29,7 +29,7 @@ from hemline.learning.ridge import ridge
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks" / "results" / "rope_chains_layouts.jsonl"
-PAGES = ROOT / "docs" / "rope_chains"
+PAGES = ROOT / "papers" / "rope_chains" / "pages"
 FRAME, VERTEX = 3, 9
 """Every so many frames and vertices are looked at."""
 COUNTS = ((10, 14), (14, 14), (20, 14), (26, 9), (30, 12), (36, 12), (40, 14))
@@ -42,7 +42,7 @@ HEADER = """\
 PAGE = """\
 # Where the bones of a {name} lie
 
-Written by `python benchmarks/claims/rope_chains/layouts.py TAKES` at commit {commit}, on {machine},
+Written by `python -m papers.rope_chains.layouts TAKES` at commit {commit}, on {machine},
 from {frames} frames of {takes} takes, split by subject. The line is a ridge regression from the bones on simulated
 cloth to the mesh, with noise of {noise:g} mm on the bones: what the networks begin from. "Decomposed": bones where a
 skinning decomposition of {shown} frames to train on puts them (Le, Deng, 2012), joined downward; those that come to lie

@@ -1,4 +1,4 @@
-"""What a model of rope chains looks like when it plays: `python benchmarks/claims/rope_chains/played.py MODEL TRUTH`.
+"""What a model of rope chains looks like when it plays: `python -m papers.rope_chains.played MODEL TRUTH`.
 
 MODEL is a file or the name of a shipped model, TRUTH a dataset of the same garment with clips of subjects that nobody
 fitted to. The page of the cape is on `hemline simulate cape -m run walk jump turn kick dance daz_rig/135_04.bvh
@@ -7,7 +7,7 @@ times: by the model's own bones, the same without the whole-cloth step, and driv
 the rest drape carried along stiffly by the key joint: what one gets without any model. Then the body stands still for
 five seconds in its rest pose, and is frozen in the middle of a run.
 
-One JSON line a clip goes to benchmarks/results/rope_chains_played.jsonl; the page docs/rope_chains/MODEL.md is written
+One JSON line a clip goes to benchmarks/results/rope_chains_played.jsonl; the page papers/rope_chains/pages/MODEL.md is written
 anew, with a picture of the worst frame of each clip: without the step, with it, the simulation.
 """
 
@@ -28,7 +28,7 @@ from hemline.sim import SimSettings, simulate
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks" / "results" / "rope_chains_played.jsonl"
-PICTURES = ROOT / "docs" / "rope_chains"
+PICTURES = ROOT / "papers" / "rope_chains" / "pages"
 BANDS = ((0.0, 1.0), (1.0, 2.0), (2.0, 4.0), (4.0, 8.0))
 """Of the hem's motion [Hz]."""
 HEM = 10
@@ -194,7 +194,7 @@ hem power / truth by band | frame ms (step) |
 PAGE = """\
 # What the {name} looks like when it plays
 
-Written by `python benchmarks/claims/rope_chains/played.py {model} TRUTH` at commit {commit}, on {machine}, one thread.
+Written by `python -m papers.rope_chains.played {model} TRUTH` at commit {commit}, on {machine}, one thread.
 TRUTH holds clips of subjects that nobody fitted to; "->": without and with the [whole-cloth step](\
 ../../src/hemline/collide/whole/README.md). The other columns are with it.
 

@@ -1,4 +1,4 @@
-"""The worst frames of a model on many clips, to be looked at: `python benchmarks/claims/rope_chains/watched.py MODEL
+"""The worst frames of a model on many clips, to be looked at: `python -m papers.rope_chains.watched MODEL
 CLIP... -o FOLDER`.
 
 MODEL is a file or the name of a shipped model, a CLIP a shipped one or a recording. Each clip is played on its own

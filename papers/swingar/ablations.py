@@ -1,6 +1,6 @@
 """What each part of swingar's two networks is worth, on one small equal budget: the paper's Tables I, Figs. 9 and 12.
 
-    python benchmarks/claims/swingar/ablations.py TAKES... --judged TAKES... --checkpoints FOLDER \\
+    python -m papers.swingar.ablations TAKES... --judged TAKES... --checkpoints FOLDER \\
         -o benchmarks/results/swingar_ablations.jsonl
 
 TAKES are datasets that `python -m hemline.models.make.swingar_takes` made. Each variant is trained alike, from nothing,

@@ -1,4 +1,4 @@
-"""Write docs/swingar/ablations.md: `python benchmarks/claims/swingar/ablations_page.py`, after `ablations.py`."""
+"""Write papers/swingar/pages/ablations.md: `python -m papers.swingar.ablations_page`, after `ablations.py`."""
 
 import json
 from itertools import pairwise
@@ -10,7 +10,7 @@ from papers.swingar.ablations_graph import FRAMES, GRAPH, PLAIN, TERMS
 
 ROOT = Path(__file__).parents[2]
 ROWS = ROOT / "benchmarks" / "results" / "swingar_ablations.jsonl"
-PAGE = ROOT / "docs" / "swingar" / "ablations.md"
+PAGE = ROOT / "papers" / "swingar" / "pages" / "ablations.md"
 TABLE_I = {
     "no descriptor": (2.37, 9.02),
     "graph pooling": (2.15, 8.67),
@@ -37,7 +37,7 @@ def page(rows: list[dict[str, Any]]) -> str:
     sets = "Both networks were given one set of takes." if same else "Each network was given a set of its own."
     return f"""# What each part of swingar is worth
 
-Written by `python benchmarks/claims/swingar/ablations_page.py`, from what `ablations.py` measured; the paper is Li et
+Written by `python -m papers.swingar.ablations_page`, from what `ablations.py` measured; the paper is Li et
 al., "SwinGar", 2023. Each variant is trained alike, from nothing, with one seed, and judged on takes that it has not
 seen: distance of the proxy's vertices. {sets} Budgets are small: these are
 not the errors of what ships, and differences below a millimetre say nothing.

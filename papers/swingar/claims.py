@@ -1,4 +1,4 @@
-"""All claims about SwinGar by one command: `python benchmarks/claims/swingar/claims.py FOLDER --clips CLIPS MESH...`.
+"""All claims about SwinGar by one command: `python -m papers.swingar.claims FOLDER --clips CLIPS MESH...`.
 
 FOLDER takes the data, made and continued: takes of garments, subjects and bodies that no fit has seen, and the small
 set of the ablations. CLIPS is the folder of `fit.clips`; each MESH a garment of somebody else's, put on and judged
@@ -6,7 +6,7 @@ beside random designs of seeds apart. Then the commands of this folder run one a
 its own, and `hemline bench lag`. What was measured at this commit is not measured again, so that a killed run goes
 on. The ablations take hours and are left out unless `--only ablations` asks for them.
 
-Writes docs/swingar/claims.md: what the paper says, what was asked, what was measured. With `--page` it writes this page
+Writes papers/swingar/pages/claims.md: what the paper says, what was asked, what was measured. With `--page` it writes this page
 alone, from what was measured before.
 """
 

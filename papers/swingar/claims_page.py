@@ -11,7 +11,7 @@ from papers.swingar.unseen_page import mean_of, of_class
 PAGE = """\
 # All claims about SwinGar
 
-Written by `python benchmarks/claims/swingar/claims.py FOLDER --clips CLIPS MESH...`, which makes the data, too, and
+Written by `python -m papers.swingar.claims FOLDER --clips CLIPS MESH...`, which makes the data, too, and
 runs every command of this page; `--page` writes it from what was measured before. Each row names the commit that it
 was measured at; all of them on {machines}. "Asked" is the goal of this project, not of the paper. The paper's figures
 are of its own test set of 15 garments, with networks that were trained for five days on two GPUs. Rows that do not
@@ -31,7 +31,7 @@ Claim = tuple[Row, str, str, str, str, str]
 
 
 def write_page(results: Path) -> str:
-    """Write docs/swingar/claims.md.
+    """Write papers/swingar/pages/claims.md.
 
     Args:
         results: The folder of what was measured.
@@ -44,7 +44,7 @@ def write_page(results: Path) -> str:
         machines.add(found["machine"])
         lines.append(f"| {what} | {paper} | {asked} | {measured} | {page} | {found['commit']} |")
     text = PAGE.format(machines=" or ".join(sorted(machines)), rows="\n".join(lines))
-    (results.parents[1] / "docs" / "swingar" / "claims.md").write_text(text)
+    (results.parents[1] / "papers" / "swingar" / "pages" / "claims.md").write_text(text)
     return text
 
 

@@ -1,11 +1,11 @@
-"""SwinGar's neural distance and collision handling: `python benchmarks/claims/swingar/collisions.py [MODEL ...]`.
+"""SwinGar's neural distance and collision handling: `python -m papers.swingar.collisions [MODEL ...]`.
 
 First the error of the distance around bodies in poses of subjects that are in no training, within and beyond the shapes
 that it was trained on, beside plain baselines; each MODEL, a file of `hemline.models.make.neural_sdf`, is one more row.
 Then Tables II and III: light garments carried by plain skinning in clips of those subjects, out of the body by Eq. 10
 and by its two baselines. Needs the clips of ../shared/data/motion.
 
-One JSON line goes to benchmarks/results/swingar_collisions.jsonl; the page docs/swingar/collisions.md and its picture
+One JSON line goes to benchmarks/results/swingar_collisions.jsonl; the page papers/swingar/pages/collisions.md and its picture
 are written anew.
 """
 

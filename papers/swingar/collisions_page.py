@@ -6,7 +6,7 @@ import numpy as np
 
 from hemline import pictures
 
-FOLDER = Path(__file__).parents[2] / "docs" / "swingar"
+FOLDER = Path(__file__).parents[2] / "papers" / "swingar" / "pages"
 SIZE = 360, 420
 PAGE, PICTURES = FOLDER / "collisions.md", FOLDER / "collisions"
 PAPER = {  # inside before, SSCH, after; TailorNet, ReFU, Eq. 10
@@ -18,7 +18,7 @@ PAPER = {  # inside before, SSCH, after; TailorNet, ReFU, Eq. 10
 TEXT = """\
 # Neural distance and collision handling
 
-Written by `python benchmarks/claims/swingar/collisions.py{trials}` at commit {commit}, on {machine}, one thread.
+Written by `python -m papers.swingar.collisions{trials}` at commit {commit}, on {machine}, one thread.
 The paper is Li et al., "SwinGar", 2023: Section III-D, Tables II and III. What is shipped: inputs `{inputs}`, {width}
 wide, trained on {bodies} posed bodies with {points} points each, {updates} steps of the optimiser; {value} floating
 point operations a point in the layers, {both} with the gradient.

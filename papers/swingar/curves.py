@@ -1,4 +1,4 @@
-"""Training curves of a fit as PNG and JSON: `python benchmarks/claims/swingar/curves.py CHECKPOINTS -o curves`.
+"""Training curves of a fit as PNG and JSON: `python -m papers.swingar.curves CHECKPOINTS -o curves`.
 
 CHECKPOINTS is the folder that `hemline fit` keeps beside its model: a file for each stage of the training.
 """

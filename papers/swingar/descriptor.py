@@ -1,4 +1,4 @@
-"""Which reach of affinity tells kinds of garments apart: `python benchmarks/claims/swingar/descriptor.py TAKES...`.
+"""Which reach of affinity tells kinds of garments apart: `python -m papers.swingar.descriptor TAKES...`.
 
 TAKES are datasets of generated garments, whose names tell their kinds. For each reach, and for eigenvalues as they are
 or transformed, it is counted how often the nearest other garment is of the same kind. Even seeds choose, odd ones

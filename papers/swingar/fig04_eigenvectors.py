@@ -1,4 +1,4 @@
-"""Fig. 4: the first six estimated eigenvectors of a garment: `python benchmarks/claims/swingar/fig04_eigenvectors.py`.
+"""Fig. 4: the first six estimated eigenvectors of a garment: `python -m papers.swingar.fig04_eigenvectors`.
 
 Written to eigenvectors.png in the folder given, else in out/swingar. Below, a table of distances between the shipped
 garments' descriptors.

@@ -1,4 +1,4 @@
-"""How long what the network missed at the beginning lasts: `python benchmarks/claims/swingar/lasting.py TAKES...`.
+"""How long what the network missed at the beginning lasts: `python -m papers.swingar.lasting TAKES...`.
 
 TAKES are datasets that `python -m hemline.models.make.swingar_takes` made of garments that the model was not fitted to.
 Each take is played once, in the proxy alone; from what the network said in each frame follows what would have been

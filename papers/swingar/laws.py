@@ -1,4 +1,4 @@
-"""What a network must do beside being near: `python benchmarks/claims/swingar/laws.py --model swingar`, some minutes.
+"""What a network must do beside being near: `python -m papers.swingar.laws --model swingar`, some minutes.
 
 Two histories, one pose (Fig. 6): a standing body sways forwards or backwards and passes one place at opposite speeds.
 How the garment differs between the two is compared with how the simulation's does, then again after the body has stood

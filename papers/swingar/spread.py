@@ -1,6 +1,6 @@
 """How far the simulation is from itself: the same garment in the same clip, simulated once more with one thing changed.
 
-    python benchmarks/claims/swingar/spread.py TAKES... -o benchmarks/results/swingar_spread.json
+    python -m papers.swingar.spread TAKES... -o benchmarks/results/swingar_spread.json
 
 TAKES are datasets that `python -m hemline.models.make.swingar_takes` made; the first take of each is simulated again:
 from another start (a lead-in of another length), in one substep more, and as another mesh of the same garment with

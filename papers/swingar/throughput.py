@@ -1,4 +1,4 @@
-"""How fast SwinGar's network trains and plays on this machine: `python benchmarks/claims/swingar/throughput.py`.
+"""How fast SwinGar's network trains and plays on this machine: `python -m papers.swingar.throughput`.
 
 Weights are random, the garment is a sheet of 1,000 vertices. Times of one thread are CPU time, the least of some runs,
 so that other work on the machine does not count; those of more threads are wall time.

@@ -1,6 +1,6 @@
 """How far models are from the simulation on garments that they were not fitted to, by class of garment.
 
-    python benchmarks/claims/swingar/unseen.py TAKES... --model swingar --model lag --model live \\
+    python -m papers.swingar.unseen TAKES... --model swingar --model lag --model live \\
         -o benchmarks/results/unseen.json
 
 TAKES are datasets that `python -m hemline.models.make.swingar_takes` made of garments, subjects and bodies apart.

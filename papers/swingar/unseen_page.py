@@ -1,4 +1,4 @@
-"""Write docs/swingar/unseen.md: `python benchmarks/claims/swingar/unseen_page.py`, from what others measured.
+"""Write papers/swingar/pages/unseen.md: `python -m papers.swingar.unseen_page`, from what others measured.
 
 benchmarks/results/unseen.json is of `unseen.py`, unseen_bodies.json, too, on takes on bodies beyond the training, and
 swingar_spread.json of `spread.py`.
@@ -11,7 +11,7 @@ import numpy as np
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks" / "results"
-PAGE = ROOT / "docs" / "swingar" / "unseen.md"
+PAGE = ROOT / "papers" / "swingar" / "pages" / "unseen.md"
 WAYS = ("carried rigidly", "skinned", "skinned softly")
 FIGURES = {
     "normal_deg": ("error of normals, degrees (paper: 7.53)", 1),
@@ -26,7 +26,7 @@ HEAD = """# Garments never seen
 Garments, subjects and bodies that no fit has seen: meshes of other people's (GarmentCode, Style3D, MakeHuman), tried
 on, and random designs of seeds apart, on random bodies, in clips of other subjects; simulated by
 `python -m hemline.models.make.swingar_takes` ([the command](../../src/hemline/models/README.md#lag)), judged by
-`python benchmarks/claims/swingar/unseen.py`, as the player shows them.
+`python -m papers.swingar.unseen`, as the player shows them.
 Mean distance of vertices from the simulation in mm. Beside each model the settled garment *carried rigidly* with the
 key joint, *skinned* with the weights of the nearest skin, and *skinned softly* as `lag` and `swingar` do before they
 learn. A garment counts as loose where it lies more than 25 mm from the skin in the mean. *The weights before* are those
@@ -42,7 +42,7 @@ SPREAD = """
 ## The truth, simulated twice
 
 The same garment in the same clip on the same body, simulated once more with one thing changed by
-`python benchmarks/claims/swingar/spread.py TAKES...`: from another start (a lead-in twice as long), in one substep
+`python -m papers.swingar.spread TAKES...`: from another start (a lead-in twice as long), in one substep
 more, and as another mesh of the garment with 12 % fewer vertices. Mean distance of vertices in mm, in brackets that of
 the worst frame. An error as large as this says nothing against a model.
 

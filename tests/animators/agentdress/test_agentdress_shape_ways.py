@@ -111,4 +111,4 @@ def test_the_heaviest_body_is_heavier_than_all_as_far_away_along_one_beta():
 def test_pages_say_what_was_recorded_last(name, page):
     lines = (ROOT / "benchmarks" / "results" / f"agentdress_{name}.jsonl").read_text().splitlines()
     rows = [row for row in map(json.loads, lines) if row.get("random_betas", 4) == 4]
-    assert (ROOT / "docs" / "agentdress" / f"{name}.md").read_text() == page(rows[-1])
+    assert (ROOT / "papers" / "agentdress" / "pages" / f"{name}.md").read_text() == page(rows[-1])
