@@ -20,7 +20,7 @@ from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet, is_t_pose
 from hemline.animators.agentdress.fit.fit import fit_anchors
 from hemline.animators.agentdress.model import AnimatorAgentDress
-from hemline.animators.agentdress.shape_model import shape_features, widened
+from hemline.animators.agentdress.shape_model import shape_features, pad_betas
 from hemline.bench.machine import commit, machine
 from hemline.bodies.velocities import turning
 from hemline.compiled import use_threads
@@ -47,7 +47,7 @@ def sensitivities(dataset: Dataset, anchors: AnchorSet) -> tuple[np.ndarray, np.
         ]
         found.append(np.linalg.norm(moved - np.array(skinned), axis=3).transpose(2, 0, 1))
         betas.append(take.betas)
-    return widened(np.array(betas, np.float64), anchors.betas.shape[1]), np.array(found)
+    return pad_betas(np.array(betas, np.float64), anchors.betas.shape[1]), np.array(found)
 
 
 def of_own_shape(
@@ -62,7 +62,7 @@ def of_own_shape(
         away.T @ away + RIDGE * np.eye(away.shape[1]), away.T @ (norms - mean).reshape(len(norms), -1)
     )
     for shape in {pair.betas for pair in pairs}:
-        query = shape_features(widened(np.array([shape]), betas.shape[1]))
+        query = shape_features(pad_betas(np.array([shape]), betas.shape[1]))
         told = np.maximum(mean + ((query - centre) @ weights).reshape(mean.shape), 0)
         some = replace(anchors, sensitivity=(anchors.sensitivity[0], told))
         made[shape] = _fitted(dataset, some)

@@ -19,12 +19,12 @@ import numpy as np
 
 from hemline import animators, bodies
 from hemline.animators.agentdress.distances import axes_between, region_distances
-from hemline.animators.agentdress.fit.left_out import left_out_mm
+from hemline.animators.agentdress.fit.leave_one_out import leave_one_out_mm
 from hemline.animators.agentdress.fit.shape_distance import shape_scale
 from hemline.animators.agentdress.fit.shape_kernel import ShapeChanges, fit_shape_kernel
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.pose_model import kernel
-from hemline.animators.agentdress.shape_samples import REACH, over_shapes
+from hemline.animators.agentdress.shape_samples import SHAPE_LENGTH_SCALE, kernel_over_shapes
 from hemline.arrays import Float, Int
 from hemline.bench.machine import commit, machine
 
@@ -57,7 +57,7 @@ class Held:
         rotations, axes = tables.rotations.astype(np.float64), tables.axes.astype(np.float64)
         apart = region_distances(axes_between(rotations, rotations), axes)
         where = shapes.betas.astype(np.float64) @ shapes.scale
-        near, between = np.ix_(shapes.poses, shapes.poses), over_shapes(where, where, shapes.reach)
+        near, between = np.ix_(shapes.poses, shapes.poses), kernel_over_shapes(where, where, shapes.reach)
         ridge = model.figures["shape_kernel_ridge"] * np.eye(len(where))
         found = [
             (kernel(apart[:, region], model.shape_width)[near] * between + ridge) @ weights.astype(np.float64)
@@ -75,7 +75,7 @@ class Held:
         poses, where = tables.shapes.poses.astype(int), tables.shapes.betas.astype(np.float64) @ scale
         given = ShapeChanges(poses[train], where[train], self.outputs[train], poses[train])
         options = {"width": self.model.shape_width, "ridge": figures["shape_kernel_ridge"]}
-        weights, between = fit_shape_kernel(self.apart, given, **options).weights, over_shapes(where, where, REACH)
+        weights, between = fit_shape_kernel(self.apart, given, **options).weights, kernel_over_shapes(where, where, SHAPE_LENGTH_SCALE)
         missed = [
             self.outputs[test]
             - (
@@ -86,7 +86,7 @@ class Held:
             for region, each in enumerate(weights)
         ]
         basis = tables.basis.unpacked().astype(np.float64)[tables.pose_weights.shape[2] :]
-        return left_out_mm(np.array(missed), basis, tables.regions.astype(np.float64))
+        return leave_one_out_mm(np.array(missed), basis, tables.regions.astype(np.float64))
 
 
 def measured(held: Held) -> dict[str, dict[str, float]]:

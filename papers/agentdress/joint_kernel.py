@@ -8,9 +8,9 @@ from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.distances import anchor_weights, axes_between, region_distances
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet
 from hemline.animators.agentdress.fit.shape_fit import shape_models
-from hemline.animators.agentdress.fit.shape_kernel import RIDGES, WIDTHS, ShapeChanges, fit_shape_kernel
+from hemline.animators.agentdress.fit.shape_kernel import SHAPE_RIDGES, SHAPE_WIDTHS, ShapeChanges, fit_shape_kernel
 from hemline.animators.agentdress.model import AnimatorAgentDress
-from hemline.animators.agentdress.shape_model import widened
+from hemline.animators.agentdress.shape_model import pad_betas
 from hemline.arrays import Float
 from hemline.learning.pca import principal_of_rows
 
@@ -29,7 +29,7 @@ def shape_errors(model: AnimatorAgentDress, anchors: AnchorSet) -> dict[str, flo
     regions, count = model.tables.regions.astype(np.float64), len(changes)
     judged = range(1, count, 2)
     blended = _blended(anchors, distances, regions)
-    where = widened(anchors.betas[1:], len(scale)) @ scale
+    where = pad_betas(anchors.betas[1:], len(scale)) @ scale
     joint = _joint(where, changes, distances, regions, range(0, count, 2), judged)
     return {
         "nothing": _mm([changes[number] for number in judged]),
@@ -68,8 +68,8 @@ def _joint(
     poses = np.repeat(np.arange(count), shapes)
     given = ShapeChanges(poses, np.tile(where, (count, 1)), outputs, poses)
     rows, best = basis.reshape(len(basis), -1, 3), None
-    for width in WIDTHS:
-        for ridge in RIDGES:
+    for width in SHAPE_WIDTHS:
+        for ridge in SHAPE_RIDGES:
             left_out = fit_shape_kernel(distances, given, width=width, ridge=ridge).left_out
             missed = left_out.reshape(len(left_out), count, shapes, -1)
 

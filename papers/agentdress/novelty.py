@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.animators.agentdress.bounds import FAR, novelty
+from hemline.animators.agentdress.bounds import NOVELTY_LIMIT, novelty
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.distances import axes_between, region_distances
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet
@@ -20,7 +20,7 @@ from hemline.arrays import Float
 from hemline.datasets import open_dataset
 from hemline.learning.pca import principal_of_rows
 
-STEPS = (0.0, 0.2, 0.4, 0.6, FAR, np.inf)
+STEPS = (0.0, 0.2, 0.4, 0.6, NOVELTY_LIMIT, np.inf)
 
 
 def left_out(folder: Path) -> tuple[Float[np.ndarray, " poses"], Float[np.ndarray, " poses"]]:

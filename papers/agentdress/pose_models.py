@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet
-from hemline.animators.agentdress.fit.rigged_anchors import blend_of
+from hemline.animators.agentdress.fit.rigged_anchors import anchor_blend
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.arrays import Float
 from hemline.motions.motion import Pose
@@ -21,13 +21,13 @@ RIDGES = (1e-2, 1e-1, 1.0, 10.0, 100.0)
 def blended(model: AnimatorAgentDress, anchors: AnchorSet) -> PoseModel:
     """The nearest anchors, skinned and blended."""
     offsets = anchors.offsets[:, 0].astype(np.float64)
-    return lambda pose: np.einsum("va,avi->vi", blend_of(model, anchors.rotations, pose), offsets)
+    return lambda pose: np.einsum("va,avi->vi", anchor_blend(model, anchors.rotations, pose), offsets)
 
 
 def nearest(model: AnimatorAgentDress, anchors: AnchorSet) -> PoseModel:
     """The nearest anchor alone, skinned."""
     offsets = anchors.offsets[:, 0].astype(np.float64)
-    return lambda pose: offsets[blend_of(model, anchors.rotations, pose).mean(axis=0).argmax()]
+    return lambda pose: offsets[anchor_blend(model, anchors.rotations, pose).mean(axis=0).argmax()]
 
 
 def ridge(anchors: AnchorSet) -> PoseModel:

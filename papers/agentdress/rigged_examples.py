@@ -3,9 +3,9 @@
 import numpy as np
 
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet
-from hemline.animators.agentdress.fit.rigged_anchors import RiggedAnchors, blend_of, rows_with_derivatives
+from hemline.animators.agentdress.fit.rigged_anchors import RiggedAnchors, anchor_blend, rows_with_derivatives
 from hemline.animators.agentdress.model import AnimatorAgentDress
-from hemline.animators.agentdress.sor.rigging import relative, skin
+from hemline.animators.agentdress.sor.rigging import relative_transforms, skin_points
 from hemline.arrays import Float, Int, Vertices
 from hemline.datasets import Dataset
 from hemline.motions.motion import Pose
@@ -39,7 +39,7 @@ class Examples:
         self.skinned = [
             np.array(
                 [
-                    skin(relative(posed.transforms, transforms), weights, worn)
+                    skin_points(relative_transforms(posed.transforms, transforms), weights, worn)
                     for transforms, weights, worn in zip(fitted.transforms, fitted.weights, fitted.worn, strict=True)
                 ],
                 np.float32,
@@ -49,7 +49,7 @@ class Examples:
 
     def guessed(self, number: int, chosen: Chosen) -> Vertices:
         """The garment in one of the poses, from the chosen examples [m]."""
-        blend = blend_of(self.model, self.rotations[chosen], self.poses[number]).astype(np.float32)
+        blend = anchor_blend(self.model, self.rotations[chosen], self.poses[number]).astype(np.float32)
         return np.einsum("va,avi->vi", blend, self.skinned[number][chosen])
 
     def left(self, number: int, worn: Vertices) -> Left:

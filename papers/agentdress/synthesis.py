@@ -5,7 +5,7 @@ import numpy as np
 from hemline import bodies
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet
-from hemline.animators.agentdress.fit.rigged_anchors import blend_of
+from hemline.animators.agentdress.fit.rigged_anchors import anchor_blend
 from hemline.animators.agentdress.fit.shape_fit import shape_models
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.arrays import Float, Transforms, Vertices
@@ -52,7 +52,7 @@ class Synthesis:
 
     def _change(self, pose: Pose, betas: tuple[float, ...]) -> Worn:
         """What the shape adds, blended over the nearest anchors (Eq. 4)."""
-        weights = blend_of(self.model, self.anchors.rotations, pose)
+        weights = anchor_blend(self.model, self.anchors.rotations, pose)
         each = np.array([self._known(betas)])
         zero = np.zeros_like(each)
         total = np.zeros((len(weights), 3))

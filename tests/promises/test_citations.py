@@ -63,10 +63,12 @@ def cited(path: Path) -> list[tuple[str, str, str]]:
     return works
 
 
-CITING = [path for path in files() if any("Source: " in text for text in docstrings(path))]
+READ = [*files(), *sorted((ROOT / "papers").rglob("*.py"))]
+"""The package, and the experiments beside it."""
+CITING = [path for path in READ if any("Source: " in text for text in docstrings(path))]
 
 
-@pytest.mark.parametrize("path", CITING, ids=name_of)
+@pytest.mark.parametrize("path", CITING, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_sources_stand_in_the_list(path):
     for authors, title, year in cited(path):
         assert (title, year) in LISTED, f"{title}, {year}: add it to docs/references.bib"
@@ -83,7 +85,7 @@ def test_works_that_are_mentioned_stand_in_the_list(path):
 
 def test_works_in_the_list_are_named_somewhere():
     titles = {(title, year) for path in CITING for _, title, year in cited(path)}
-    mentioned = {(plain(s), year) for path in files() for text in docstrings(path) for s, year in MENTION.findall(text)}
+    mentioned = {(plain(s), year) for path in READ for text in docstrings(path) for s, year in MENTION.findall(text)}
     pages = plain(" ".join(" ".join(path.read_text() for path in PAGES).split()))
     for (title, year), (key, surname) in LISTED.items():
         assert (title, year) in titles or (surname, year) in mentioned or title in pages, f"nobody names {key}"

@@ -47,7 +47,7 @@ def imported(paths) -> dict[str, set[Path]]:
 
 
 def test_every_dependency_is_imported():
-    ours = imported([*(ROOT / "tests").rglob("*.py"), *(ROOT / "benchmarks").rglob("*.py")])
+    ours = imported([path for folder in ("tests", "benchmarks", "papers") for path in (ROOT / folder).rglob("*.py")])
     package = imported(files())
     for name, extra in asked().items():
         module = MODULES.get(name, name.replace("-", "_"))

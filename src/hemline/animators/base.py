@@ -25,7 +25,7 @@ class Animator(Protocol):
 
     Parameters are frozen; all that moves is in the State: plain arrays in a dataclass, never changed in place, so that
     keeping an old State is a rollback. The same input gives the same bits on one machine. What only some animators can
-    do is asked for with `isinstance`: `Driven`, `Settled`, `Bounded`, `MaterialAware`,
+    do is asked for with `isinstance`: `Driven`, `SettledGarments`, `Bounded`, `MaterialAware`,
     `Detailed`, `Movable`.
     """
 

@@ -61,7 +61,7 @@ def place(value: Any) -> tuple[np.ndarray, np.ndarray]:
     """Where a hand holds the body (3,) [m], and how it is turned there (4,), a unit quaternion wxyz; both float64.
 
     Raises:
-        BadInput: They are no such numbers, or farther away than `FARTHEST`.
+        BadInput: They are no such numbers, or farther away than `MOST_STEPS`.
     """
     try:
         at, turn = (np.array(part, np.float64) for part in value)

@@ -10,7 +10,7 @@ from hemline import animators, garments, motions
 from hemline.animators import MaterialAware
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.kind import KIND
-from hemline.animators.agentdress.materials import coordinates
+from hemline.animators.agentdress.materials import material_coordinates
 from hemline.datasets import Collection, create
 from hemline.errors import BadDataset, BadGarment, BadInput, BadModel, HemlineWarning
 from hemline.files import read_tensors, write_tensors
@@ -101,11 +101,11 @@ def mean_mm(one, other):
 
 def test_stiffness_and_weight_that_grow_alike_are_the_same_material_to_a_settled_sheet():
     heavier = replace(OWN, density=2 * OWN.density, young=2 * OWN.young, bending=2 * OWN.bending)
-    np.testing.assert_allclose(coordinates(heavier, OWN), 0, atol=1e-6)
+    np.testing.assert_allclose(material_coordinates(heavier, OWN), 0, atol=1e-6)
     stiffer = replace(OWN, young=np.e * OWN.young, friction=OWN.friction + 0.1)
-    np.testing.assert_allclose(coordinates(stiffer, OWN), [2, 0, 1], atol=1e-6)
+    np.testing.assert_allclose(material_coordinates(stiffer, OWN), [2, 0, 1], atol=1e-6)
     limp = replace(OWN, bending=0.0)
-    assert np.isfinite(coordinates(limp, OWN)).all()
+    assert np.isfinite(material_coordinates(limp, OWN)).all()
 
 
 def test_the_simulator_agrees_that_they_are_the_same():

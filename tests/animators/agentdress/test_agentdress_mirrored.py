@@ -11,7 +11,7 @@ from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet
 from hemline.animators.agentdress.fit.fit import fit
 from hemline.animators.agentdress.fit.material_fit import MaterialChanges
-from hemline.animators.agentdress.fit.mirrored import changes_with_images, mirror_image, with_images
+from hemline.animators.agentdress.fit.mirror_images import add_mirrored_changes, mirror_image, add_mirror_images
 from hemline.animators.agentdress.fit.pose_fit import PoseModelFit, best_pose_fit
 from hemline.animators.agentdress.fit.regions import region_weights
 from hemline.animators.agentdress.shape_model import ShapeModel
@@ -85,7 +85,7 @@ def test_each_drape_is_followed_by_its_mirror_image_in_the_mirrored_pose():
         binding=binding,
         together=np.arange(6),
     )
-    both = with_images(plain, MirrorImage.on(garment.vertices, garment.faces), rest_too=True)
+    both = add_mirror_images(plain, MirrorImage.on(garment.vertices, garment.faces), rest_too=True)
     assert both.together.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
     np.testing.assert_array_equal(both.offsets[::2], offsets)
     told = [(2 * n + 1, betas[s], both.offsets[2 * n + 1, s], offsets[n, s]) for n in range(4) for s in range(2)]
@@ -119,7 +119,7 @@ def test_what_another_material_changes_is_mirrored_with_its_pose():
     added = random.normal(size=(3, count))
     where = random.normal(size=(3, 3))
     plain = MaterialChanges(skirt.material, ("silk",), np.array([0, 2, 2]), where, added)
-    both = changes_with_images(plain, image)
+    both = add_mirrored_changes(plain, image)
     assert both.poses.tolist() == [0, 1, 4, 4, 5, 5]
     np.testing.assert_array_equal(both.where, where[[0, 0, 1, 2, 1, 2]])
     np.testing.assert_array_equal(both.added[[0, 2, 3]], added)
@@ -134,7 +134,7 @@ def test_of_two_ways_to_mirror_the_one_that_misses_less_is_taken(dataset):
     axes = np.repeat(axes, regions.shape[1], axis=0)
     image = mirror_image(garment)
     each = [
-        PoseModelFit.fitted(with_images(anchors, image, rest_too=way), axes, regions, MIRRORED).left_out_mm
+        PoseModelFit.fitted(add_mirror_images(anchors, image, rest_too=way), axes, regions, MIRRORED).left_out_mm
         for way in (False, True)
     ]
     assert best_pose_fit(anchors, image, axes, regions, MIRRORED).left_out_mm == min(each) < max(each)

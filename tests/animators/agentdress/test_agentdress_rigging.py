@@ -6,14 +6,14 @@ import pytest
 from hemline.animators.agentdress.sor.rigging import (
     MOST_BONES,
     Rigging,
-    _carried,
+    _descendants,
     _tree,
-    optimised_weights,
-    relative,
-    skin,
-    skinned_turns,
+    optimize_weights,
+    relative_transforms,
+    skin_points,
+    rigid_derivatives,
 )
-from hemline.animators.agentdress.sor.rigging_kernels import least_on_simplex
+from hemline.animators.agentdress.sor.rigging_kernels import minimize_on_simplex
 from hemline.motions import Pose
 from hemline.motions.motion import JOINT_COUNT
 from hemline.motions.quaternions import from_axis_angle, multiply
@@ -35,7 +35,7 @@ def random_weights(count: int, bones: int, seed: int = 0) -> np.ndarray:
 def test_turns_are_those_of_skinning_with_one_joint_carrying_all():
     """By another route: the joint turned by a little, its bones' transforms taken before and after."""
     before, points = posed(3), made.settled(made.random_pose(3)).astype(np.float64)
-    found = skinned_turns(before, points)
+    found = rigid_derivatives(before, points)
     for joint in (0, made.SPINE, made.SHOULDER, made.ELBOW):
         for axis in range(3):
             rotations = before.pose.rotations.astype(np.float64)
@@ -43,7 +43,7 @@ def test_turns_are_those_of_skinning_with_one_joint_carrying_all():
             after = made.body().posed(Pose(rotations, before.pose.translation))
             alone = np.zeros((len(points), JOINT_COUNT))
             alone[:, joint] = 1.0
-            moved = skin(relative(after.transforms, before.transforms.astype(np.float64)), alone, points) - points
+            moved = skin_points(relative_transforms(after.transforms, before.transforms.astype(np.float64)), alone, points) - points
             np.testing.assert_allclose(found[joint, axis], moved / 1e-4, atol=8e-3)
 
 
@@ -51,12 +51,12 @@ def test_turns_are_those_of_skinning_with_one_joint_carrying_all():
 def test_weights_that_made_the_derivatives_are_found_again(stiffness):
     body, points = posed(4), made.settled(made.random_pose(4)).astype(np.float64)[:40]
     truth = random_weights(40, 3)
-    turns = skinned_turns(body, points)
-    derivatives = np.einsum("vb,jb,javi->javi", truth, _carried(), turns)
+    turns = rigid_derivatives(body, points)
+    derivatives = np.einsum("vb,jb,javi->javi", truth, _descendants(), turns)
     start = random_weights(40, 5, seed=1)
-    found = optimised_weights(turns, derivatives, start, stiffness)
-    told = np.einsum("vb,jb,javi->javi", found, _carried(), turns)
-    begun = np.einsum("vb,jb,javi->javi", start, _carried(), turns)
+    found = optimize_weights(turns, derivatives, start, stiffness)
+    told = np.einsum("vb,jb,javi->javi", found, _descendants(), turns)
+    begun = np.einsum("vb,jb,javi->javi", start, _descendants(), turns)
     assert np.linalg.norm(told - derivatives) < 0.05 * np.linalg.norm(begun - derivatives)
     np.testing.assert_allclose(found.sum(axis=1), 1, atol=1e-9)
     assert (found >= 0).all() and ((found > 0).sum(axis=1) <= MOST_BONES).all()
@@ -64,10 +64,10 @@ def test_weights_that_made_the_derivatives_are_found_again(stiffness):
 
 def test_a_stiff_rig_keeps_the_weights_of_the_body():
     body, points = posed(4), made.settled(made.random_pose(4)).astype(np.float64)[:20]
-    turns, start = skinned_turns(body, points), random_weights(20, 4)
-    kept = optimised_weights(turns, np.zeros_like(turns), start, 1e4)
+    turns, start = rigid_derivatives(body, points), random_weights(20, 4)
+    kept = optimize_weights(turns, np.zeros_like(turns), start, 1e4)
     np.testing.assert_allclose(kept, start, atol=1e-3)
-    assert np.abs(optimised_weights(turns, np.zeros_like(turns), start, 1e-3) - start).max() > 0.1
+    assert np.abs(optimize_weights(turns, np.zeros_like(turns), start, 1e-3) - start).max() > 0.1
 
 
 def test_least_on_the_simplex_is_that_of_a_solver_of_scipy():
@@ -75,12 +75,12 @@ def test_least_on_the_simplex_is_that_of_a_solver_of_scipy():
 
     body, points = posed(5), made.settled(made.random_pose(5)).astype(np.float64)[:3]
     random = np.random.default_rng(1)
-    turns = skinned_turns(body, points)
+    turns = rigid_derivatives(body, points)
     derivatives, start = turns * random.uniform(0, 1, (JOINT_COUNT, 1, 3, 1)), random_weights(3, 4)
-    found = optimised_weights(turns, derivatives, start, 0.05)
+    found = optimize_weights(turns, derivatives, start, 0.05)
 
     def cost(weights, vertex):
-        left = derivatives[:, :, vertex] - (_carried() @ weights)[:, None, None] * turns[:, :, vertex]
+        left = derivatives[:, :, vertex] - (_descendants() @ weights)[:, None, None] * turns[:, :, vertex]
         return (left**2).sum() + 0.05 * (turns[:, :, vertex] ** 2).sum() * ((weights - start[vertex]) ** 2).sum()
 
     for vertex in range(3):
@@ -94,12 +94,12 @@ def test_least_on_the_simplex_is_that_of_a_solver_of_scipy():
 
 def test_where_weights_are_least_no_bone_would_lower_the_cost():
     """The slopes of all bones that have weight are alike, and those of the others no less (Karush, Kuhn, Tucker)."""
-    random, parents, (tree, common) = np.random.default_rng(2), _carried(), _tree()
+    random, parents, (tree, common) = np.random.default_rng(2), _descendants(), _tree()
     squares, linear = random.uniform(0, 1, (200, JOINT_COUNT)), random.normal(size=(200, JOINT_COUNT))
     stiffness, allowed = np.full(200, 1e-3), random.uniform(size=(200, JOINT_COUNT)) < 0.6
     allowed[:, 0] = True
     weights = allowed / allowed.sum(axis=1, keepdims=True)
-    least_on_simplex(squares, linear, stiffness, tree, common, allowed, weights)
+    minimize_on_simplex(squares, linear, stiffness, tree, common, allowed, weights)
     np.testing.assert_allclose(weights.sum(axis=1), 1, atol=1e-12)
     assert (weights >= 0).all() and not weights[~allowed].any()
     hessian = np.einsum("jb,vj,jc->vbc", parents, squares, parents) + 1e-3 * np.eye(JOINT_COUNT)
@@ -114,7 +114,7 @@ def test_an_anchor_plays_as_it_lies_and_a_rigid_garment_follows_its_bone():
     worn = np.array([made.settled(made.random_pose(number)) for number in (1, 2)], np.float64)
     start = made.binding().shares()
     derivatives = [
-        np.einsum("vb,jb,javi->javi", start, _carried(), skinned_turns(b, w)) for b, w in zip(bodies, worn, strict=True)
+        np.einsum("vb,jb,javi->javi", start, _descendants(), rigid_derivatives(b, w)) for b, w in zip(bodies, worn, strict=True)
     ]
     rigging = Rigging.fitted(bodies, worn, derivatives, start, 1e-2)
     for anchor in range(2):
@@ -124,5 +124,5 @@ def test_an_anchor_plays_as_it_lies_and_a_rigid_garment_follows_its_bone():
     # derivatives of skinning give skinning
     there = posed(7)
     blend = np.tile([1.0, 0.0], (len(start), 1))
-    plain = skin(relative(there.transforms, bodies[0].transforms.astype(np.float64)), start, worn[0])
+    plain = skin_points(relative_transforms(there.transforms, bodies[0].transforms.astype(np.float64)), start, worn[0])
     assert np.linalg.norm(rigging.at(there.transforms, blend) - plain, axis=1).max() < 2e-3

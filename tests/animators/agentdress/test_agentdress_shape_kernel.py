@@ -9,14 +9,14 @@ from scipy.spatial.distance import cdist
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit.fit import fit
 from hemline.animators.agentdress.fit.shape_kernel import (
-    RIDGES,
-    WIDTHS,
+    SHAPE_RIDGES,
+    SHAPE_WIDTHS,
     ShapeChanges,
     best_shape_kernel,
     fit_shape_kernel,
 )
 from hemline.animators.agentdress.pose_model import kernel
-from hemline.animators.agentdress.shape_samples import REACH, SQUARES, ShapeSamples, over_shapes
+from hemline.animators.agentdress.shape_samples import SHAPE_LENGTH_SCALE, SQUARE_WEIGHT, ShapeSamples, kernel_over_shapes
 from hemline.errors import BadInput, BadModel
 from tests.animators import dressed_by_formula as made
 
@@ -37,7 +37,7 @@ def problem():
 
 def told(found, changes, distances, betas):
     """What a fit says of shapes in one pose, by region."""
-    shares = kernel(distances[:, changes.poses], WIDTH)[:, None] * over_shapes(betas, changes.where, REACH)
+    shares = kernel(distances[:, changes.poses], WIDTH)[:, None] * kernel_over_shapes(betas, changes.where, SHAPE_LENGTH_SCALE)
     return np.einsum("gti,gik->gtk", shares, found.weights)
 
 
@@ -51,10 +51,10 @@ def by_the_book(one, other):
     """The covariance of a Gaussian process at two shapes, once it is known at the mean one, times the reach squared."""
 
     def prior(a, b):
-        return 1 / (1 + (cdist(a, b) / REACH) ** 2)
+        return 1 / (1 + (cdist(a, b) / SHAPE_LENGTH_SCALE) ** 2)
 
     zero = np.zeros_like(one[:1])
-    return REACH**2 * (prior(one, other) - prior(one, zero) @ prior(zero, other) / prior(zero, zero))
+    return SHAPE_LENGTH_SCALE**2 * (prior(one, other) - prior(one, zero) @ prior(zero, other) / prior(zero, zero))
 
 
 def test_it_is_the_dense_kernel_ridge_regression(problem):
@@ -74,9 +74,9 @@ def test_it_is_the_dense_kernel_ridge_regression(problem):
 def test_the_mean_shape_adds_nothing_and_reach_zero_is_linear_and_square():
     random = np.random.default_rng(6)
     betas = random.normal(size=(5, 3))
-    assert np.abs(over_shapes(betas, np.zeros((1, 3)), REACH)).max() == 0
-    features = np.concatenate([betas, SQUARES * betas**2], axis=1)
-    np.testing.assert_allclose(over_shapes(betas, betas, 0.0), features @ features.T, rtol=1e-12)
+    assert np.abs(kernel_over_shapes(betas, np.zeros((1, 3)), SHAPE_LENGTH_SCALE)).max() == 0
+    features = np.concatenate([betas, SQUARE_WEIGHT * betas**2], axis=1)
+    np.testing.assert_allclose(kernel_over_shapes(betas, betas, 0.0), features @ features.T, rtol=1e-12)
 
 
 def test_a_model_keeps_what_the_fit_says(problem):
@@ -119,8 +119,8 @@ def test_of_widths_and_ridges_the_best_in_poses_left_out_is_taken(problem):
     regions = np.full((4, 2), 0.5)
     _, missed_mm = best_shape_kernel(distances, smooth, basis, regions)
     assert missed_mm > 0
-    for width in WIDTHS:
-        for ridge in RIDGES:
+    for width in SHAPE_WIDTHS:
+        for ridge in SHAPE_RIDGES:
             other = fit_shape_kernel(distances, smooth, width=width, ridge=ridge)
             both = other.left_out.mean(axis=0).reshape(-1)
             error = 1e3 * np.mean([np.linalg.norm(each * basis.reshape(4, 3), axis=1).mean() for each in both])

@@ -12,7 +12,7 @@ from hemline.animators.agentdress.fit.anchor_set import AnchorSet
 from hemline.animators.agentdress.fit.fit import fit
 from hemline.animators.agentdress.fit.rigged_anchors import RiggedAnchors, rows_with_derivatives
 from hemline.animators.agentdress.fit.rigged_model import with_rigging
-from hemline.animators.agentdress.sor.rigged_tables import WHOLE, parts_of_whole
+from hemline.animators.agentdress.sor.rigged_tables import WEIGHT_SUM, quantize_weights
 from hemline.animators.agentdress.sor.rigging import MOST_BONES, Rigging
 from hemline.cli.main import main
 from hemline.datasets import open_dataset
@@ -55,7 +55,7 @@ def unpacked(model) -> Rigging:
     """The rigging as it is played, in double precision."""
     held = rigged(model)
     weights = np.zeros((*held.worn.shape[:2], JOINT_COUNT))
-    np.put_along_axis(weights, held.indices.astype(int), held.weights / WHOLE, axis=2)
+    np.put_along_axis(weights, held.indices.astype(int), held.weights / WEIGHT_SUM, axis=2)
     return Rigging(held.transforms.astype(np.float64), held.worn * np.float64(held.step[0]), weights)
 
 
@@ -93,16 +93,16 @@ def test_packed_it_is_the_rigging_that_was_fitted(dataset, model):
     held, found = rigged(with_rigging(fitted)), unpacked(with_rigging(fitted))
     moved = found.transforms[:, 0, :, 3] - fitted.rigging.transforms[:, 0, :, 3]
     np.testing.assert_allclose(found.worn - moved[:, None], fitted.rigging.worn, atol=1e-5)
-    np.testing.assert_allclose(found.weights, fitted.rigging.weights, atol=1 / WHOLE)
+    np.testing.assert_allclose(found.weights, fitted.rigging.weights, atol=1 / WEIGHT_SUM)
     assert sum(array.nbytes for array in held.arrays().values()) < ANCHORS * (22 * held.worn.shape[1] + 1200) + 100
 
 
 def test_parts_of_weights_sum_to_the_whole():
     weights = np.random.default_rng(0).dirichlet(np.full(MOST_BONES, 0.3), 1000)
-    parts = parts_of_whole(weights)
-    assert parts.dtype == np.uint8 and (parts.sum(axis=1, dtype=int) == WHOLE).all()
-    assert np.abs(parts - WHOLE * weights).max() < 1
-    assert parts_of_whole(np.eye(MOST_BONES)).tolist() == (WHOLE * np.eye(MOST_BONES)).tolist()
+    parts = quantize_weights(weights)
+    assert parts.dtype == np.uint8 and (parts.sum(axis=1, dtype=int) == WEIGHT_SUM).all()
+    assert np.abs(parts - WEIGHT_SUM * weights).max() < 1
+    assert quantize_weights(np.eye(MOST_BONES)).tolist() == (WEIGHT_SUM * np.eye(MOST_BONES)).tolist()
 
 
 def test_turning_and_moving_the_root_takes_the_garment_along(model):

@@ -17,24 +17,24 @@ from .materials import Materials
 BetaRange = tuple[float, float]
 """The lowest and the highest beta."""
 
-DRAPED: BetaRange = (-2.0, 2.0)
+DEFAULT_BETA_RANGE: BetaRange = (-2.0, 2.0)
 """Of the anchors that `hemline drape --anchors` makes."""
 
-BEYOND = 1.5
+RANGE_FACTOR = 1.5
 """How far the shape model is believed: to so many times the betas of the fit."""
 
-FAR = 0.8
+NOVELTY_LIMIT = 0.8
 """Poses left out of a fit whose novelty is above it are missed by about three times as much as the mean, and more."""
 
 
-def believed(fitted: BetaRange) -> BetaRange:
+def reliable_range(fitted: BetaRange) -> BetaRange:
     """The range in which a model is believed that was fitted on betas of a smaller one."""
-    return BEYOND * fitted[0], BEYOND * fitted[1]
+    return RANGE_FACTOR * fitted[0], RANGE_FACTOR * fitted[1]
 
 
-def warn_beyond(garment: str, fitted: BetaRange, betas: Betas) -> None:
+def warn_of_extreme_betas(garment: str, fitted: BetaRange, betas: Betas) -> None:
     """Warn of betas beyond the range that is believed."""
-    low, high = believed(fitted)
+    low, high = reliable_range(fitted)
     if not ((betas >= low) & (betas <= high)).all():
         warnings.warn(
             HemlineWarning(
@@ -47,7 +47,7 @@ def warn_beyond(garment: str, fitted: BetaRange, betas: Betas) -> None:
         )
 
 
-def warn_unlike(garment: str, materials: Materials, material: Material) -> None:
+def warn_of_unknown_material(garment: str, materials: Materials, material: Material) -> None:
     """Warn of a material that lies outside of all those of the fit."""
     if materials.beyond(material):
         names = ", ".join((materials.own.name, *materials.known))
@@ -55,13 +55,13 @@ def warn_unlike(garment: str, materials: Materials, material: Material) -> None:
         warnings.warn(HemlineWarning(what, material.name, "drape it in that material, too"), stacklevel=3)
 
 
-def fitted_range(held: Mapping[str, Any]) -> BetaRange:
+def read_beta_range(held: Mapping[str, Any]) -> BetaRange:
     """The betas of the fit, from the metadata of a model file; earlier files lack them.
 
     Raises:
         BadModel: They are no range.
     """
-    betas = held.get("betas", list(DRAPED))
+    betas = held.get("betas", list(DEFAULT_BETA_RANGE))
     numbers = isinstance(betas, list) and len(betas) == 2 and all(isinstance(beta, float | int) for beta in betas)
     if not (numbers and -LARGEST_BETA <= betas[0] <= betas[1] <= LARGEST_BETA):
         raise BadModel("a model names the lowest and the highest beta of its fit", betas, AGAIN)

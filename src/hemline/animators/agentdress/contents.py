@@ -11,7 +11,7 @@ from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, entry, part
 from hemline.options import options_of
 
-from .bounds import BetaRange, fitted_range
+from .bounds import BetaRange, read_beta_range
 from .config import AgentDressConfig
 from .materials import Materials
 from .tables import Tables
@@ -70,6 +70,6 @@ def fields_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> 
         "shape_width": shape_width,
         "figures": entry(metadata, "figures", dict),
         "licences": tuple(str(text) for text in entry(metadata, "licences", list)),
-        "fitted_betas": fitted_range(held),
+        "fitted_betas": read_beta_range(held),
         "materials": materials,
     }

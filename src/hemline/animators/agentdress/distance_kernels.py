@@ -18,7 +18,7 @@ def without_heading(w, x, y, z):
 
 
 @kernel
-def turned_axes(w, x, y, z, axes_out):
+def matrix_columns(w, x, y, z, axes_out):
     # in: a unit quaternion   out: axes_out (9,): the columns of its matrix, one after the other
     axes_out[0], axes_out[1], axes_out[2] = 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
     axes_out[3], axes_out[4], axes_out[5] = 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)
@@ -34,7 +34,7 @@ def pose_axes(joints, query, axes_out):
         w, x, y, z = query[j, 0], query[j, 1], query[j, 2], query[j, 3]
         if j == 0:
             w, x, y, z = without_heading(w, x, y, z)
-        turned_axes(w, x, y, z, axes_out[k])
+        matrix_columns(w, x, y, z, axes_out[k])
 
 
 @kernel(fastmath={"reassoc", "contract"})

@@ -13,14 +13,14 @@ from hemline.garments.material import Material
 
 from .shape_samples import ShapeSamples
 
-PER_FOLD, PER_FRICTION = 2.0, 10.0
+STIFFNESS_SCALE, FRICTION_SCALE = 2.0, 10.0
 """Coordinates of a material for a ratio of e, and for a coefficient of friction of 1: so fabrics are 1 to 3 apart."""
 
 LEAST_BENDING = 1e-7
 """Cloth that bends more easily counts as if it had this bending stiffness [N m]."""
 
 
-def coordinates(material: Material, own: Material) -> Float[np.ndarray, "3"]:
+def material_coordinates(material: Material, own: Material) -> Float[np.ndarray, "3"]:
     r"""$(2 \ln \frac{Y / \rho}{Y_0 / \rho_0}, 2 \ln \frac{B / \rho}{B_0 / \rho_0}, 10 (\mu - \mu_0))$: where it lies.
 
     A settled sheet does not change when its stiffness and its weight grow alike: what counts is how Young's modulus Y
@@ -32,7 +32,7 @@ def coordinates(material: Material, own: Material) -> Float[np.ndarray, "3"]:
     """
     stretch, bend = np.log(_to_weight(material) / _to_weight(own))
     friction = material.friction - own.friction
-    return np.array([PER_FOLD * stretch, PER_FOLD * bend, PER_FRICTION * friction], np.float32)
+    return np.array([STIFFNESS_SCALE * stretch, STIFFNESS_SCALE * bend, FRICTION_SCALE * friction], np.float32)
 
 
 def _to_weight(material: Material) -> Float[np.ndarray, "2"]:
@@ -58,7 +58,7 @@ class Materials:
 
     def effects(self, material: Material) -> Float[np.ndarray, "regions poses shape_modes"]:
         """What a material adds to each direction at each pose, by region, float32."""
-        return self.samples.effects(coordinates(material, self.own))
+        return self.samples.effects(material_coordinates(material, self.own))
 
     def halved(self) -> Self:
         """As a model file keeps it."""
@@ -66,7 +66,7 @@ class Materials:
 
     def beyond(self, material: Material) -> bool:
         """Whether a material lies outside of all that were settled, in one of its coordinates."""
-        where = coordinates(material, self.own)
+        where = material_coordinates(material, self.own)
         low, high = np.minimum(self.samples.betas.min(axis=0), 0), np.maximum(self.samples.betas.max(axis=0), 0)
         return bool(((where < low - 1e-3) | (where > high + 1e-3)).any())
 

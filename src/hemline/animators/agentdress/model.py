@@ -21,7 +21,7 @@ from hemline.motions.motion import Pose
 from hemline.motions.quaternions import to_matrix
 
 from .binding import Binding
-from .bounds import DRAPED, FAR, BetaRange, believed, novelty, warn_beyond, warn_unlike
+from .bounds import DEFAULT_BETA_RANGE, NOVELTY_LIMIT, BetaRange, reliable_range, novelty, warn_of_extreme_betas, warn_of_unknown_material
 from .config import AgentDressConfig
 from .contents import arrays_of, fields_of, metadata_of
 from .detail import AnimatorAgentDressLevel
@@ -29,15 +29,15 @@ from .distance_kernels import axes_distances, mix, pose_axes
 from .distances import anchor_weights
 from .materials import Materials
 from .pose_model import kernel
-from .shape_model import shape_features, widened
+from .shape_model import shape_features, pad_betas
 from .state import AgentDressState
 from .tables import Tables
-from .worn_kernels import wear
+from .garment_kernels import pose_garment
 
-LEAST_COUNTED = 1e-3
+LEAST_JOINT_WEIGHT = 1e-3
 """Joints with less than this share of the largest weight in every region are left out of distances."""
 
-DEEPEST, ASIDE = 0.03, 0.03
+DEEPEST_PUSH, FARTHEST_ASIDE = 0.03, 0.03
 """A vertex that is deeper in the skin is left to the projection, and one that has gone farther from its vertex of the
 body, along the skin [m]."""
 
@@ -70,19 +70,19 @@ class AnimatorAgentDress:
     """Of the kernel over poses of the shape model."""
     figures: Mapping[str, float] = field(default_factory=dict)
     licences: tuple[str, ...] = ()
-    fitted_betas: BetaRange = DRAPED
+    fitted_betas: BetaRange = DEFAULT_BETA_RANGE
     """Of the anchors."""
     materials: Materials | None = None
     """What other materials add than that of the fit, where it was draped in others, too."""
     name = "agentdress"
-    novelty_limit = FAR
+    novelty_limit = NOVELTY_LIMIT
 
     _levels: dict[float, AnimatorAgentDressLevel] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def beta_range(self) -> BetaRange:
         """From where to where the shape model is believed in each beta."""
-        return believed(self.fitted_betas)
+        return reliable_range(self.fitted_betas)
 
     def novelty(self, state: AgentDressState) -> float:
         """How far the pose of a State is from the nearest one of the fit; 1: as far as anchors are apart."""
@@ -118,7 +118,7 @@ class AnimatorAgentDress:
             cure = "drape it in others (hemline drape --material NAME --poses-of DATASET), then fit to all of them"
             what = f"the model of '{self.garment.name}' knows one material, {self.garment.material.name}"
             raise BadInput(what, chosen.name, cure)
-        warn_unlike(self.garment.name, self.materials, chosen)
+        warn_of_unknown_material(self.garment.name, self.materials, chosen)
         return replace(self, garment=self.garment.in_material(chosen))
 
     @cached_property
@@ -137,7 +137,7 @@ class AnimatorAgentDress:
         """Joints whose turns count in some region."""
         axes = self.tables.axes
         shares = axes / np.maximum(axes.max(axis=1, keepdims=True), 1e-20)
-        return np.flatnonzero(shares.reshape(len(axes), -1, 3).max(axis=(0, 2)) > LEAST_COUNTED)
+        return np.flatnonzero(shares.reshape(len(axes), -1, 3).max(axis=(0, 2)) > LEAST_JOINT_WEIGHT)
 
     @cached_property
     def _known(self) -> Float[np.ndarray, "counting 9 poses"]:
@@ -170,9 +170,9 @@ class AnimatorAgentDress:
         """
         shaped = posed.shaped
         refuse_other_body(self, shaped)
-        warn_beyond(self.garment.name, self.fitted_betas, shaped.betas)
+        warn_of_extreme_betas(self.garment.name, self.fitted_betas, shaped.betas)
         tables = self.tables
-        features = shape_features(widened(shaped.betas[None], len(tables.rest_effects) // 2))[0].astype(np.float32)
+        features = shape_features(pad_betas(shaped.betas[None], len(tables.rest_effects) // 2))[0].astype(np.float32)
         rest = tables.rest + np.einsum("f,fvi->vi", features, tables.rest_effects)
         effects, of_material = tables.shapes.effects(shaped.betas), self._material_effects
         if of_material is not None:
@@ -299,7 +299,7 @@ class AnimatorAgentDress:
         """The garment in a pose that was followed; an offset stands in the place of the pose model [m]."""
         assert state.distances is not None
         tables, vertices = self.tables, np.empty_like(state.rest)
-        wear(
+        pose_garment(
             tables.indices,
             tables.weights,
             tables.nearest,
@@ -312,7 +312,7 @@ class AnimatorAgentDress:
             state.normals,
             posed.transforms,
             posed.vertices,
-            np.array([DEEPEST, ASIDE], np.float32),
+            np.array([DEEPEST_PUSH, FARTHEST_ASIDE], np.float32),
             vertices,
         )
         return vertices

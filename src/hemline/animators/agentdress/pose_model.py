@@ -6,10 +6,10 @@ import numpy as np
 
 from hemline.arrays import Float, Int
 
-WIDTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0)
+POSE_WIDTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0)
 """Widths of the kernel that are tried, over the median distance between anchors."""
 
-RIDGES = (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
+POSE_RIDGES = (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
 """Regularisations that are tried."""
 
 
@@ -61,11 +61,11 @@ def fit_kernel(
         inverse = np.linalg.inv(gram)
         found = inverse @ outputs
         weights.append(found)
-        left_out.append(missed_without(inverse, found, together))
+        left_out.append(leave_groups_out(inverse, found, together))
     return PoseFit(width, ridge, np.stack(weights), np.stack(left_out))
 
 
-def missed_without(
+def leave_groups_out(
     inverse: Float[np.ndarray, "rows rows"],
     weights: Float[np.ndarray, "rows outputs"],
     together: Int[np.ndarray, " rows"],

@@ -14,7 +14,7 @@ def shape_features(betas: Float[np.ndarray, "... betas"]) -> Float[np.ndarray, "
     return np.concatenate([betas, betas**2], axis=-1)
 
 
-def widened(betas: Float[np.ndarray, "shapes betas"], count: int) -> Float[np.ndarray, "shapes count"]:
+def pad_betas(betas: Float[np.ndarray, "shapes betas"], count: int) -> Float[np.ndarray, "shapes count"]:
     """So many betas of each shape, zeros where there are fewer, float64."""
     found = np.zeros((len(betas), count))
     found[:, : min(count, betas.shape[1])] = betas[:, :count]
@@ -73,4 +73,4 @@ class ShapeModel:
 
     def at(self, betas: Float[np.ndarray, "shapes betas"]) -> Float[np.ndarray, "shapes rows"]:
         """The garment on bodies of these shapes [m]; betas that it does not know are left out."""
-        return self.mean + shape_features(widened(betas, len(self.effects) // 2)) @ self.effects
+        return self.mean + shape_features(pad_betas(betas, len(self.effects) // 2)) @ self.effects

@@ -10,17 +10,17 @@ from hemline.arrays import Float, Int
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of
 
-from .shape_model import widened
+from .shape_model import pad_betas
 
-SQUARES = 0.5
+SQUARE_WEIGHT = 0.5
 """What the square of a beta counts for beside the beta."""
 
 
-REACH = 10.0
+SHAPE_LENGTH_SCALE = 10.0
 """How far apart two bodies still tell much of each other."""
 
 
-def over_shapes(
+def kernel_over_shapes(
     betas: Float[np.ndarray, "bodies betas"], others: Float[np.ndarray, "others betas"], reach: float
 ) -> Float[np.ndarray, "bodies others"]:
     r"""The kernel over shapes, nothing where one of them is the mean one.
@@ -36,7 +36,7 @@ def over_shapes(
     first, second = betas.astype(np.float64), others.astype(np.float64)
     products = first @ second.T
     if reach == 0:
-        return products + SQUARES**2 * (first**2 @ (second**2).T)
+        return products + SQUARE_WEIGHT**2 * (first**2 @ (second**2).T)
     one, other = (first**2).sum(axis=1)[:, None], (second**2).sum(axis=1)
     apart, area = one + other - 2 * products, reach**2
     return area * (1 / (1 + apart / area) - 1 / ((1 + one / area) * (1 + other / area)))
@@ -51,14 +51,14 @@ class ShapeSamples:
         betas: Its shape.
         weights: $\alpha$, by region; one region stands for all where they do not differ.
         scale: $S$, see `shape_scale`; the identity where betas count alike.
-        reach: Of the kernel $k$, `over_shapes`.
+        reach: Of the kernel $k$, `kernel_over_shapes`.
     """
 
     poses: Int[np.ndarray, " samples"]
     betas: Float[np.ndarray, "samples betas"]
     weights: Float[np.ndarray, "shape_regions samples shape_modes"]
     scale: Float[np.ndarray, "betas betas"]
-    reach: float = REACH
+    reach: float = SHAPE_LENGTH_SCALE
 
     @property
     def pose_count(self) -> int:
@@ -69,7 +69,7 @@ class ShapeSamples:
     def of_effects(cls, effects: Float[np.ndarray, "features shape_regions poses shape_modes"]) -> Self:
         r"""Those that add given multiples of $(\beta, \beta^2)$: for each beta a body at 1 and one at -1."""
         known, _, poses, _ = (count // 2 if axis == 0 else count for axis, count in enumerate(effects.shape))
-        linear, square = effects[:known], effects[known:] / SQUARES**2
+        linear, square = effects[:known], effects[known:] / SQUARE_WEIGHT**2
         weights = np.concatenate([square + linear, square - linear]) / 2
         bodies = np.concatenate([np.eye(known), -np.eye(known)])
         return cls(
@@ -93,8 +93,8 @@ class ShapeSamples:
 
     def effects(self, betas: Float[np.ndarray, " betas"]) -> Float[np.ndarray, "shape_regions poses shape_modes"]:
         """What a shape adds to each direction at each pose, by region, float32."""
-        query = widened(betas[None], self.betas.shape[1])
-        shares = over_shapes(self.betas @ self.scale, query @ self.scale, self.reach)[:, 0].astype(np.float32)
+        query = pad_betas(betas[None], self.betas.shape[1])
+        shares = kernel_over_shapes(self.betas @ self.scale, query @ self.scale, self.reach)[:, 0].astype(np.float32)
         firsts = np.flatnonzero(np.diff(self.poses, prepend=-1))
         found = np.zeros((len(self.weights), self.pose_count, self.weights.shape[2]), np.float32)
         found[:, self.poses[firsts]] = np.add.reduceat(self.weights * shares[:, None], firsts, axis=1)

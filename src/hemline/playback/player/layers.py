@@ -48,7 +48,7 @@ def check_thickness(thickness_mm: float) -> None:
 
 
 def settled_vertices(animator: Animator) -> Bool[np.ndarray, " verts"]:
-    """Which vertices of its garment are of `Settled` animators.
+    """Which vertices of its garment are of `SettledGarments` animators.
 
     Args:
         animator: One animator, or several worn together.
@@ -58,7 +58,7 @@ def settled_vertices(animator: Animator) -> Bool[np.ndarray, " verts"]:
 
 
 def at_rest(animator: Animator) -> Callable[[Any], Vertices]:
-    """What takes a State to the garment at rest on its body (verts, 3) [m]: zeros where the animator is not `Settled`.
+    """What takes a State to the garment at rest on its body (verts, 3) [m]: zeros where the animator is not `SettledGarments`.
 
     Args:
         animator: One animator, or several worn together, whose States come together.

@@ -57,14 +57,14 @@ class Player:
         collider: What the cloth is kept out of: the body, or below a detail of 0.5 a coarser one around it.
         error: How far a level is from the full garment that hangs at rest, see `WornLevel` [m].
         whole: What keeps the cloth in one piece, between animator and projection; None: nothing does, or the animator
-            is `Settled`.
-        limits: What keeps the cloth of `Settled` animators from being stretched too far, in the same place; None: there
+            is `SettledGarments`.
+        limits: What keeps the cloth of `SettledGarments` animators from being stretched too far, in the same place; None: there
             is none, or `whole` is off.
         cover: What moves cloth that lies close over the skin that looks out, one a piece; None where `whole` is off, or
             the collider is not the body.
         projector: What moves vertices out of the body in each frame; of several garments, each out of those beneath it
             first.
-        settled: Which vertices are of `Settled` animators, of several that are worn together: the whole-cloth step
+        settled: Which vertices are of `SettledGarments` animators, of several that are worn together: the whole-cloth step
             leaves them alone; None where there is no such difference.
         placed: Whether poses of a motion are on this body already.
 
@@ -252,7 +252,7 @@ class Player:
             The player of that body, and the state to go on with.
 
         Raises:
-            BadInput: The animator is not `Settled`, so that its garment must be put on anew; or another kind of body.
+            BadInput: The animator is not `SettledGarments`, so that its garment must be put on anew; or another kind of body.
         """
         if not isinstance(self.animator, Settled) or self.collider is not self.body:
             raise BadInput(

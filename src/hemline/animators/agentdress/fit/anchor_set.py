@@ -9,7 +9,7 @@ import numpy as np
 from hemline import bodies
 from hemline.animators.agentdress.binding import Binding
 from hemline.animators.agentdress.config import AgentDressConfig
-from hemline.animators.agentdress.shape_model import ShapeModel, widened
+from hemline.animators.agentdress.shape_model import ShapeModel, pad_betas
 from hemline.arrays import Float, Int
 from hemline.bodies.body import Body, ShapedBody
 from hemline.datasets import Dataset
@@ -18,8 +18,8 @@ from hemline.datasets.take import Take
 from hemline.errors import BadDataset
 from hemline.motions.motion import Pose
 
-from .rest_model import with_skin
-from .settled import Settled
+from .rest_model import extend_to_all_betas
+from .settled_garments import SettledGarments
 
 COMMAND = "hemline drape GARMENT --anchors 150 --motion FILE..."
 
@@ -83,21 +83,21 @@ class AnchorSet:
         fewer = [
             found for found in by_pose.values() if shapes[0] in found and not all(each in found for each in shapes)
         ]
-        betas = _rows(shapes)
-        settled = [Settled.of(body.shaped(shape), [dataset.take(found[shape]) for found in whole]) for shape in shapes]
-        single = Settled.of(body.shaped(), [dataset.take(found[shapes[0]]) for found in fewer])
+        betas = _pad_rows(shapes)
+        settled = [SettledGarments.of(body.shaped(shape), [dataset.take(found[shape]) for found in whole]) for shape in shapes]
+        single = SettledGarments.of(body.shaped(), [dataset.take(found[shapes[0]]) for found in fewer])
         carried = np.array([each.carried(binding) for each in settled])
         fitted = ShapeModel.fitted(carried, betas, components=options.shape_components, ridge=options.shape_ridge)
-        rest = with_skin(fitted, body, binding.nearest, dataset.garment.faces)
+        rest = extend_to_all_betas(fitted, body, binding.nearest, dataset.garment.faces)
         others = [
             (pose, shape, name)
             for pose, found in enumerate([*whole, *fewer])
             for shape, name in found.items()
             if shape != shapes[0] and (pose >= len(whole) or shape not in shapes)
         ]
-        other_betas = widened(_rows([shape for _, shape, _ in others]), len(body.shapedirs))
+        other_betas = pad_betas(_pad_rows([shape for _, shape, _ in others]), len(body.shapedirs))
         other_offsets = [
-            Settled.of(body.shaped(shape), [dataset.take(name)]).offsets(binding, at_rest.reshape(-1, 3))[0]
+            SettledGarments.of(body.shaped(shape), [dataset.take(name)]).offsets(binding, at_rest.reshape(-1, 3))[0]
             for (_, shape, name), at_rest in zip(others, rest.at(other_betas), strict=True)
         ]
         return cls(
@@ -123,8 +123,8 @@ class AnchorSet:
         mean = np.concatenate([self.offsets[:, 0], self.single_offsets])
         poses = np.concatenate([np.repeat(np.arange(count), shapes - 1), self.other_poses])
         known = max(self.betas.shape[1], self.other_betas.shape[1] if len(self.other_betas) else 0)
-        spread = np.tile(widened(self.betas[1:], known), (count, 1))
-        betas = np.concatenate([spread, widened(self.other_betas, known)])
+        spread = np.tile(pad_betas(self.betas[1:], known), (count, 1))
+        betas = np.concatenate([spread, pad_betas(self.other_betas, known)])
         worn = np.concatenate([self.offsets[:, 1:].reshape(-1, *mean.shape[1:]), self.other_offsets])
         order = np.argsort(poses, kind="stable")
         added = (worn[order] - mean[poses[order]]).reshape(len(order), -1)
@@ -151,7 +151,7 @@ class AnchorSet:
 
 
 def _offsets(
-    binding: Binding, settled: list[Settled], rests: Float[np.ndarray, "shapes rows"]
+    binding: Binding, settled: list[SettledGarments], rests: Float[np.ndarray, "shapes rows"]
 ) -> Float[np.ndarray, "anchors shapes verts 3"]:
     found = [each.offsets(binding, rest.reshape(-1, 3)) for each, rest in zip(settled, rests, strict=True)]
     return np.stack(found, axis=1)
@@ -175,12 +175,12 @@ def _shapes_of_anchors(poses: Sequence[Collection[tuple[float, ...]]]) -> list[t
     return sorted(best[1], key=lambda each: (any(each), each))
 
 
-def _trimmed(betas: Iterable[float]) -> tuple[float, ...]:
+def _trim_zeros(betas: Iterable[float]) -> tuple[float, ...]:
     """Without zeros at the end."""
     return tuple(float(beta) for beta in np.trim_zeros(np.asarray(list(betas), np.float32), "b"))
 
 
-def _rows(shapes: list[tuple[float, ...]]) -> Float[np.ndarray, "shapes betas"]:
+def _pad_rows(shapes: list[tuple[float, ...]]) -> Float[np.ndarray, "shapes betas"]:
     """As many betas of each as the longest has."""
     count = max([1, *(len(shape) for shape in shapes)])
     return np.array([[*shape, *[0.0] * (count - len(shape))] for shape in shapes]).reshape(-1, count)
@@ -196,7 +196,7 @@ def _takes(dataset: Dataset) -> tuple[list[Take], dict[str, dict[tuple[float, ..
             if is_t_pose(take.motion[0]):
                 upright.append(take)
         else:
-            by_pose.setdefault(take.motion[0].hash, {})[_trimmed(row.betas)] = row.name
+            by_pose.setdefault(take.motion[0].hash, {})[_trim_zeros(row.betas)] = row.name
     if not upright:
         raise BadDataset("no anchor in the T-pose with derivatives", dataset.folder, f"run '{COMMAND}'")
     return sorted(upright, key=lambda take: float(np.abs(take.betas).max(initial=0))), by_pose
@@ -212,12 +212,12 @@ def _sensitivity(upright: list[Take], body: Body, binding: Binding) -> tuple[np.
     for take in upright:
         moved = derivatives_by_joint(take)
         whole.append(np.linalg.norm(moved, axis=3))
-        skinned = _skinned(body.shaped(take.betas), take.motion[0], binding)
+        skinned = _skin_derivatives(body.shaped(take.betas), take.motion[0], binding)
         beside.append(np.linalg.norm(moved - skinned, axis=3))
     return np.mean(whole, axis=0).transpose(2, 0, 1), np.mean(beside, axis=0).transpose(2, 0, 1)
 
 
-def _skinned(shaped: ShapedBody, pose: Pose, binding: Binding) -> Float[np.ndarray, "joints 3 verts 3"]:
+def _skin_derivatives(shaped: ShapedBody, pose: Pose, binding: Binding) -> Float[np.ndarray, "joints 3 verts 3"]:
     """How the skin under each vertex moves when a joint turns [m/rad]."""
     from hemline.bodies.velocities import turning
 

@@ -10,7 +10,7 @@ from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.distances import axes_between, axis_weights, region_distances
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.tables import Tables
-from hemline.animators.agentdress.worn_kernels import NEVER
+from hemline.animators.agentdress.garment_kernels import NO_CLEARANCE
 from hemline.animators.base import Progress
 from hemline.animators.terms import garment_terms
 from hemline.arrays import Float
@@ -25,7 +25,7 @@ from hemline.motions.terms import as_stated
 
 from .anchor_set import AnchorSet
 from .material_fit import MaterialChanges
-from .mirrored import changes_with_images, mirror_image
+from .mirror_images import add_mirrored_changes, mirror_image
 from .pose_fit import best_pose_fit
 from .regions import region_weights
 from .rigged_anchors import RiggedAnchors, rows_with_derivatives
@@ -33,15 +33,15 @@ from .rigged_model import with_rigging
 from .shape_distance import shape_scale
 from .shape_figures import shape_figures
 from .shape_fit import fit_shapes
-from .suitability import suitability, warn_unsuited
+from .suitability import fit_quality, warn_of_poor_fit
 
 SECOND_COLUMNS = 16
 """Modes of the basis with a second column of 8 bits: those whose rounding would show most."""
 
-POWER = 0.75
+SENSITIVITY_POWER = 0.75
 """Of the sensitivities, squared and summed, in distances between poses."""
 
-LEAST_APART = 1e-9
+LEAST_DISTANCE = 1e-9
 """Anchors that are nearer than this, squared, are in one pose, as far as a region is concerned."""
 
 
@@ -95,8 +95,8 @@ def fit(
     model = fit_anchors(dataset.garment, anchors, config, materials=others, progress=tell)
     if rows:
         model = with_rigging(RiggedAnchors.fitted(dataset, rows, model, anchors, tell))
-    figures = dict(model.figures) | suitability(dataset, anchors)
-    warn_unsuited(dataset.garment.name, figures, config)
+    figures = dict(model.figures) | fit_quality(dataset, anchors)
+    warn_of_poor_fit(dataset.garment.name, figures, config)
     return replace(model, figures=figures, licences=_licences((dataset, *materials)))
 
 
@@ -147,7 +147,7 @@ def fit_anchors(
     image = mirror_image(garment) if config.mirror and config.by_kernels else None
     pose = best_pose_fit(anchors, image, axes, regions, config)
     if image is not None:
-        materials = materials and changes_with_images(materials, image)
+        materials = materials and add_mirrored_changes(materials, image)
     tell("pose model", 1, 1)
     tell("shapes", 0, 1)
     scale = shape_scale(shaped, binding.nearest) if scale is None else scale
@@ -162,7 +162,7 @@ def fit_anchors(
         axes=axes.astype(np.float32),
         rotations=pose.rotations.astype(np.float32),
         rest=anchors.rest.mean.reshape(-1, 3).astype(np.float32),
-        rest_effects=_half(anchors.rest.effects.reshape(-1, *garment.vertices.shape)),
+        rest_effects=_round_to_half(anchors.rest.effects.reshape(-1, *garment.vertices.shape)),
         offset=pose.mean.reshape(-1, 3).astype(np.float32),
         basis=pack_basis(np.concatenate([pose.basis, shapes.basis]), deviations, extra=SECOND_COLUMNS),
         pose_weights=pose.fit.weights.astype(np.float32),
@@ -179,8 +179,8 @@ def fit_anchors(
             "kernel_width": pose.fit.width,
             "kernel_ridge": pose.fit.ridge,
             "pose_left_out_mm": pose.left_out_mm,
-            "pose_left_out_skinned_mm": _left_out_skinned(pose.offsets),
-            "pose_basis_mm": _missed_mm(pose.offsets - pose.mean, pose.basis),
+            "pose_left_out_skinned_mm": _mean_baseline_mm(pose.offsets),
+            "pose_basis_mm": _residual_mm(pose.offsets - pose.mean, pose.basis),
             # for a pose and a shape that are both new
             "error_to_expect_mm": pose.left_out_mm + of_shapes["shape_left_out_mm"],
         }
@@ -216,28 +216,28 @@ def _axes(
         cloth does, which skinning adds anyway; with all of it a joint far away counts by its lever arm. And
         $Q^{3/4}$: with Q itself a few joints decide, with its root the others blur it.
     """
-    influence = np.einsum("vg,vja->gja", regions, sensitivity**2) ** POWER
+    influence = np.einsum("vg,vja->gja", regions, sensitivity**2) ** SENSITIVITY_POWER
     weights = axis_weights(influence)
     distances = region_distances(axes_between(rotations, rotations), weights)
     apart = distances.transpose(1, 0, 2)[:, ~np.eye(len(rotations), dtype=bool)]
     scale = np.median(apart, axis=1)
-    scale = np.where(scale > LEAST_APART, scale, apart.mean(axis=1))
-    return weights / np.where(scale > LEAST_APART, scale, 1.0)[:, None]
+    scale = np.where(scale > LEAST_DISTANCE, scale, apart.mean(axis=1))
+    return weights / np.where(scale > LEAST_DISTANCE, scale, 1.0)[:, None]
 
 
-def _half(values: np.ndarray) -> np.ndarray:
+def _round_to_half(values: np.ndarray) -> np.ndarray:
     """As a model file keeps them."""
     return values.astype(np.float16).astype(np.float32)
 
 
-def _left_out_skinned(offsets: np.ndarray) -> float:
+def _mean_baseline_mm(offsets: np.ndarray) -> float:
     """What the mean of the others, skinned, misses: the baseline."""
     count = len(offsets)
     away = (offsets - offsets.mean(axis=0)) * count / (count - 1)
     return 1e3 * float(np.linalg.norm(away.reshape(count, -1, 3), axis=2).mean())
 
 
-def _missed_mm(rows: np.ndarray, basis: np.ndarray) -> float:
+def _residual_mm(rows: np.ndarray, basis: np.ndarray) -> float:
     left = rows - (rows @ basis.T) @ basis
     return 1e3 * float(np.linalg.norm(left.reshape(len(rows), -1, 3), axis=2).mean())
 
@@ -251,7 +251,7 @@ def _clearances(anchors: AnchorSet, shaped: ShapedBody, most: float) -> Float[np
     """
     nearest = anchors.binding.nearest
     if most == 0:
-        return np.full(len(nearest), NEVER, np.float32)
+        return np.full(len(nearest), NO_CLEARANCE, np.float32)
     laid = anchors.rest.mean.reshape(-1, 3) + anchors.offsets[:, 0]
     height = np.einsum("avi,vi->av", laid - shaped.vertices[nearest], shaped.normals[nearest])
     return np.clip(np.percentile(height, 10, axis=0), 0.0, most).astype(np.float32)

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from hemline import bodies
-from hemline.animators.agentdress.materials import Materials, coordinates
+from hemline.animators.agentdress.materials import Materials, material_coordinates
 from hemline.animators.agentdress.shape_samples import ShapeSamples
 from hemline.arrays import Float, Int
 from hemline.datasets import Dataset
@@ -16,7 +16,7 @@ from hemline.garments.garment import Garment
 from hemline.garments.material import Material
 
 from .anchor_set import AnchorSet
-from .settled import Settled
+from .settled_garments import SettledGarments
 from .shape_kernel import ShapeChanges, best_shape_kernel
 
 
@@ -62,7 +62,7 @@ class MaterialChanges:
                 cure = "name datasets of one garment: of its own material first, then of others"
                 raise BadDataset(f"AgentDress is fitted to one garment, '{garment.name}'", got, cure)
             rows = [row for row in dataset.anchors() if not np.any(row.betas)]
-            settled = Settled.of(bodies.load(garment.body_name).shaped(), [dataset.take(row) for row in rows])
+            settled = SettledGarments.of(bodies.load(garment.body_name).shaped(), [dataset.take(row) for row in rows])
             apart = np.abs(rotations[:, None] - settled.rotations).max(axis=(2, 3), initial=0)
             known = np.flatnonzero((apart == 0).any(axis=0))
             if not len(known):
@@ -71,7 +71,7 @@ class MaterialChanges:
             lying = settled.offsets(anchors.binding, rest).reshape(len(rows), -1)[known]
             here = apart[:, known].argmin(axis=0)
             poses += here.tolist()
-            where += [coordinates(dataset.garment.material, garment.material)] * len(here)
+            where += [material_coordinates(dataset.garment.material, garment.material)] * len(here)
             added += list(lying - worn[here])
         order = np.argsort(poses, kind="stable")
         return cls(

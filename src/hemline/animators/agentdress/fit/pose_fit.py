@@ -7,14 +7,14 @@ import numpy as np
 
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.distances import axes_between, region_distances
-from hemline.animators.agentdress.pose_model import RIDGES, WIDTHS, PoseFit, fit_kernel
+from hemline.animators.agentdress.pose_model import POSE_RIDGES, POSE_WIDTHS, PoseFit, fit_kernel
 from hemline.arrays import Float
 from hemline.learning.mirror import MirrorImage
 from hemline.learning.pca import principal_of_rows
 
 from .anchor_set import AnchorSet
-from .left_out import left_out_mm
-from .mirrored import with_images
+from .leave_one_out import leave_one_out_mm
+from .mirror_images import add_mirror_images
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class PoseModelFit:
     basis: Float[np.ndarray, "modes rows"]
     outputs: Float[np.ndarray, "poses modes"]
     fit: PoseFit
-    left_out_mm: float
+    leave_one_out_mm: float
 
     @classmethod
     def fitted(
@@ -66,10 +66,10 @@ class PoseModelFit:
         basis, outputs = principal_of_rows(offsets - mean, config.pose_modes)
         distances = region_distances(axes_between(rotations, rotations), axes)
         best: tuple[float, PoseFit] | None = None
-        for width in WIDTHS:
-            for ridge in RIDGES:
+        for width in POSE_WIDTHS:
+            for ridge in POSE_RIDGES:
                 found = fit_kernel(distances, outputs, given.together, width=width, ridge=ridge)
-                missed = left_out_mm(found.left_out, basis, regions)
+                missed = leave_one_out_mm(found.left_out, basis, regions)
                 if best is None or missed < best[0]:
                     best = missed, found
         assert best is not None
@@ -94,6 +94,6 @@ def best_pose_fit(
     """
     ways = [anchors]
     if image is not None:
-        ways = [with_images(anchors, image, rest_too=way) for way in (False, True)]
+        ways = [add_mirror_images(anchors, image, rest_too=way) for way in (False, True)]
     found = [PoseModelFit.fitted(each, axes, regions, config) for each in ways]
     return min(found, key=lambda each: each.left_out_mm)

@@ -24,7 +24,7 @@ Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents u
     section 3.4 and Fig. 4, seven regions by hand. Differs: ten, of which a shirt uses seven or eight.
 """
 
-LEAST = 0.01
+LEAST_REGION_FRACTION = 0.01
 """A region with less than this share of the garment is left out."""
 
 
@@ -36,6 +36,6 @@ def region_weights(binding: Binding) -> Float[np.ndarray, "verts regions"]:
     for region, names in enumerate(REGIONS):
         of_bone[[JOINT_NAMES.index(name) for name in names], region] = 1.0
     shares = binding.shares() @ of_bone
-    shares = shares[:, shares.mean(axis=0) >= LEAST]
+    shares = shares[:, shares.mean(axis=0) >= LEAST_REGION_FRACTION]
     total = shares.sum(axis=1, keepdims=True)
     return np.where(total > 1e-6, shares / np.maximum(total, 1e-6), 1.0 / shares.shape[1])

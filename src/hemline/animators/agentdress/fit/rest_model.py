@@ -8,7 +8,7 @@ from hemline.bodies.body import Body
 from hemline.garments.clearance import smoothed_field
 
 
-def with_skin(model: ShapeModel, body: Body, nearest: Int[np.ndarray, " verts"], faces: Faces) -> ShapeModel:
+def extend_to_all_betas(model: ShapeModel, body: Body, nearest: Int[np.ndarray, " verts"], faces: Faces) -> ShapeModel:
     """A shape model that knows all betas of the body: of those that it was not fitted to, the garment follows the skin.
 
     Args:

@@ -24,7 +24,7 @@ from .anchor_set import AnchorSet, is_t_pose
 STIFFNESSES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1.0)
 """Of the weights, over what all derivatives cost, that are tried."""
 
-EVERY = 4
+VALIDATION_STEP = 4
 """Of the poses beside the anchors, so many-th is used to choose."""
 
 
@@ -49,7 +49,7 @@ def rows_with_derivatives(dataset: Dataset) -> list[Row]:
     return found
 
 
-def blend_of(
+def anchor_blend(
     model: AnimatorAgentDress, rotations: Float[np.ndarray, "anchors joints 4"], pose: Pose
 ) -> Float[np.ndarray, "verts anchors"]:
     """Eq. 7 and 8: what each anchor counts for at each vertex."""
@@ -128,7 +128,7 @@ class RiggedAnchors:
         on each rigged anchor, told by the others.
         """
         anchors = self.anchors
-        beside = list(zip(anchors.single_rotations[::EVERY], anchors.single_offsets[::EVERY], strict=True))
+        beside = list(zip(anchors.single_rotations[::VALIDATION_STEP], anchors.single_offsets[::VALIDATION_STEP], strict=True))
         missed = [self._missed_mm(*each) for each in beside] or self._left_out_mm()
         return float(np.mean(missed))
 
@@ -147,7 +147,7 @@ class RiggedAnchors:
     def __call__(self, pose: Pose) -> Float[np.ndarray, "verts 3"]:
         """Offsets in a pose, on the mean shape [m]."""
         transforms = self.shaped.posed(pose).transforms
-        worn = self.rigging.at(transforms, blend_of(self.model, self.rotations, pose))
+        worn = self.rigging.at(transforms, anchor_blend(self.model, self.rotations, pose))
         return self.anchors.binding.offsets(transforms, self.model.tables.rest, worn)
 
     def only(self, some: Int[np.ndarray, " some"]) -> "RiggedAnchors":

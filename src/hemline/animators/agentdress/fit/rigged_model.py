@@ -10,7 +10,7 @@ from hemline.learning.packed_basis import PackedBasis
 
 from .rigged_anchors import RiggedAnchors
 
-OF_THE_KERNEL = ("kernel_width", "kernel_ridge", "pose_basis_mm")
+KERNEL_FIGURES = ("kernel_width", "kernel_ridge", "pose_basis_mm")
 """Figures that only a fit with a kernel as pose model has."""
 
 
@@ -31,7 +31,7 @@ def with_rigging(rigged: RiggedAnchors) -> AnimatorAgentDress:
     rotations = np.concatenate([tables.rotations[:count], rotations[~known]])
     basis, shaping = tables.basis, tables.basis.modes >= modes
     digits, scales = np.ascontiguousarray(basis.digits[:, shaping]), basis.scales[shaping]
-    figures = {name: value for name, value in model.figures.items() if name not in OF_THE_KERNEL} | {
+    figures = {name: value for name, value in model.figures.items() if name not in KERNEL_FIGURES} | {
         "poses": float(len(rotations)),
         "rigged": float(len(poses)),
         "rigging_stiffness": rigged.stiffness,

@@ -5,12 +5,12 @@ import numpy as np
 from hemline.arrays import Float, Int
 from hemline.bodies.body import ShapedBody
 
-POWER = 0.75
+SHAPE_POWER = 0.75
 """Of how much the betas move the skin, squared and summed; as of the joints in distances between poses."""
 
 
 def shape_scale(
-    shaped: ShapedBody, nearest: Int[np.ndarray, " verts"], power: float = POWER
+    shaped: ShapedBody, nearest: Int[np.ndarray, " verts"], power: float = SHAPE_POWER
 ) -> Float[np.ndarray, "betas betas"]:
     r"""What betas are multiplied by before bodies are compared: $|S (\beta - \beta')|$ is how far apart they are.
 

@@ -18,12 +18,12 @@ def shape_figures(anchors: AnchorSet, config: AgentDressConfig) -> dict[str, flo
     for each in rests + some.astype(np.float64):
         whole = ShapeModel.fitted(each, betas, **options)
         explained.append(whole.explained)
-        own.append(_apart_mm(whole.at(betas), each))
-        still.append(_apart_mm(np.repeat(each[:1], count, axis=0), each))
+        own.append(_distance_mm(whole.at(betas), each))
+        still.append(_distance_mm(np.repeat(each[:1], count, axis=0), each))
         for shape in range(count):
             kept = np.arange(count) != shape
             model = ShapeModel.fitted(each[kept], betas[kept], **options)
-            without.append(_apart_mm(model.at(betas[~kept]), each[~kept]))
+            without.append(_distance_mm(model.at(betas[~kept]), each[~kept]))
     return {
         "shape_explained_share": float(np.mean(explained)),
         "shape_fit_mm": float(np.mean(own)),
@@ -32,5 +32,5 @@ def shape_figures(anchors: AnchorSet, config: AgentDressConfig) -> dict[str, flo
     }
 
 
-def _apart_mm(one: np.ndarray, other: np.ndarray) -> float:
+def _distance_mm(one: np.ndarray, other: np.ndarray) -> float:
     return 1e3 * float(np.linalg.norm((one - other).reshape(len(one), -1, 3), axis=2).mean())

@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.materials import Materials
-from hemline.animators.agentdress.shape_model import ShapeModel, widened
+from hemline.animators.agentdress.shape_model import ShapeModel, pad_betas
 from hemline.animators.agentdress.shape_samples import ShapeSamples
 from hemline.arrays import Float
 from hemline.learning.pca import deviations_of, principal_of_rows
@@ -87,7 +87,7 @@ def _by_kernel(
     rows = changes if materials is None else np.concatenate([changes, materials.added])
     basis, every = principal_of_rows(rows, config.shape_modes)
     outputs = every[: len(changes)]
-    known = widened(betas, len(scale))
+    known = pad_betas(betas, len(scale))
     given = ShapeChanges(poses, known @ scale, outputs, anchors.together[poses])
     found, missed_mm = best_shape_kernel(distances, given, basis, regions)
     samples = ShapeSamples(

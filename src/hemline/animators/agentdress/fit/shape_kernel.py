@@ -4,16 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hemline.animators.agentdress.pose_model import kernel, missed_without
-from hemline.animators.agentdress.shape_samples import REACH, over_shapes
+from hemline.animators.agentdress.pose_model import kernel, leave_groups_out
+from hemline.animators.agentdress.shape_samples import SHAPE_LENGTH_SCALE, kernel_over_shapes
 from hemline.arrays import Float, Int
 
-from .left_out import left_out_mm
+from .leave_one_out import leave_one_out_mm
 
-WIDTHS = (1.0, 1.4, 2.0, 3.0)
+SHAPE_WIDTHS = (1.0, 1.4, 2.0, 3.0)
 """Widths of the kernel that are tried, over the median distance between anchors."""
 
-RIDGES = (0.3, 1.0, 3.0, 10.0)
+SHAPE_RIDGES = (0.3, 1.0, 3.0, 10.0)
 """Regularisations that are tried [squares of betas]."""
 
 
@@ -66,10 +66,10 @@ def best_shape_kernel(
         regions: Share of each region in each vertex.
     """
     best: tuple[float, ShapeKernelFit] | None = None
-    for width in WIDTHS:
-        for ridge in RIDGES:
+    for width in SHAPE_WIDTHS:
+        for ridge in SHAPE_RIDGES:
             found = fit_shape_kernel(distances, changes, width=width, ridge=ridge)
-            missed = left_out_mm(found.left_out, basis, regions)
+            missed = leave_one_out_mm(found.left_out, basis, regions)
             if best is None or missed < best[0]:
                 best = missed, found
     assert best is not None
@@ -79,7 +79,7 @@ def best_shape_kernel(
 def fit_shape_kernel(
     distances: Float[np.ndarray, "poses regions poses"], changes: ShapeChanges, *, width: float, ridge: float
 ) -> ShapeKernelFit:
-    r"""Ridge regression with the kernel $K(D(\theta, \theta'))\, k(\beta, \beta')$; see `over_shapes`.
+    r"""Ridge regression with the kernel $K(D(\theta, \theta'))\, k(\beta, \beta')$; see `kernel_over_shapes`.
 
     Args:
         distances: Between the poses, squared, in each region.
@@ -94,12 +94,12 @@ def fit_shape_kernel(
     from scipy.linalg import cho_factor, cho_solve
 
     poses, outputs, identity = changes.poses, changes.outputs, np.eye(len(changes.poses))
-    between = over_shapes(changes.where, changes.where, REACH)
+    between = kernel_over_shapes(changes.where, changes.where, SHAPE_LENGTH_SCALE)
     weights, left_out = [], []
     for region in range(distances.shape[1]):
         gram = kernel(distances[:, region].astype(np.float64), width)[np.ix_(poses, poses)] * between
         inverse = cho_solve(cho_factor(gram + ridge * identity), identity)
         solved = inverse @ outputs
         weights.append(solved)
-        left_out.append(missed_without(inverse, solved, changes.together))
+        left_out.append(leave_groups_out(inverse, solved, changes.together))
     return ShapeKernelFit(width, ridge, np.stack(weights), np.stack(left_out))

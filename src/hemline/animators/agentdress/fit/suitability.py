@@ -26,7 +26,7 @@ PINCHED_PERCENT = 2.0
 """Share of pinched vertices in settled garments beyond which it is tight."""
 
 
-def suitability(dataset: Dataset, anchors: AnchorSet) -> dict[str, float]:
+def fit_quality(dataset: Dataset, anchors: AnchorSet) -> dict[str, float]:
     """What tells whether a garment is too loose or too tight.
 
     Args:
@@ -57,7 +57,7 @@ def suitability(dataset: Dataset, anchors: AnchorSet) -> dict[str, float]:
     return figures
 
 
-def warn_unsuited(garment: str, figures: Mapping[str, float], config: AgentDressConfig) -> None:
+def warn_of_poor_fit(garment: str, figures: Mapping[str, float], config: AgentDressConfig) -> None:
     """Warn, in a line each, of a garment that is too loose or too tight, and of few anchors.
 
     Args:

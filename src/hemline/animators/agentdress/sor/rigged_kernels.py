@@ -7,15 +7,15 @@ from hemline.compiled import kernel
 
 _index = np.uintp
 
-UNIT = np.float32(1 / 255)
+WEIGHT_UNIT = np.float32(1 / 255)
 """A weight of one."""
 
-LEAST_SHARE = 1e-4
+LEAST_BLEND = 1e-4
 """An anchor that counts for less at a vertex is left out there; what is left is over the sum."""
 
 
 @kernel(fastmath={"contract", "nsz"})
-def carry(earlier, worn, step, bone_indices, bone_weights, regions, blend, t, carried_out):
+def blend_anchors(earlier, worn, step, bone_indices, bone_weights, regions, blend, t, carried_out):
     # model: earlier (anchors, joints, 3, 4): skin transforms of the anchors; worn int16 (anchors, verts, 3): the
     #     garments there, in steps of `step` [m]; bone_indices, bone_weights uint8 (anchors, verts, most_bones), the
     #     heaviest bone first, a row of weights sums to 255; regions (verts, regions)
@@ -42,7 +42,7 @@ def carry(earlier, worn, step, bone_indices, bone_weights, regions, blend, t, ca
             share = np.float32(0)
             for g in range(regions.shape[1]):
                 share += regions[v, g] * blend[g, s]
-            if share < LEAST_SHARE:
+            if share < LEAST_BLEND:
                 continue
             p0, p1, p2 = step * worn[s, v, 0], step * worn[s, v, 1], step * worn[s, v, 2]
             x, y, z = np.float32(0), np.float32(0), np.float32(0)
@@ -53,7 +53,7 @@ def carry(earlier, worn, step, bone_indices, bone_weights, regions, blend, t, ca
                 x += w * (m[j, 0, 0] * p0 + m[j, 0, 1] * p1 + m[j, 0, 2] * p2 + m[j, 0, 3])
                 y += w * (m[j, 1, 0] * p0 + m[j, 1, 1] * p1 + m[j, 1, 2] * p2 + m[j, 1, 3])
                 z += w * (m[j, 2, 0] * p0 + m[j, 2, 1] * p1 + m[j, 2, 2] * p2 + m[j, 2, 3])
-            told = share * UNIT
+            told = share * WEIGHT_UNIT
             carried_out[v, 0] += told * x
             carried_out[v, 1] += told * y
             carried_out[v, 2] += told * z
@@ -61,7 +61,7 @@ def carry(earlier, worn, step, bone_indices, bone_weights, regions, blend, t, ca
 
 
 @kernel(fastmath={"contract", "nsz"})
-def told_beside_skinning(indices, weights, rest, t, carried, offset_out):
+def offsets_from_skinning(indices, weights, rest, t, carried, offset_out):
     # model: indices, weights (verts, influences), the heaviest bone first; rest (verts, 3) [m]
     # in: t (joints, 3, 4): skin transforms; carried (verts, 4): vertices times their last column, which is that [m]
     # out: offset_out (verts, 3): R^T (x - sum_b w_b A_b rest), R of the normalised sum of w_b q_b [m]

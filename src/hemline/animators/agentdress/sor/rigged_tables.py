@@ -12,13 +12,13 @@ from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of
 from hemline.motions.motion import JOINT_COUNT
 
-from .rigged_kernels import carry, told_beside_skinning
+from .rigged_kernels import blend_anchors, offsets_from_skinning
 from .rigging import MOST_BONES, Rigging
 
-WHOLE = 255
+WEIGHT_SUM = 255
 """What the weights of a vertex sum to."""
 
-FARTHEST = 32767
+MOST_STEPS = 32767
 """Steps from the middle of a garment to its farthest coordinate."""
 
 
@@ -52,17 +52,17 @@ class RiggedTables:
         """
         middle = (rigging.worn.min(axis=1) + rigging.worn.max(axis=1)) / 2
         apart = rigging.worn - middle[:, None]
-        step = np.float32(np.abs(apart).max() / FARTHEST)
+        step = np.float32(np.abs(apart).max() / MOST_STEPS)
         transforms = rigging.transforms.copy()
         transforms[..., 3] -= middle[:, None]
         indices = np.argsort(-rigging.weights, axis=2, kind="stable")[:, :, :MOST_BONES]
         return cls(
             poses.astype(np.int32),
             transforms.astype(np.float32),
-            np.rint(apart / step).clip(-FARTHEST, FARTHEST).astype(np.int16),
+            np.rint(apart / step).clip(-MOST_STEPS, MOST_STEPS).astype(np.int16),
             np.array([step]),
             indices.astype(np.uint8),
-            parts_of_whole(np.take_along_axis(rigging.weights, indices, axis=2)),
+            quantize_weights(np.take_along_axis(rigging.weights, indices, axis=2)),
         )
 
     def offset(
@@ -84,8 +84,8 @@ class RiggedTables:
         """
         carried, offset = np.empty((len(rest), 4), np.float32), np.empty((len(rest), 3), np.float32)
         anchors = self.transforms, self.worn, self.step[0], self.indices, self.weights
-        carry(*anchors, regions, blend, transforms, carried)
-        told_beside_skinning(binding.indices, binding.weights, rest, transforms, carried, offset)
+        blend_anchors(*anchors, regions, blend, transforms, carried)
+        offsets_from_skinning(binding.indices, binding.weights, rest, transforms, carried, offset)
         return offset
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -112,7 +112,7 @@ class RiggedTables:
             if not (found.size and found.min() >= 0 and found.max() < limit):
                 got = int(found.max()) if found.size else "none"
                 raise BadModel(f"a rigged anchor of the model names a {name} that does not exist", got, AGAIN)
-        if not (weights.sum(axis=2, dtype=np.int64) == WHOLE).all():
+        if not (weights.sum(axis=2, dtype=np.int64) == WEIGHT_SUM).all():
             raise BadModel("weights of a rigged anchor sum to 255", int(weights.sum(axis=2).max()), AGAIN)
         return cls(
             anchors,
@@ -124,10 +124,10 @@ class RiggedTables:
         )
 
 
-def parts_of_whole(weights: Float[np.ndarray, "... bones"]) -> Int[np.ndarray, "... bones"]:
+def quantize_weights(weights: Float[np.ndarray, "... bones"]) -> Int[np.ndarray, "... bones"]:
     """Weights in 255 parts, uint8; what rounding down leaves over goes where it took most."""
-    exact = WHOLE * weights / weights.sum(axis=-1, keepdims=True)
+    exact = WEIGHT_SUM * weights / weights.sum(axis=-1, keepdims=True)
     parts = np.floor(exact).astype(np.int64)
     rank = np.argsort(np.argsort(parts - exact, axis=-1, kind="stable"), axis=-1)
-    parts += rank < WHOLE - parts.sum(axis=-1, keepdims=True)
+    parts += rank < WEIGHT_SUM - parts.sum(axis=-1, keepdims=True)
     return parts.astype(np.uint8)

@@ -12,7 +12,7 @@ from hemline.bodies.body import PosedBody
 from hemline.motions.motion import JOINT_COUNT, PARENTS
 from hemline.motions.quaternions import to_matrix
 
-from .rigging_kernels import least_on_simplex
+from .rigging_kernels import minimize_on_simplex
 
 MOST_BONES = 8
 """Bones that a vertex may follow."""
@@ -58,7 +58,7 @@ class Rigging:
             stiffness: How much a change of the weights costs, over what all joints' derivatives cost.
         """
         weights = [
-            optimised_weights(skinned_turns(each, garment), found, start, stiffness)
+            optimize_weights(rigid_derivatives(each, garment), found, start, stiffness)
             for each, garment, found in zip(posed, worn, derivatives, strict=True)
         ]
         return cls(np.array([each.transforms for each in posed], np.float64), worn, np.array(weights))
@@ -72,19 +72,19 @@ class Rigging:
         """
         result = np.zeros_like(self.worn[0])
         for anchor in np.flatnonzero(blend.any(axis=0)):
-            skinned = skin(relative(transforms, self.transforms[anchor]), self.weights[anchor], self.worn[anchor])
+            skinned = skin_points(relative_transforms(transforms, self.transforms[anchor]), self.weights[anchor], self.worn[anchor])
             result += blend[:, anchor, None] * skinned
         return result
 
 
-def relative(transforms: Transforms, earlier: Transforms) -> Float[np.ndarray, "joints 3 4"]:
+def relative_transforms(transforms: Transforms, earlier: Transforms) -> Float[np.ndarray, "joints 3 4"]:
     r"""$A_b(\theta) A_b(\theta_s)^{-1}$ of each bone; its transforms are rigid."""
     turned = np.einsum("bij,bkj->bik", transforms[:, :, :3].astype(np.float64), earlier[:, :, :3])
     shift = transforms[:, :, 3] - np.einsum("bij,bj->bi", turned, earlier[:, :, 3])
     return np.concatenate([turned, shift[:, :, None]], axis=2)
 
 
-def skin(
+def skin_points(
     transforms: Float[np.ndarray, "joints 3 4"],
     weights: Float[np.ndarray, "verts joints"],
     points: Float[np.ndarray, "verts 3"],
@@ -94,7 +94,7 @@ def skin(
     return np.einsum("vij,vj->vi", blended[:, :, :3], points) + blended[:, :, 3]
 
 
-def skinned_turns(posed: PosedBody, worn: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "joints 3 verts 3"]:
+def rigid_derivatives(posed: PosedBody, worn: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "joints 3 verts 3"]:
     r"""$\omega_a \times (x - x_j)$: how points move that follow a joint wholly while it turns [m/rad]."""
     axes = np.einsum(
         "jik,jlk->jil",
@@ -105,7 +105,7 @@ def skinned_turns(posed: PosedBody, worn: Float[np.ndarray, "verts 3"]) -> Float
     return np.cross(axes.transpose(0, 2, 1)[:, :, None, :], away[:, None])
 
 
-def optimised_weights(
+def optimize_weights(
     turns: Float[np.ndarray, "joints 3 verts 3"],
     derivatives: Float[np.ndarray, "joints 3 verts 3"],
     start: Float[np.ndarray, "verts joints"],
@@ -118,7 +118,7 @@ def optimised_weights(
     over the bones b that joint j carries; by accelerated projected gradients, then once more over the 8 largest.
 
     Args:
-        turns: $v_{ja}$, see `skinned_turns` [m/rad].
+        turns: $v_{ja}$, see `rigid_derivatives` [m/rad].
         derivatives: $S_{ja}$ of the simulation [m/rad].
         start: $w_0$.
         stiffness: $\lambda$, over the sum of $|v|^2$ at each vertex.
@@ -126,25 +126,25 @@ def optimised_weights(
     products = np.einsum("javi,javi->vj", turns, derivatives)
     squares = np.einsum("javi,javi->vj", turns, turns)
     scale = stiffness * squares.sum(axis=1)
-    linear = products @ _carried() + scale[:, None] * start
+    linear = products @ _descendants() + scale[:, None] * start
     weights, allowed = start.astype(np.float64), np.ones(start.shape, bool)
-    least_on_simplex(squares, linear, scale, *_tree(), allowed, weights)
+    minimize_on_simplex(squares, linear, scale, *_tree(), allowed, weights)
     allowed[:] = False
     np.put_along_axis(allowed, np.argsort(-weights, axis=1)[:, :MOST_BONES], True, axis=1)
     weights = np.where(allowed, weights, 0.0)
     weights /= weights.sum(axis=1, keepdims=True)
-    least_on_simplex(squares, linear, scale, *_tree(), allowed, weights)
+    minimize_on_simplex(squares, linear, scale, *_tree(), allowed, weights)
     return weights
 
 
 @cache
 def _tree() -> tuple[Int[np.ndarray, " joints"], Int[np.ndarray, "joints joints"]]:
     """The parent of each joint, and of each two bones the last joint that carries both."""
-    both = _carried()[:, :, None] * _carried()[:, None, :]
+    both = _descendants()[:, :, None] * _descendants()[:, None, :]
     return np.array(PARENTS), JOINT_COUNT - 1 - both[::-1].argmax(axis=0)
 
 
-def _carried() -> Float[np.ndarray, "joints joints"]:
+def _descendants() -> Float[np.ndarray, "joints joints"]:
     """1 where the joint of the row carries the bone of the column: itself and all behind it."""
     carried = np.eye(JOINT_COUNT)
     for bone in range(JOINT_COUNT):

@@ -12,7 +12,7 @@ RIDGE = 1e-12
 
 
 @kernel(forceinline=True)
-def least_of_free(hessian, linear, bones, count, factor, result_out):
+def minimize_free(hessian, linear, bones, count, factor, result_out):
     """The least of w^T H w / 2 - l^T w over weights that sum to 1, all but those of `count` bones 0; returns its slope.
 
     By H = L L^T: w = H^-1 (l - slope 1), the slope such that they sum to 1.
@@ -45,7 +45,7 @@ def least_of_free(hessian, linear, bones, count, factor, result_out):
 
 
 @kernel
-def least_on_simplex(squares, linear, stiffness, parents, common, allowed, weights_out):
+def minimize_on_simplex(squares, linear, stiffness, parents, common, allowed, weights_out):
     # model: parents (joints,), each before its children; common (joints, joints): the last joint that carries both
     # in: squares (verts, joints), stiffness (verts,): H_bc = sum of squares of all joints that carry b and c, and the
     #     stiffness on the diagonal; linear, allowed (verts, joints)
@@ -69,7 +69,7 @@ def least_on_simplex(squares, linear, stiffness, parents, common, allowed, weigh
                 bones[count] = b
                 count += 1
         for _ in range(joints * joints):
-            slope = least_of_free(hessian, linear[v], bones, count, factor, least)
+            slope = minimize_free(hessian, linear[v], bones, count, factor, least)
             reach = 1.0
             for i in range(count):
                 if least[0, i] < 0:

@@ -118,7 +118,7 @@ def sampled(
 
 
 def affinity(distances: np.ndarray) -> np.ndarray:
-    r"""$e^{-d^2 / 2\sigma^2}$ of distances [m], $\sigma$ = `REACH`; 0 where no way leads."""
+    r"""$e^{-d^2 / 2\sigma^2}$ of distances [m], $\sigma$ = `SHAPE_LENGTH_SCALE`; 0 where no way leads."""
     return np.exp(-((distances / REACH) ** 2) / 2)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.animators.ropes.mechanics.joint_frame_kernels import to_rest, to_world, turned
+from hemline.animators.ropes.mechanics.joint_frame_kernels import to_rest, to_world, rotate
 from hemline.collide.primitives.primitive_kernels import primitive_distance
 from hemline.compiled import kernel
 
@@ -24,7 +24,7 @@ def deepest_primitive(kinds, joints, shapes, balls, frames, margin, x, y, z):
         found = primitive_distance(kinds[k], shapes, k, px, py, pz)
         if margin - found[0] > depth:
             depth = margin - found[0]
-            nx, ny, nz = turned(frames, j, found[1], found[2], found[3])
+            nx, ny, nz = rotate(frames, j, found[1], found[2], found[3])
     return depth, nx, ny, nz
 
 

@@ -16,7 +16,7 @@ def to_rest(frames, j, x, y, z):
 
 
 @kernel
-def turned(frames, j, x, y, z):
+def rotate(frames, j, x, y, z):
     return (
         frames[j, 0, 0] * x + frames[j, 0, 1] * y + frames[j, 0, 2] * z,
         frames[j, 1, 0] * x + frames[j, 1, 1] * y + frames[j, 1, 2] * z,
@@ -26,7 +26,7 @@ def turned(frames, j, x, y, z):
 
 @kernel
 def to_world(frames, j, x, y, z):
-    u, v, w = turned(frames, j, x, y, z)
+    u, v, w = rotate(frames, j, x, y, z)
     return u + frames[j, 0, 3], v + frames[j, 1, 3], w + frames[j, 2, 3]
 
 

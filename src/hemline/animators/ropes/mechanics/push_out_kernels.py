@@ -5,7 +5,7 @@ import math
 from hemline.collide.primitives.primitive_kernels import ROUND_CONE, primitive_distance
 from hemline.compiled import kernel
 
-from .joint_frame_kernels import to_rest, to_world, turned
+from .joint_frame_kernels import to_rest, to_world, rotate
 from .placed_kernels import GAP, WAY, measure
 
 GRADIENT, HISTORY, SLIDE = 0.0, 1.0, 2.0
@@ -135,7 +135,7 @@ def push_out(
         nx, ny, nz = rx / size, ry / size, rz / size
     ax, ay, az = to_world(frames_from, j, ex, ey, ez)
     bx, by, bz = to_world(frames_to, j, ex, ey, ez)
-    nx, ny, nz = turned(frames_to, j, nx, ny, nz)
+    nx, ny, nz = rotate(frames_to, j, nx, ny, nz)
     contact_velocity(nx, ny, nz, (bx - ax) / h, (by - ay) / h, (bz - az) / h, friction, velocity_out)
     position_out[0], position_out[1], position_out[2] = bx, by, bz
 
@@ -166,4 +166,4 @@ def world_normal(kind, shapes, k, j, frames, x, y, z):
     # returns: gradient of the distance to primitive k at a point in the world
     px, py, pz = to_rest(frames, j, x, y, z)
     found = primitive_distance(kind, shapes, k, px, py, pz)
-    return turned(frames, j, found[1], found[2], found[3])
+    return rotate(frames, j, found[1], found[2], found[3])
