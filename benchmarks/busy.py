@@ -38,7 +38,7 @@ def busy(count: int) -> Iterator[None]:
 def main() -> None:
     """Print the table."""
     body, walk = hemline.bodies.load("anny24").shaped(), hemline.motions.load("walk")
-    shirt = hemline.load("live").worn_by(hemline.garments.load("tshirt-light"), body)
+    shirt = hemline.load("live").animator_for(hemline.garments.load("tshirt-light"), body)
     print(f"{machine()}, commit {commit()}\n")
     print("| threads | programs beside | median ms | worst ms | simulation s |\n|---|---|---|---|---|")
     garment, run = hemline.garments.load("tshirt-light"), body.placed(hemline.motions.load("run").resampled(30))[:20]

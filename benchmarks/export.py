@@ -16,7 +16,7 @@ from hemline import motions
 from hemline.cli.clip import cut
 from hemline.cli.model import open_model
 from hemline.collide import inside
-from hemline.export import Clip, skinned, write
+from hemline.export import Clip, skin_clip, write
 from hemline.playback import play, record
 
 WAYS = (
@@ -59,10 +59,10 @@ def main(name: str) -> None:
     clip = played(name)
     print(f"{name}: {clip.frame_count} frames of {clip.vertices.shape[1]} + {clip.body_vertices.shape[1]} vertices")
     for bones in (20, 40, 120):
-        skin = skinned(clip, bones).skin
+        skin = skin_clip(clip, bones).skin
         print(f"| {bones} bones | mean {skin.mean_error_mm:.1f} mm, max {skin.max_error_mm:.0f} mm |")
     started = time.perf_counter()
-    with_skin = skinned(clip)
+    with_skin = skin_clip(clip)
     fitted, skin = time.perf_counter() - started, with_skin.skin
     errors = f"mean {skin.mean_error_mm:.1f} mm, max {skin.max_error_mm:.0f} mm"
     print(f"| {skin.bone_count} bones | {errors} | {fitted:.1f} s |")

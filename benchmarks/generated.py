@@ -17,7 +17,7 @@ import numpy as np
 from hemline import bodies
 from hemline.bench.machine import commit, machine
 from hemline.errors import HemlineError
-from hemline.garments.generate import generated, random_design
+from hemline.garments.generate import generate_garment, random_design
 from hemline.garments.generate.design import KINDS
 from hemline.meshes import crossing_edges, edges
 from hemline.pictures.draw import picture_of
@@ -50,7 +50,7 @@ def work(kinds: list[str]) -> None:
                 continue
             began = time.perf_counter()
             try:
-                garment = generated(design, shaped, edge=EDGE, name=name)
+                garment = generate_garment(design, shaped, edge=EDGE, name=name)
                 made = time.perf_counter()
                 found = fitness(garment, shaped)
             except HemlineError as error:

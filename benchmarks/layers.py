@@ -55,7 +55,7 @@ class Case:
             return together([own(self.inner), own(self.outer)])
         model = load(self.model)
         assert isinstance(model, Wearable)
-        return model.worn_by(worn_together([load_garment(self.inner), load_garment(self.outer)]), body)
+        return model.animator_for(worn_together([load_garment(self.inner), load_garment(self.outer)]), body)
 
 
 CASES = (
@@ -83,7 +83,7 @@ def measured(case: Case, frames: int) -> tuple[dict[str, Any], np.ndarray]:
     projector, garment = player.projector, player.garment
     assert isinstance(projector, LayeredProjector)
     alone = replace(
-        player, projector=Projector.prepare(body, garment.vertices, garment.faces, measure=False, worn=projector.worn)
+        player, projector=Projector.prepare(body, garment.vertices, garment.faces, measure=False, on_body=projector.on_body)
     )
     inner, outer = pieces_apart(garment)
     closed, start = ClosedCloth.of(len(inner.vertices), inner.faces), len(inner.vertices)

@@ -18,7 +18,7 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.live import Live, LiveConfig
-from hemline.animators.simulated_proxy import LEVELS
+from hemline.animators.simulated_proxy import QUALITY_LEVELS
 from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody, skin_points
 from hemline.compiled import threads
@@ -46,7 +46,7 @@ def carried_mm(garment: Garment, take: Take) -> dict[int, float]:
         embedding = Embedding.of(garment, coarse, kept)
         worn = [take.vertices[frame] for frame in take.clip_frames]
         found[size] = float(
-            np.mean([apart_mm(embedding.carried(each[kept].astype(np.float64)), each) for each in worn])
+            np.mean([apart_mm(embedding.carry_mesh(each[kept].astype(np.float64)), each) for each in worn])
         )
     return found
 
@@ -54,8 +54,8 @@ def carried_mm(garment: Garment, take: Take) -> dict[int, float]:
 def simulated(garment: Garment, body: ShapedBody, take: Take) -> dict[str, dict[str, float]]:
     """Errors [mm] and times [ms] of each quality."""
     found = {}
-    for quality in LEVELS:
-        animator = Live(LiveConfig(quality=quality, most=1000)).worn_by(garment, body)
+    for quality in QUALITY_LEVELS:
+        animator = Live(LiveConfig(quality=quality, most=1000)).animator_for(garment, body)
         spans, errors = [], []
         for _ in range(RUNS):
             state = animator.start(body.posed(take.motion[0]))

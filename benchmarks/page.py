@@ -17,7 +17,7 @@ from itertools import pairwise
 
 from selenium import webdriver
 
-from hemline.cli.view import Arguments, shelf_of
+from hemline.cli.view import ViewOptions, open_catalog
 from hemline.view import Page, stage
 
 SECONDS = 6.0  # less than the clip: its start anew is not counted
@@ -43,12 +43,12 @@ return gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info').UNMASKED_REN
 
 def measured(model: str, *, painted: bool) -> dict:
     """Pictures a second, gaps between them [ms], latency of a click [ms]."""
-    stage.KEPT = 2  # each frame is made; on a page that one looks at, the second round comes out of memory
+    stage.STORED_FRAMES = 2  # each frame is made; on a page that one looks at, the second round comes out of memory
     options = webdriver.ChromeOptions()
     options.binary_location = shutil.which("chromium") or ""
     for flag in FLAGS:
         options.add_argument(flag)
-    with Page(shelf_of(Arguments(models=(model,), motion=("dance",)))) as page:
+    with Page(open_catalog(ViewOptions(models=(model,), motion=("dance",)))) as page:
         threading.Thread(target=page.serve_forever, daemon=True).start()
         driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
         try:

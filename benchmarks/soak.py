@@ -7,7 +7,7 @@ benchmarks/results/soak.jsonl, pictures of failures and of each garment's worst 
 prints what is there.
 
 A take fails where the simulator says so, where a vertex is not finite or farther from the pelvis than cloth can be
-(`MOST_STEPS`), where one is inside the body that is not pinched, where an opening of the garment lost its limb for good,
+(`FARTHEST_BODY`), where one is inside the body that is not pinched, where an opening of the garment lost its limb for good,
 or where a limb is through cloth at its end (`still_worn.py`). In one frame a take, the one with most crossings, libigl
 counts the vertices inside, and those of the body that stand out of the cloth.
 """

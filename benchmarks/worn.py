@@ -22,13 +22,13 @@ from hemline import bodies, garments, pictures, sim
 from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody
 from hemline.garments import Garment
-from hemline.garments.clearance import cleared, smoothed_field
+from hemline.garments.clearance import push_out_of_body, smooth_field
 from hemline.garments.dressing import body_tree
 from hemline.garments.pins import Pins
 from hemline.meshes import boundary_loops, crossing_edges, self_crossings
 from hemline.motions.motion import Motion
 from hemline.motions.quaternions import from_axis_angle, multiply
-from hemline.sim.step.dressed_body import sheet_of
+from hemline.sim.step.dressed_body import make_garment_sheet
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT.parent / "shared" / "data"
@@ -79,7 +79,7 @@ def worn(name: str, shaped: ShapedBody) -> Garment:
 def _belted(garment: Garment, shaped: ShapedBody) -> Garment:
     """The highest rim laid around the body where that is as wide, the rest of the mesh carried along smoothly."""
     rim = max(boundary_loops(garment.faces), key=lambda loop: garment.vertices[loop, 1].mean())
-    sheet = sheet_of(garment)
+    sheet = make_garment_sheet(garment)
     lengths = {tuple(edge): length for edge, length in zip(sheet.edges.tolist(), sheet.edge_length, strict=True)}
     # as cut, not as laid: at the seams the panels are still apart
     start = np.array(
@@ -97,8 +97,8 @@ def _belted(garment: Garment, shaped: ShapedBody) -> Garment:
     field, trust = np.zeros(garment.vertices.shape), np.zeros(len(garment.vertices))
     field[rim], trust[rim] = target - garment.vertices[rim], 1e3
     tree = body_tree(shaped)
-    moved = garment.vertices + smoothed_field(field, garment.faces, trust, 1.0)
-    vertices = cleared(moved, tree, WAIST_GAP).astype(np.float32)
+    moved = garment.vertices + smooth_field(field, garment.faces, trust, 1.0)
+    vertices = push_out_of_body(moved, tree, WAIST_GAP).astype(np.float32)
     pins = Pins.bound(rim, vertices[rim], tree, shaped.normals)
     return replace(garment, vertices=vertices, pins=pins, key_joint="pelvis")
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.judging.scene import JudgedScene
 from hemline.meshes import vertex_normals
-from hemline.sim import Scene, SimSettings, Skin, Stepper, Surface
+from hemline.sim import BodySurface, MovingSkin, Scene, SimSettings, Stepper
 
 HERE = Path(__file__).parent
 ENVIRONMENTS = {"blender": "HEMLINE_BLENDER_PYTHON", "newton": "HEMLINE_NEWTON_PYTHON"}
@@ -98,7 +98,7 @@ def ours(scene: JudgedScene, settings: SimSettings, *, kept_speed: float = 1.0, 
     from hemline.compiled import use_threads
 
     use_threads(threads)
-    surface = Surface(scene.body_faces, reach=settings.contact_reach) if len(scene.body_faces) else None
+    surface = BodySurface(scene.body_faces, reach=settings.contact_reach) if len(scene.body_faces) else None
     stepper = Stepper(scene.sheet, pinned=scene.pins, surface=surface, settings=settings)
     state, frames, ms = stepper.start(scene.vertices), [scene.vertices], []
     h = 1 / scene.fps / settings.substeps
@@ -134,6 +134,6 @@ class _Moving:
             skin = None
             if len(scene.body_faces):
                 body = ((1 - share) * scene.body[frame - 1] + share * scene.body[frame]).astype(np.float32)
-                skin = Skin(body, vertex_normals(body, scene.body_faces))
+                skin = MovingSkin(body, vertex_normals(body, scene.body_faces))
             self.known[share] = Scene(pinned, skin)
         return self.known[share]

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.judging.engines import Played
 from benchmarks.judging.scene import JudgedScene
-from hemline.pictures import BODY, CLOTH, Surface, frame_points, render, side_by_side, write_png, write_webp
+from hemline.pictures import BODY, CLOTH, ShadedSurface, frame_points, render, side_by_side, write_png, write_webp
 
 SIZE = (420, 520)
 COLOURS = {"hemline": CLOTH, "blender": (0.86, 0.50, 0.15), "newton": (0.36, 0.55, 0.24)}
@@ -32,11 +32,11 @@ def drawn_run(path: Path, scene: JudgedScene, runs: list[Played], lead: int) -> 
 
 
 def _row(scene: JudgedScene, runs: list[Played], cloth: list, body: np.ndarray, view: str, size=SIZE) -> np.ndarray:
-    skin = [Surface(body.astype(np.float32), scene.body_faces, BODY, sheen=0.0)] if len(scene.body_faces) else []
+    skin = [ShadedSurface(body.astype(np.float32), scene.body_faces, BODY, sheen=0.0)] if len(scene.body_faces) else []
     points = np.concatenate([*cloth, body])
     camera, ground = frame_points(points, view, size=size), float(points[:, 1].min())
     painted = [
-        render([*skin, Surface(each.astype(np.float32), scene.faces, COLOURS[run.engine])], camera, size, ground=ground)
+        render([*skin, ShadedSurface(each.astype(np.float32), scene.faces, COLOURS[run.engine])], camera, size, ground=ground)
         for run, each in zip(runs, cloth, strict=True)
     ]
     return side_by_side(painted, [NAMES[run.engine] for run in runs])

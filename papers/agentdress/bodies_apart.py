@@ -57,7 +57,7 @@ class Held:
         rotations, axes = tables.rotations.astype(np.float64), tables.axes.astype(np.float64)
         apart = region_distances(axes_between(rotations, rotations), axes)
         where = shapes.betas.astype(np.float64) @ shapes.scale
-        near, between = np.ix_(shapes.poses, shapes.poses), kernel_over_shapes(where, where, shapes.reach)
+        near, between = np.ix_(shapes.poses, shapes.poses), kernel_over_shapes(where, where, shapes.length_scale)
         ridge = model.figures["shape_kernel_ridge"] * np.eye(len(where))
         found = [
             (kernel(apart[:, region], model.shape_width)[near] * between + ridge) @ weights.astype(np.float64)

@@ -85,7 +85,7 @@ def on_the_mean_body(model: AnimatorAgentDress, pairs: Iterable[Pair], models: M
         posed = mean.posed(pair.pose)
         found.setdefault("kernel regression", []).append(_apart_mm(model.settled(posed), pair.mean))
         for name, each in models.items():
-            told = binding.posed(posed.transforms, model.tables.rest, each(pair.pose))
+            told = binding.skin(posed.transforms, model.tables.rest, each(pair.pose))
             found.setdefault(name, []).append(_apart_mm(told, pair.mean))
         skinned = without_shapes(told_by(model, model.tables.offset)).settled(posed)
         found.setdefault("skinning", []).append(_apart_mm(skinned, pair.mean))

@@ -26,11 +26,11 @@ def curve(garment: Garment, anchors: AnchorSet, rigged: RiggedAnchors | None, pa
         some = chosen(anchors.rotations, weights, size)
         singles = round(size * len(anchors.single_rotations) / len(anchors.rotations))
         beside = chosen(anchors.single_rotations, weights, singles) if singles else np.empty(0, int)
-        fewer = anchors.only(some, beside)
+        fewer = anchors.subset(some, beside)
         model = fit_anchors(garment, fewer, AgentDressConfig(), progress=lambda stage, done, total: None)
         models = {}
         if rigged:
-            models["rigging"] = rigged.only(chosen(rigged.rotations, weights, min(size, len(rigged.rotations))))
+            models["rigging"] = rigged.subset(chosen(rigged.rotations, weights, min(size, len(rigged.rotations))))
         errors = on_random_bodies(model, pairs, models)
         found[size] = {name: float(np.mean(each)) for name, each in errors.items()}
     return found

@@ -106,7 +106,7 @@ class DrapeShapeModel:
     centres: ShapeModel
 
     @classmethod
-    def fitted(
+    def fit(
         cls,
         poisson: Poisson,
         worn: Worn,
@@ -138,9 +138,9 @@ class DrapeShapeModel:
         told = poisson.rows(worn, scales)
         return cls(
             poisson,
-            ShapeModel.fitted(told, betas, components=components, ridge=ridge, squares=squares),
+            ShapeModel.fit(told, betas, components=components, ridge=ridge, squares=squares),
             scales,
-            ShapeModel.fitted(worn.mean(axis=1), betas, components=3, ridge=ridge, squares=squares),
+            ShapeModel.fit(worn.mean(axis=1), betas, components=3, ridge=ridge, squares=squares),
         )
 
     def at(

@@ -40,7 +40,7 @@ def draw_pairs(
         ways = ways_of(model, pair, models)
         names = ["simulation", *(name for name in SHOWN if name in ways)]
         posed = ways["AgentDress"][1].posed(pair.pose)
-        body = pictures.Surface(posed.vertices, posed.faces, pictures.BODY, sheen=0.0)
+        body = pictures.ShadedSurface(posed.vertices, posed.faces, pictures.BODY, sheen=0.0)
         camera = pictures.frame_points(pair.worn, "three_quarter", size=SIZE)
         views = [_drawn(body, pair.worn, pair.worn, model.garment.faces, camera, True)]
         captions = ["simulation"]
@@ -56,5 +56,5 @@ def draw_pairs(
 def _drawn(body, worn: np.ndarray, truth: np.ndarray, faces: np.ndarray, camera, is_truth: bool) -> np.ndarray:
     off = np.linalg.norm(worn - truth, axis=1) > FAR
     colours = np.where(off[:, None], MARK, pictures.TRUTH if is_truth else pictures.CLOTH).astype(np.float32)
-    cloth = pictures.Surface(worn.astype(np.float32), faces, colours=colours)
+    cloth = pictures.ShadedSurface(worn.astype(np.float32), faces, colours=colours)
     return pictures.render([body, cloth], camera, SIZE, ground=None)

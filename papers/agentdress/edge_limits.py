@@ -41,7 +41,7 @@ def figures(dataset: Dataset, rows: list[Row], model: AnimatorAgentDress) -> dic
             name = "no limits" if stretch is None else f"{stretch:g}"
             shown[name] = blended
             if stretch is not None:
-                shown[name] = EdgeLimits.of(garment, stretch=stretch).limited(blended, rest)
+                shown[name] = EdgeLimits.of(garment, stretch=stretch).shorten(blended, rest)
         for name, vertices in shown.items():
             strain = lengths_of(vertices, edges) / longest - 1
             error = 1e3 * float(np.linalg.norm(vertices - truth, axis=1).mean())

@@ -62,7 +62,7 @@ def main() -> None:
     model = fit_anchors(garment, anchors, AgentDressConfig(), materials=materials, progress=lambda *_: None)
     rigged = None
     with suppress(BadDataset):  # none has derivatives
-        rigged = RiggedAnchors.fitted(dataset, rows_with_derivatives(dataset), model, anchors)
+        rigged = RiggedAnchors.search(dataset, rows_with_derivatives(dataset), model, anchors)
     pairs = list(settled_pairs(asked.test, garment, count=asked.pairs, seed=asked.seed, jobs=asked.jobs))
     rigging = {"rigging": rigged} if rigged else {}
     plain = {"ridge": ridge(anchors), "blend of five": blended(model, anchors), "nearest": nearest(model, anchors)}

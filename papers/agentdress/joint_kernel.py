@@ -70,7 +70,7 @@ def _joint(
     rows, best = basis.reshape(len(basis), -1, 3), None
     for width in SHAPE_WIDTHS:
         for ridge in SHAPE_RIDGES:
-            left_out = fit_shape_kernel(distances, given, width=width, ridge=ridge).left_out
+            left_out = fit_shape_kernel(distances, given, width=width, ridge=ridge).leave_one_out
             missed = left_out.reshape(len(left_out), count, shapes, -1)
 
             def error(numbers: Sequence[int], missed: np.ndarray = missed) -> float:

@@ -130,7 +130,7 @@ def synthesised(
         for each, rest, worn in zip(shaped, rests, settled, strict=True)
     ]
     nominal = binding.offsets(shaped[0].posed(pose).transforms, rests[0], mean)
-    return binding.posed(shaped[1].posed(pose).transforms, rests[1], nominal + there[1] - there[0])
+    return binding.skin(shaped[1].posed(pose).transforms, rests[1], nominal + there[1] - there[0])
 
 
 def transferred(folder: Path, garment: Garment, poses: list[Pose], anchors: list[Pose], jobs: int) -> dict | None:
@@ -150,7 +150,7 @@ def transferred(folder: Path, garment: Garment, poses: list[Pose], anchors: list
         mean, truth, *settled = worn
         posed = two[1].posed(pose)
         told = synthesised(binding, two, (plain, other), anchor, (settled[0], settled[1]), pose, mean)
-        skinned = binding.posed(posed.transforms, other)
+        skinned = binding.skin(posed.transforms, other)
         errors = {"error_mm": apart_mm(told, truth), "skinned_mm": apart_mm(skinned, truth)}
         found.append(fit_of(truth, posed, garment) | errors)
     return mean_of(found) | {"poses": len(found)} if found else None

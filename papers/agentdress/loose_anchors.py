@@ -11,7 +11,7 @@ from hemline.garments import Garment
 from hemline.motions.motion import JOINT_COUNT, Motion, Pose
 from hemline.motions.pose_clusters import cluster_poses
 from hemline.sim import produce_posed
-from hemline.sim.takes.anchors import STAND_INS, produce_scattered
+from hemline.sim.takes.anchors import MAX_STAND_INS, produce_scattered
 from hemline.sim.takes.database import poses_of
 
 SHAPES = [(), *((*[0.0] * index, value) for index in range(4) for value in (-2.0, 2.0))]
@@ -38,7 +38,7 @@ def make_anchors(folder: Path, garment: Garment, clips: list[str], *, count: int
     weights = joint_weights(mean_sensitivity([dataset.take(each.names[0]) for each in stood if each is not None]))
     poses = poses_of([_clean(name) for name in clips])
     members = cluster_poses(poses, weights, count, seed=seed).members
-    candidates = [[Pose(poses[index], rest) for index in each[:STAND_INS]] for each in members]
+    candidates = [[Pose(poses[index], rest) for index in each[:MAX_STAND_INS]] for each in members]
     produce_posed(folder, garment, candidates, SHAPES, jobs=jobs)
 
 

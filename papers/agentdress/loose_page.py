@@ -103,5 +103,5 @@ def draw_worst(faces: Faces, shown: Mapping[str, tuple[float, int, Vertices, Tri
             for worn, colour in ((trial.truth.vertices[index], "truth"), (vertices, "cloth"))
         ]
         caption = f"{name}: {trial.clip}, body {trial.body}, frame {index}, {error:.0f} mm"
-        rows.append(pictures.captioned(pictures.side_by_side(views), caption))
+        rows.append(pictures.add_caption(pictures.side_by_side(views), caption))
     pictures.write_png(PAGES / "loose_shapes.png", np.concatenate(rows, axis=0))

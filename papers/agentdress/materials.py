@@ -71,7 +71,7 @@ def ways(
     offsets = binding.offsets(posed.transforms, rest, one)
     found = {"material left out": one}
     if mean is not None:
-        found["mean change"] = binding.posed(posed.transforms, rest, offsets + mean)
+        found["mean change"] = binding.skin(posed.transforms, rest, offsets + mean)
     for way, model in models.items():
         told, without = (each.settled(posed).astype(np.float64) for each in (model.in_material(name), model))
         found[way] = one + told - without

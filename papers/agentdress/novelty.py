@@ -33,7 +33,7 @@ def left_out(folder: Path) -> tuple[Float[np.ndarray, " poses"], Float[np.ndarra
     basis, outputs = principal_of_rows(offsets - offsets.mean(axis=0), config.pose_modes)
     apart = region_distances(axes_between(rotations, rotations), model.tables.axes.astype(np.float64))
     ridge = model.figures["kernel_ridge"]
-    missed = fit_kernel(apart, outputs, anchors.together, width=model.width, ridge=ridge).left_out
+    missed = fit_kernel(apart, outputs, anchors.groups, width=model.width, ridge=ridge).leave_one_out
     regions, rows = model.tables.regions, basis.reshape(len(basis), -1, 3)
     novelties, errors = [], []
     for pose in range(len(rotations)):

@@ -40,7 +40,7 @@ class Examples:
             np.array(
                 [
                     skin_points(relative_transforms(posed.transforms, transforms), weights, worn)
-                    for transforms, weights, worn in zip(fitted.transforms, fitted.weights, fitted.worn, strict=True)
+                    for transforms, weights, worn in zip(fitted.transforms, fitted.weights, fitted.vertices, strict=True)
                 ],
                 np.float32,
             )

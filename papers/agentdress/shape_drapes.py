@@ -43,7 +43,7 @@ def worn_at(anchors: AnchorSet, body: Body, number: int) -> tuple[Pose, Worn]:
     pose = Pose(anchors.rotations[number].astype(np.float32), body.shaped().rest_pose.translation)
     rests = anchors.rest.at(anchors.betas).reshape(len(anchors.betas), -1, 3)
     worn = [
-        anchors.binding.posed(body.shaped(betas).posed(pose).transforms, rest, offsets)
+        anchors.binding.skin(body.shaped(betas).posed(pose).transforms, rest, offsets)
         for betas, rest, offsets in zip(anchors.betas.astype(np.float32), rests, anchors.offsets[number], strict=True)
     ]
     return pose, np.array(worn)

@@ -64,14 +64,14 @@ def draw_predictions(folder: Path, ways: Ways, shape: int, predictions: dict[str
         predictions: Garments on that body by name [m].
     """
     posed, truth = ways.posed(ways.drapes.betas[shape]), ways.drapes.unseen[shape]
-    body = pictures.Surface(posed.vertices, posed.faces, pictures.BODY, sheen=0.0)
+    body = pictures.ShadedSurface(posed.vertices, posed.faces, pictures.BODY, sheen=0.0)
     camera = pictures.frame_points(truth, "three_quarter", size=SIZE)
-    drawn = [pictures.Surface(truth.astype(np.float32), ways.faces, pictures.TRUTH)]
+    drawn = [pictures.ShadedSurface(truth.astype(np.float32), ways.faces, pictures.TRUTH)]
     captions = ["simulation"]
     for name, worn in predictions.items():
         off = np.linalg.norm(worn - truth, axis=1) > FAR
         colours = np.where(off[:, None], MARK, pictures.CLOTH).astype(np.float32)
-        drawn.append(pictures.Surface(worn.astype(np.float32), ways.faces, colours=colours))
+        drawn.append(pictures.ShadedSurface(worn.astype(np.float32), ways.faces, colours=colours))
         captions.append(f"{name}: {apart_mm(worn[None], truth[None])[0]:.1f} mm")
     views = [pictures.render([body, each], camera, SIZE, ground=None) for each in drawn]
     folder.mkdir(parents=True, exist_ok=True)

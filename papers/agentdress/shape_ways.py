@@ -59,22 +59,22 @@ class Ways:
     def coordinates(self, *, components: int = COMPONENTS, squares: bool = True) -> ShapeModel:
         """The paper's: of the coordinates of the vertices (Eq. 5 and 6)."""
         rows = self.drapes.fitted.reshape(len(self.drapes.fitted), -1)
-        return ShapeModel.fitted(rows, self.anchors.betas, components=components, ridge=RIDGE, squares=squares)
+        return ShapeModel.fit(rows, self.anchors.betas, components=components, ridge=RIDGE, squares=squares)
 
     def drape(self, *, components: int = COMPONENTS, **options: bool) -> DrapeShapeModel:
         """DRAPE's: of the deformation gradients of the triangles."""
         worn, betas = self.drapes.fitted, self.anchors.betas
-        return DrapeShapeModel.fitted(self.poisson, worn, betas, components=components, ridge=RIDGE, **options)
+        return DrapeShapeModel.fit(self.poisson, worn, betas, components=components, ridge=RIDGE, **options)
 
     def turned(self, betas: Shapes) -> Worn:
         """The same of what the anchor adds to skinning, in the turned frames of the vertices, where it blends [m]."""
         offsets = self.anchors.offsets[self.drapes.anchor].astype(np.float64).reshape(len(self.anchors.betas), -1)
-        model = ShapeModel.fitted(offsets, self.anchors.betas, components=COMPONENTS, ridge=RIDGE)
+        model = ShapeModel.fit(offsets, self.anchors.betas, components=COMPONENTS, ridge=RIDGE)
         added = model.at(self.known(betas)).reshape(len(betas), -1, 3)
         rests = self.anchors.rest
         rests = rests.at(betas[:, : len(rests.effects) // 2]).reshape(len(betas), -1, 3)
         each = zip(betas, rests, added, strict=True)
-        return np.array([self.anchors.binding.posed(self.posed(b).transforms, rest, more) for b, rest, more in each])
+        return np.array([self.anchors.binding.skin(self.posed(b).transforms, rest, more) for b, rest, more in each])
 
     def played(self, betas: Shapes) -> Worn:
         """What the model says that the shape adds, to the simulated garment of the mean shape [m]."""

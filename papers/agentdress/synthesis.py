@@ -75,4 +75,4 @@ class Synthesis:
         return self.anchors.binding.offsets(self._transforms(pose, betas), self._rest(betas), worn.astype(np.float64))
 
     def _worn(self, pose: Pose, betas: tuple[float, ...], offsets: Worn) -> Worn:
-        return self.anchors.binding.posed(self._transforms(pose, betas), self._rest(betas), offsets)
+        return self.anchors.binding.skin(self._transforms(pose, betas), self._rest(betas), offsets)

@@ -123,7 +123,7 @@ def main() -> None:
             if (clip, number) in found:
                 continue
             figures, (stretch, index, frame) = watched(model, shaped, motion)
-            picture = pictures.captioned(
+            picture = pictures.add_caption(
                 drawn(model, frame), f"{clip}, body {number}, frame {index}: p99 {stretch:.0f} %"
             )
             pictures.write_png(asked.output / f"{clip}-{number}.png", picture)

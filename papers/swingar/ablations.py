@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from hemline.animators.coarse.fit.fit import divided
-from hemline.animators.coarse.fit.sided_frames import SidedFrames
-from hemline.animators.coarse.fit.walk import Walk
-from hemline.animators.coarse.proxy_on_body import BEGUN, DESCRIBED, PARTS, TRAILS
+from hemline.animators.coarse.fit.fit import split_takes
+from hemline.animators.coarse.fit.split_frames import SplitFrames
+from hemline.animators.coarse.fit.walk import TakeWalk
+from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, DESCRIBED_COUNT, BODY_PARTS, TRAIL_COUNT
 from hemline.animators.lag import LagConfig
 from hemline.animators.lag.fit.lag_samples import GarmentSamples, garment_samples
 from hemline.animators.swingar.fit.fit_graph import samples_of
@@ -35,15 +35,15 @@ from papers.swingar.ablations_graph import Budget, names, rows_of_graph
 
 STRIDE = 18
 """Every so many frames are learned from, and the two before each."""
-NEAR = slice(2 * TRAILS + 6, 2 * TRAILS + 6 + 8 * len(PARTS))
+NEAR = slice(2 * TRAIL_COUNT + 6, 2 * TRAIL_COUNT + 6 + 8 * len(BODY_PARTS))
 """Columns that tell what of the body is near."""
 HIDDEN: dict[str, list[slice]] = {
     "all that it is told": [],
-    "not how it lay at the beginning": [slice(DESCRIBED, DESCRIBED + BEGUN)],
-    "not how it trails (lags and swings)": [slice(0, 2 * TRAILS)],
+    "not how it lay at the beginning": [slice(DESCRIBED_COUNT, DESCRIBED_COUNT + BEGINNING_COUNT)],
+    "not how it trails (lags and swings)": [slice(0, 2 * TRAIL_COUNT)],
     "not what of the body is near": [NEAR],
-    "not where joints are": [slice(NEAR.stop, DESCRIBED)],
-    "the present pose alone": [slice(0, 2 * TRAILS), slice(DESCRIBED, DESCRIBED + BEGUN)],
+    "not where joints are": [slice(NEAR.stop, DESCRIBED_COUNT)],
+    "the present pose alone": [slice(0, 2 * TRAIL_COUNT), slice(DESCRIBED_COUNT, DESCRIBED_COUNT + BEGINNING_COUNT)],
 }
 """Variants of the lag network: columns that are zero."""
 LEARNED: dict[str, dict[str, Any]] = {
@@ -70,7 +70,7 @@ def hidden(samples: GarmentSamples, columns: Sequence[slice]) -> GarmentSamples:
     """Samples with columns of what vertices are told set to zero."""
     if not columns:
         return samples
-    told = np.array(samples.worn.told)
+    told = np.array(samples.worn.features)
     for each in columns:
         told[..., each] = 0
     return replace(samples, worn=replace(samples.worn, told=told))
@@ -94,7 +94,7 @@ def lag_trained(train: list[GarmentSamples], valid: list[GarmentSamples], config
 
 def skinned(samples: GarmentSamples) -> float:
     """Error of skinning [m]."""
-    return float(np.linalg.norm(samples.apart(), axis=2).mean())
+    return float(np.linalg.norm(samples.displacements(), axis=2).mean())
 
 
 def weighted(errors: Sequence[float], samples: Sequence[GarmentSamples]) -> float:
@@ -109,7 +109,7 @@ def sides_of(data: Collection, judged: int) -> tuple[list[Entry], list[Entry]]:
         return [each for each in data.clips() if each.dataset < known], [
             each for each in data.clips() if each.dataset >= known
         ]
-    sides = divided(data, LagConfig().held_out)
+    sides = split_takes(data, LagConfig().held_out)
     held_out = [entry for name, entries in sides.items() if name != "train" for entry in entries]
     return sides["train"][::2], held_out[::2]
 
@@ -147,7 +147,7 @@ def main() -> None:
                 file.write(json.dumps(row | told) + "\n")
 
     sides = {"train": train, "new_garment": valid}
-    frames = SidedFrames.of(data, sides, Walk(size, STRIDE), args.checkpoints / "frames")
+    frames = SplitFrames.of(data, sides, TakeWalk(size, STRIDE), args.checkpoints / "frames")
     if wanted := missing("lag", [*HIDDEN, *LEARNED]):
         samples = [garment_samples(frames, side) for side in sides]
         keep(rows_of_lag(*samples, args.lag_epochs, wanted))

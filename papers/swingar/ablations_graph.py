@@ -16,7 +16,7 @@ from hemline.animators.swingar.fit.fit_graph import estimator_of
 from hemline.animators.swingar.fit.graph_samples import TakeSamples
 from hemline.bodies import PosedBody
 from hemline.collide import inside
-from hemline.collide.neural_sdf.handling import Neighbours, handled
+from hemline.collide.neural_sdf.handling import Neighbours, push_out
 from hemline.collide.neural_sdf.neural_sdf import load_neural_sdf
 from hemline.files import content_hash
 from hemline.metrics import normal_errors_deg
@@ -121,7 +121,7 @@ def described(samples: TakeSamples, size: int, distance: Any) -> TakeSamples:
     for each in samples.garments:
         points = each.features[:, 3:6]
         own = Descriptor.of(points, each.faces, size=min(size, len(points)), distance=distance)
-        found.append(replace(each, descriptor=own.padded_to(size)))
+        found.append(replace(each, descriptor=own.pad_to(size)))
     return replace(samples, garments=found)
 
 
@@ -145,7 +145,7 @@ def judged(samples: TakeSamples, config: EstimatorConfig, arrays: dict[str, np.n
         neighbours, shares = Neighbours.of(garment.features[:, 3:6], garment.faces), []
         for vertices, told in zip(found, batch.body, strict=True):
             posed = posed_as(told)
-            out = handled(vertices, sdf.at(posed), neighbours).vertices
+            out = push_out(vertices, sdf.at(posed), neighbours).vertices
             shares.append([inside(posed.vertices, posed.faces, each).mean() for each in (vertices, out)])
         rows.append(
             {

@@ -23,7 +23,7 @@ from hemline import bodies, garments
 from hemline.bench.machine import commit, machine
 from hemline.collide import Projector, inside
 from hemline.collide.neural_sdf.exact import ExactDistance
-from hemline.collide.neural_sdf.handling import Handled, Neighbours, handled, pushed_by_scale, pushed_out
+from hemline.collide.neural_sdf.handling import MovedGarment, Neighbours, push_out, push_out_by_scale, push_out_by_distance
 from hemline.collide.neural_sdf.inputs import condition
 from hemline.collide.neural_sdf.neural_sdf import NeuralSdf, load_neural_sdf
 from hemline.collide.primitives.proxy import BodyProxy
@@ -123,9 +123,9 @@ def times(model: NeuralSdf, samples: Samples) -> dict[str, float]:
     wide = DistanceNetwork.drawn(model.inputs, width=512, condition=read, seed=0)
     wide = wide.rounded((body.name, body.hash), model.beta_range, {})
     return {
-        "neural, value": fastest_ms(lambda: model.at(posed).signed(points)),
+        "neural, value": fastest_ms(lambda: model.at(posed).signed_distances(points)),
         "neural, value and gradient": fastest_ms(lambda: model.at(posed).with_gradients(points)),
-        "neural of 512, value": fastest_ms(lambda: wide.at(posed).signed(points), 5),
+        "neural of 512, value": fastest_ms(lambda: wide.at(posed).signed_distances(points), 5),
         "neural of 512, value and gradient": fastest_ms(lambda: wide.at(posed).with_gradients(points), 5),
         "exact, value and gradient": fastest_ms(lambda: ExactDistance.of(posed).with_gradients(points), 5),
         "nearest vertex": fastest_ms(lambda: nearest_vertex(posed, points)),
@@ -140,7 +140,7 @@ class Known:
     distances: np.ndarray
     gradients: np.ndarray
 
-    def signed(self, points: np.ndarray) -> np.ndarray:
+    def signed_distances(self, points: np.ndarray) -> np.ndarray:
         """At all vertices [m]."""
         return self.distances
 
@@ -158,17 +158,17 @@ def carried(garment, shaped) -> Callable[[object], np.ndarray]:
     return lambda posed: bodies.skin_points(posed.transforms, indices, weights, rest)
 
 
-def ways_out(vertices: np.ndarray, distance, neighbours: Neighbours) -> dict[str, Handled]:
+def ways_out(vertices: np.ndarray, distance, neighbours: Neighbours) -> dict[str, MovedGarment]:
     """Eq. 10; one distance, a millimetre more than the deepest; the scale that moves as far as Eq. 10 on the mean."""
-    ours = handled(vertices, distance, neighbours)
-    signed = distance.signed(vertices)
+    ours = push_out(vertices, distance, neighbours)
+    signed = distance.signed_distances(vertices)
     if not ours.moved.any():
         return dict.fromkeys(("TailorNet", "ReFU", "Eq. 10"), ours)
     depths = -signed[ours.moved]
     scale = float(np.linalg.norm(ours.vertices - vertices, axis=1)[ours.moved].mean() / depths.mean())
     return {
-        "TailorNet": pushed_out(vertices, distance, float(depths.max()) + 0.001),
-        "ReFU": pushed_by_scale(vertices, distance, max(scale, 1.0)),
+        "TailorNet": push_out_by_distance(vertices, distance, float(depths.max()) + 0.001),
+        "ReFU": push_out_by_scale(vertices, distance, max(scale, 1.0)),
         "Eq. 10": ours,
     }
 
@@ -218,10 +218,10 @@ def main() -> None:
     clips = clips_by_side(CLIPS)["test"]
     known = made(body, clips, BODIES, np.random.default_rng(7))
     beyond = made(body, clips, BODIES, np.random.default_rng(8), largest=BEYOND)
-    rows: dict[str, Way] = {"shipped": lambda posed, points: model.at(posed).signed(points)}
+    rows: dict[str, Way] = {"shipped": lambda posed, points: model.at(posed).signed_distances(points)}
     trials = {Path(name).stem: load_neural_sdf(name) for name in sys.argv[1:]}
     for name, trial in trials.items():
-        rows[name] = lambda posed, points, trial=trial: trial.at(posed).signed(points)
+        rows[name] = lambda posed, points, trial=trial: trial.at(posed).signed_distances(points)
     rows |= {"rounded cones": rounded_cones, "nearest vertex": nearest_vertex}
     result = {
         "machine": machine(),

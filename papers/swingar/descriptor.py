@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.animators.coarse.features.descriptor import sampled
-from hemline.animators.coarse.relatives import SIZE
+from hemline.animators.coarse.features.descriptor import sample_points
+from hemline.animators.coarse.relatives import DESCRIPTOR_SIZE
 from hemline.datasets import open_dataset
 
 REACHES = (0.08, 0.15, 0.3, 0.4, 0.5, 0.6, 0.8, 1.2, 2.0)
@@ -41,11 +41,11 @@ def main() -> None:
             sys.exit(f"{folder} must hold a generated garment; got '{garment.name}'")
         kinds.append(named[1])
         seeds.append(int(named[2]))
-        distances.append(sampled(garment.vertices, garment.faces, SIZE)[1])
+        distances.append(sample_points(garment.vertices, garment.faces, DESCRIPTOR_SIZE)[1])
     kind, even = np.array(kinds), np.array(seeds) % 2 == 0
     print(f"{even.sum()} garments choose, {(~even).sum()} judge; by chance about {100 / len(set(kinds)):.0f} %")
     for reach in REACHES:
-        values = np.zeros((len(distances), SIZE))
+        values = np.zeros((len(distances), DESCRIPTOR_SIZE))
         for row, between in zip(values, distances, strict=True):
             found = np.linalg.eigvalsh(np.exp(-((between / reach) ** 2) / 2))[::-1]
             row[: len(found)] = found

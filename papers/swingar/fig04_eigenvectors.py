@@ -14,8 +14,8 @@ from hemline.animators.coarse.features.descriptor import Descriptor, eigenvector
 from hemline.pictures import write_png
 from hemline.pictures.camera import frame_points
 from hemline.pictures.compare import scale_colours
-from hemline.pictures.images import captioned, side_by_side
-from hemline.pictures.render import Surface, render
+from hemline.pictures.images import add_caption, side_by_side
+from hemline.pictures.render import ShadedSurface, render
 
 SIZE = (320, 480)
 
@@ -28,8 +28,8 @@ def picture(name: str) -> np.ndarray:
     pictures = []
     for i, column in enumerate(found.T):
         colours = scale_colours((column - column.min()) / np.ptp(column))
-        surface = Surface(garment.vertices, garment.faces, inside=(1.0, 1.0, 1.0), sheen=0.0, colours=colours)
-        pictures.append(captioned(render([surface], camera, SIZE, ground=None), str(i + 1)))
+        surface = ShadedSurface(garment.vertices, garment.faces, inside=(1.0, 1.0, 1.0), sheen=0.0, colours=colours)
+        pictures.append(add_caption(render([surface], camera, SIZE, ground=None), str(i + 1)))
     return side_by_side(pictures)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 import hemline
 from hemline import bodies
-from hemline.animators.coarse.displaced import FORGIVEN, SMOOTHED
+from hemline.animators.coarse.displacement import TRANSIENT_SECONDS, SMOOTHING_SECONDS
 from hemline.animators.coarse.model import CoarseAnimator
 from hemline.datasets import Dataset, Row, open_dataset
 from papers.swingar.unseen import LOOSE_MM, Rest
@@ -30,21 +30,21 @@ def told(animator: CoarseAnimator, data: Dataset, row: Row) -> tuple[np.ndarray,
     """
     shaped, take = bodies.load(data.garment.body_name).shaped(row.betas), data.take(row)
     dt, kept = 1 / take.motion.fps, animator.coarse[1]
-    smooth = np.exp(-dt / SMOOTHED)
+    smooth = np.exp(-dt / SMOOTHING_SECONDS)
     state, before = animator.start(shaped.posed(take.motion[0])), None
     said, truth, counts, lay = [], [], [], np.zeros(0)
     for frame, vertices in enumerate(take.vertices):
         state, _ = animator.step(state, shaped.posed(take.motion[frame]), dt)
-        now = state.displaced
-        if now is None or now.missed is None or now.slid is None:
+        now = state.displacement
+        if now is None or now.transient is None or now.persistent is None:
             continue
         if before is None:
-            lay = now.now
-        shown = now.now if before is None else (now.now - smooth * before) / (1 - smooth)
-        said.append(shown - now.missed - now.slid)
-        truth.append(state.trail.turned_back(vertices[kept]))
+            lay = now.current
+        shown = now.current if before is None else (now.current - smooth * before) / (1 - smooth)
+        said.append(shown - now.transient - now.persistent)
+        truth.append(state.trail.local_offsets(vertices[kept]))
         counts.append(not take.lead_in[frame])
-        before = now.now
+        before = now.current
     return np.array(said), np.array(truth), lay, np.array(counts), np.array(dt)
 
 
@@ -55,8 +55,8 @@ def shown_mm(played: tuple[np.ndarray, ...], share: float, seconds: float) -> fl
     for frame, (here, true) in enumerate(zip(said, truth, strict=True)):
         if frame:
             age = frame * dt
-            aim = here + ((1 - share) * np.exp(-age / FORGIVEN) + share * np.exp(-age / seconds)) * missed
-            now = aim + np.exp(-dt / SMOOTHED) * (now - aim)
+            aim = here + ((1 - share) * np.exp(-age / TRANSIENT_SECONDS) + share * np.exp(-age / seconds)) * missed
+            now = aim + np.exp(-dt / SMOOTHING_SECONDS) * (now - aim)
         errors.append(np.linalg.norm(now - true, axis=1).mean())
     return 1e3 * float(np.mean(np.array(errors)[counts]))
 
@@ -71,7 +71,7 @@ def main() -> None:
     model, found = hemline.load(asked.model), {}
     for folder in asked.takes:
         data = open_dataset(folder)
-        worn = model.worn_by(data.garment, bodies.load(data.garment.body_name).shaped())
+        worn = model.animator_for(data.garment, bodies.load(data.garment.body_name).shaped())
         for row in data.clips()[: asked.most]:
             played = told(worn, data, row)
             shaped = bodies.load(data.garment.body_name).shaped(row.betas)

@@ -61,7 +61,7 @@ def histories(model: str) -> dict[str, dict[str, float]]:
     found = {}
     for name in GARMENTS:
         garment, _ = proxy_of(garments.load(name), ProxySize())
-        worn = hemline.load(model).beginning(0.0).worn_by(garment, body)
+        worn = hemline.load(model).beginning(0.0).animator_for(garment, body)
         rest = rest_drape(garment, body, SimSettings())
         ours, theirs = [], []
         for sign in (1.0, -1.0):
@@ -82,7 +82,7 @@ def resolutions(model: str) -> dict[str, float]:
     body, ends = bodies.load("anny24").shaped(), []
     motion = body.placed(motions.load("walk"))[:90]
     for name in ("tshirt-light", "tshirt"):
-        worn = hemline.load(model).beginning(0.0).worn_by(garments.load(name), body)
+        worn = hemline.load(model).beginning(0.0).animator_for(garments.load(name), body)
         ends.append(played(worn, body, motion))
     coarse, fine = ends
     apart = np.linalg.norm(coarse - fine[:, : coarse.shape[1]], axis=2)

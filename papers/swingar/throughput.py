@@ -18,7 +18,7 @@ from hemline.animators.swingar.estimator_config import EstimatorConfig
 from hemline.animators.swingar.fit.estimator import Estimator, cost
 from hemline.animators.swingar.fit.fit_graph import DISPLACEMENT
 from hemline.animators.swingar.graph_inputs import STATE_TOLD, TOLD
-from hemline.animators.swingar.runtime import PlayedEstimator
+from hemline.animators.swingar.runtime import RuntimeEstimator
 from hemline.compiled import use_threads
 from tests.animators.swingar.swingar_samples import graph_of, inputs
 
@@ -85,7 +85,7 @@ def playing(config: EstimatorConfig, rows: int, columns: int, runs: int, threads
     use_threads(threads)
     graph, given = graph_of(rows, columns), inputs(config, rows * columns, 1)
     arrays = {name: each.detach().numpy() for name, each in Estimator(config).state_dict().items()}
-    played = PlayedEstimator.of(config, arrays, "float32")
+    played = RuntimeEstimator.of(config, arrays, "float32")
     garment = played.garment(graph, given["features"], given["descriptor"], given["skin_logits"])
     clock = time.process_time if threads == 1 else time.perf_counter
     steps = (

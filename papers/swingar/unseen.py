@@ -74,7 +74,7 @@ def apart_mm(one: np.ndarray, other: np.ndarray) -> float:
 def judged(data: Dataset, models: dict[str, Any], most: int) -> dict[str, Any]:
     """The row of one garment."""
     garment, clips = data.garment, data.clips()[:most]
-    worn = {name: model.worn_by(garment, bodies.load(garment.body_name).shaped()) for name, model in models.items()}
+    worn = {name: model.animator_for(garment, bodies.load(garment.body_name).shaped()) for name, model in models.items()}
     figures: dict[str, list[dict[str, float]]] = {name: [] for name in worn}
     carried: dict[str, list[float]] = {}
     gaps = []

@@ -39,7 +39,7 @@ def binding() -> Binding:
     upright = body().posed(tpose())
     # anywhere near the body: the formula begins from there
     rest = Binding.of(shirt().vertices, shirt().faces, body().posed(body().rest_pose))
-    return Binding.of(rest.posed(upright.transforms, shirt().vertices), shirt().faces, upright)
+    return Binding.of(rest.skin(upright.transforms, shirt().vertices), shirt().faces, upright)
 
 
 def tpose() -> Pose:
@@ -77,7 +77,7 @@ def formula(pose: Pose, betas) -> np.ndarray:
 
     In a mirror it is what the mirrored pose adds.
     """
-    shares, result = binding().shares(), np.zeros_like(base())
+    shares, result = binding().dense_weights(), np.zeros_like(base())
     for joint in (SHOULDER, RIGHT_SHOULDER, SPINE):
         matrix = to_matrix(pose.rotations[joint].astype(np.float64))
         result += 0.03 * shares[:, [joint]] * (matrix[:, 1] + matrix[:, 2])
@@ -94,13 +94,13 @@ def formula(pose: Pose, betas) -> np.ndarray:
 def settled(pose: Pose, betas=()) -> np.ndarray:
     """The garment in the world (verts, 3) [m], float32: what it is with arms lifted, and arms handed back."""
     shaped = body().body.shaped(np.asarray(betas, np.float32))
-    return binding().posed(shaped.posed(pose).transforms, base(), formula(anchored(pose), betas)).astype(np.float32)
+    return binding().skin(shaped.posed(pose).transforms, base(), formula(anchored(pose), betas)).astype(np.float32)
 
 
 def laid(pose: Pose, betas=()) -> np.ndarray:
     """The garment in the world (verts, 3) [m], float32, in a pose as it stands."""
     shaped = body().body.shaped(np.asarray(betas, np.float32))
-    return binding().posed(shaped.posed(pose).transforms, base(), formula(pose, betas)).astype(np.float32)
+    return binding().skin(shaped.posed(pose).transforms, base(), formula(pose, betas)).astype(np.float32)
 
 
 def anchor(pose: Pose, betas=(), derivatives=None) -> Take:

@@ -26,7 +26,7 @@ def skirt() -> Garment:
 def live_cape() -> AnimatorLive:
     """The light cape of 700 vertices, simulated with 200."""
     cape, _ = coarser_garment(garments.load("cape-light"), 0.175)
-    return Live(SMALL).worn_by(cape, body())
+    return Live(SMALL).animator_for(cape, body())
 
 
 @cache

@@ -39,7 +39,7 @@ def swaying(folder: Path, name: str, clips: Sequence[str] = CLIPS) -> Dataset:
         depth = np.clip(1.4 - garment.vertices[:, 1:2], 0, 1)
         for frame in range(FRAMES):
             posed = body.posed(motion[frame])
-            trail = trail.stepped(proxy, posed, 1 / 30) if frame else trail
+            trail = trail.advance(proxy, posed, 1 / 30) if frame else trail
             vertices.append(trail.skinned + depth * trail.trails[:, 1])
         dataset.add(_take("clip", np.array(vertices, np.float32), motion, body, garment, clip, f"subject of {clip}"))
     return dataset

@@ -175,7 +175,7 @@ def test_a_wearable_is_loaded_and_given_a_garment(installed, tmp_path):
     assert isinstance(back, animators.Wearable) and not isinstance(back, animators.Animator)
     assert back.figures == {"seed": 3.0, "garments": 0}
     shaped = bodies.load("anny24").shaped()
-    worn = back.worn_by(garments.load("cape-light"), shaped)
+    worn = back.animator_for(garments.load("cape-light"), shaped)
     assert isinstance(worn, animators.Animator)
     posed = shaped.posed(shaped.rest_pose)
     _, vertices = worn.step(worn.start(posed), posed, 1 / 30)

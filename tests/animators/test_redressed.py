@@ -105,7 +105,7 @@ class Skinned(Swinging):
         return None
 
     def step(self, state, posed, dt):
-        return None, self.binding.posed(posed.transforms, self.garment.vertices).astype(np.float32)
+        return None, self.binding.skin(posed.transforms, self.garment.vertices).astype(np.float32)
 
 
 def test_a_finer_mesh_is_put_on_other_shapes_by_a_coarser_one(shapes):

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial import KDTree
 
 from hemline import bodies, garments
-from hemline.animators import settled_proxy
-from hemline.animators.settled_proxy import moved_apart, settled
+from hemline.animators import settle
+from hemline.animators.settle import separate_garments, settle_garment
 from hemline.collide import inside
 from hemline.collide.layers.closed_cloth import ClosedCloth
 from hemline.errors import SimulationFailed
@@ -35,7 +35,7 @@ def share_crossing(vertices, faces):
 
 def test_pieces_are_out_of_each_other_and_of_the_body(shaped, through):
     assert share_crossing(through.vertices, through.faces) > 0.01
-    apart = moved_apart(through, shaped, through.vertices)
+    apart = separate_garments(through, shaped, through.vertices)
     assert share_crossing(apart, through.faces) < 0.005
     inner = through.worn[0].vertex_count
     shirt = ClosedCloth.of(inner, through.faces[through.face_pieces == 0])
@@ -56,12 +56,12 @@ def failing_together(monkeypatch, vertices_of):
             raise SimulationFailed("tangled")
         return At(vertices_of(garment).astype(float))
 
-    monkeypatch.setattr(settled_proxy, "rest_state", rest_state)
+    monkeypatch.setattr(settle, "rest_state", rest_state)
 
 
 def test_where_they_do_not_settle_together_each_settles_alone(monkeypatch, shaped, through):
     failing_together(monkeypatch, lambda garment: garment.vertices)
-    np.testing.assert_array_equal(settled(through, shaped), moved_apart(through, shaped, through.vertices))
+    np.testing.assert_array_equal(settle_garment(through, shaped), separate_garments(through, shaped, through.vertices))
 
 
 def test_a_garment_through_itself_is_refused_as_it_was(monkeypatch, shaped, through):
@@ -71,16 +71,16 @@ def test_a_garment_through_itself_is_refused_as_it_was(monkeypatch, shaped, thro
 
     failing_together(monkeypatch, knotted)
     with pytest.raises(SimulationFailed, match="^tangled$"):
-        settled(through, shaped)
+        settle_garment(through, shaped)
 
 
 def test_one_garment_that_does_not_settle_is_refused(monkeypatch, shaped, through):
     def rest_state(garment, shaped, settings):
         raise SimulationFailed("tangled")
 
-    monkeypatch.setattr(settled_proxy, "rest_state", rest_state)
+    monkeypatch.setattr(settle, "rest_state", rest_state)
     with pytest.raises(SimulationFailed, match="^tangled$"):
-        settled(garments.load("cape-light"), shaped)
+        settle_garment(garments.load("cape-light"), shaped)
 
 
 @pytest.mark.slow
@@ -88,7 +88,7 @@ def test_a_dress_over_a_shirt_settles_near_where_both_lie_alone():
     body = bodies.load("anny24").shaped()
     both = worn_together([garments.load("tshirt-light"), garments.load("dress-light")])
     coarse, _ = coarser_garment(both, 0.16)
-    rest = settled(coarse, body)
+    rest = settle_garment(coarse, body)
     assert share_crossing(rest, coarse.faces) < 0.005
     assert not inside(body.vertices, body.body.faces, rest.astype(np.float32)).any()
     far = KDTree(body.vertices).query(rest)[0]

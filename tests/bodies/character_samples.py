@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from hemline import bodies
 from hemline.export.glb.glb_buffer import Buffer
-from hemline.export.glb.glb_document import packed
+from hemline.export.glb.glb_document import pack_glb
 from hemline.meshes import coarser
 from hemline.motions import JOINT_NAMES, PARENTS
 
@@ -170,7 +170,7 @@ def write_character(path: Path, sample: Sample) -> Path:
         document["buffers"][0]["uri"] = uri
         path.write_text(json.dumps(document))
     else:
-        path.write_bytes(packed(*content))
+        path.write_bytes(pack_glb(*content))
     return path
 
 
@@ -249,9 +249,9 @@ def _animation(buffer, name, times, rotations, rest, parents, axes, at):
 
 
 def _vrm(version, at):
-    from hemline.export.vrm.vrm_humanoid import BONES
+    from hemline.export.vrm.vrm_humanoid import VRM_BONES
 
-    nodes = {BONES[JOINT_NAMES[joint]]: bone + 1 for joint, bone in at.items() if JOINT_NAMES[joint] in BONES}
+    nodes = {VRM_BONES[JOINT_NAMES[joint]]: bone + 1 for joint, bone in at.items() if JOINT_NAMES[joint] in VRM_BONES}
     if version == 1:
         bones = {name: {"node": node} for name, node in nodes.items()}
         meta = {"name": "Test", "authors": ["nobody"], "licenseUrl": "https://vrm.dev/licenses/1.0/"}

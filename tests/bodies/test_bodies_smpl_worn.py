@@ -13,7 +13,7 @@ from hemline.bodies.untangling.balls import fill_with_balls
 from hemline.bodies.untangling.parts import closed_parts
 from hemline.bodies.velocities import turning
 from hemline.motions import JOINT_NAMES, Pose
-from hemline.playback.record import recorded_take
+from hemline.playback.record import record_take
 from hemline.sim import SimSettings, simulate
 from tests.bodies.body_samples import arms_down, clip_of, random_pose, t_pose, turned
 from tests.bodies.smpl_samples import anny_arrays, smpl_vertices, write_published
@@ -93,6 +93,6 @@ def test_a_cape_is_made_and_simulated(body):
     assert take.failed is None and np.isfinite(take.vertices).all()
     assert take.lead_in.sum() == 6 and len(take.vertices) == 9
     assert take.figures["edge_strain_p99"] < 0.2
-    clip = recorded_take(take, cape, shaped)
+    clip = record_take(take, cape, shaped)
     assert clip.skeleton is None  # by which it would lose its offsets
     assert np.array_equal(clip.body_vertices[2], shaped.posed(take.motion[8]).vertices)

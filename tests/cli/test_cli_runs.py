@@ -8,7 +8,7 @@ import pytest
 
 from hemline import bodies, garments, motions
 from hemline.cli import main
-from hemline.cli.written import Output
+from hemline.cli.output import Output
 from hemline.datasets import open_dataset
 from hemline.export import Clip
 

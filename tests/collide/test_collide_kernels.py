@@ -5,13 +5,13 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from hemline.collide.projection.displace_lane_kernels import LANES, ROWS, lift_out, lifted, stand
+from hemline.collide.projection.displace_lane_kernels import LANES, ROWS, lift_lanes, lift_distance, project_lanes
 from hemline.collide.projection.project import Projector
 from hemline.collide.projection.project_frame import SKYLINE_MARGIN, ProjectedFrame
 from hemline.collide.projection.ray_kernels import certify
-from hemline.collide.projection.way_out_kernels import look_around
+from hemline.collide.projection.escape_kernels import find_escape_faces
 from hemline.collide.surface.box_kernels import into_frame
-from hemline.collide.surface.search_kernels import search_room, seek_place, seek_together, some_face
+from hemline.collide.surface.search_kernels import search_buffers, seek_place, seek_block, some_face
 from hemline.collide.surface.surface_kernels import nearest_weights
 from hemline.collide.winding.numbers import winding_numbers
 from hemline.meshes import ClosestTree
@@ -29,7 +29,7 @@ def frame():
 
 def test_into_the_frame_of_a_bone_and_back(frame):
     turn, shift = frame.to_world[:, :3], frame.to_world[:, 3]
-    assert np.allclose(frame.points @ turn.T + shift, frame.vertices[frame.projector.worn.order], atol=2e-6)
+    assert np.allclose(frame.points @ turn.T + shift, frame.vertices[frame.projector.on_body.order], atol=2e-6)
     again = np.empty_like(frame.points)
     every = np.arange(len(again), dtype=np.int32)
     into_frame(np.eye(3, 4, dtype=np.float32), frame.points, every, again)
@@ -83,7 +83,7 @@ def test_nearest_weights_against_trimesh():
 
 def test_sought_places_are_nearest(frame):
     patches, points = frame.patches, frame.points[::10]
-    room = search_room(frame.skin)
+    room = search_buffers(frame.skin)
 
     def distances(limb):
         rows = [seek_place(frame.skin, limb, some_face(frame.skin, limb), *point, room) for point in points]
@@ -100,12 +100,12 @@ def test_sought_places_are_nearest(frame):
 
 
 def test_points_that_look_together_find_what_each_finds_alone(frame):
-    skin, room = frame.skin, search_room(frame.skin)
-    for limb in (np.int32(-1), frame.projector.worn.limb[0]):
+    skin, room = frame.skin, search_buffers(frame.skin)
+    for limb in (np.int32(-1), frame.projector.on_body.limb[0]):
         start, found = some_face(skin, limb), np.empty(8, np.int64)
         for first in range(0, 400, 8):
             which, faces = np.arange(first, first + 8), np.full(8, start)
-            seek_together(skin, limb, frame.points, which, faces, 8, room, found)
+            seek_block(skin, limb, frame.points, which, faces, 8, room, found)
             for point, vertex in zip(frame.points[which], found, strict=True):
                 own = np.arange(len(skin.body)) if limb < 0 else own_vertices(frame, limb)
                 nearest = own[np.linalg.norm(skin.body[own] - point, axis=1).argmin()]
@@ -122,8 +122,8 @@ def own_vertices(frame, limb):
 def test_looking_around_finds_the_nearest_vertex_of_all_and_of_the_own_limb(frame):
     ids = np.arange(0, 900, 3, dtype=np.int32)
     bad, faces = np.arange(len(ids), dtype=np.int32), np.empty((len(ids), 2), np.int64)
-    limb, skin = frame.projector.worn.limb, frame.skin
-    look_around(frame.points, ids, bad, limb, skin, frame.state.anchors, faces)
+    limb, skin = frame.projector.on_body.limb, frame.skin
+    find_escape_faces(frame.points, ids, bad, limb, skin, frame.state.anchors, faces)
     for i, found in zip(ids, faces, strict=True):
         away = np.linalg.norm(skin.body - frame.points[i], axis=1)
         for face, among in zip(found, (np.arange(len(away)), own_vertices(frame, limb[i])), strict=True):
@@ -133,7 +133,7 @@ def test_looking_around_finds_the_nearest_vertex_of_all_and_of_the_own_limb(fram
 def test_lift_keeps_order_and_joins_smoothly_at_the_margin():
     margin, gap = 0.0045, 0.0015
     distance = np.linspace(-0.06, margin, 4000)
-    rise = np.array([lifted(each, margin, gap) for each in distance])
+    rise = np.array([lift_distance(each, margin, gap) for each in distance])
     assert (np.diff(rise) > 0).all()
     assert rise.min() > gap
     assert rise[-1] == pytest.approx(margin, abs=1e-12)
@@ -146,7 +146,7 @@ def test_lanes_stand_within_their_faces_where_the_scalar_function_says_to_the_la
         rows, stands = np.zeros((ROWS, LANES), np.float32), np.zeros(LANES, np.bool_)
         rows[:9] = random.normal(size=(9, LANES))
         corners = rows[:9].T.reshape(LANES, 3, 3).copy()
-        stand(rows, stands)
+        project_lanes(rows, stands)
         for (a, b, c), stood, found in zip(corners, stands, rows[9:11].T, strict=True):
             s, t = nearest_weights(tuple(a), tuple(b), tuple(c))
             assert stood == (min(s, t) > 0 and 1 - s - t > 1e-6)
@@ -168,8 +168,8 @@ def test_lanes_go_out_over_their_places_as_the_formula_says(held):
     rows = np.zeros((ROWS, LANES), np.float32)
     rows[:9], rows[9:11], rows[11] = corners.reshape(LANES, 9).T, share[:, 1:].T, height[:, 0] ** 2
     rows[12:15], rows[15:18], rows[18:] = point.T, offset.T, normals.reshape(LANES, 9).T
-    lift_out(rows, np.float32(margin), np.float32(gap), np.float32(1e-8))
-    rise = np.maximum(lifted(np.minimum(height, margin), margin, gap) - height, 0)
+    lift_lanes(rows, np.float32(margin), np.float32(gap), np.float32(1e-8))
+    rise = np.maximum(lift_distance(np.minimum(height, margin), margin, gap) - height, 0)
     rise = np.maximum(rise, (offset * normal).sum(1, keepdims=True)) if held else rise
     expected = np.where(height < margin, point + rise * normal, point + offset)
     np.testing.assert_allclose(rows[12:15].T, expected, atol=1e-7)

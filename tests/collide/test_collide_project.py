@@ -117,7 +117,7 @@ def test_a_vertex_is_pinched_only_where_the_body_cuts_itself(tight):
         seen += len(report.pinched)
         # the anchor, 2 mm over the skin, is inside
         assert (winding_numbers(posed.vertices, posed.faces, report.pinched_anchors) != 0).all()
-        limb = projector.worn.limb[np.argsort(projector.worn.order)][report.pinched]
+        limb = projector.on_body.limb[np.argsort(projector.on_body.order)][report.pinched]
         for each in np.unique(limb):
             tree = ClosestTree(posed.vertices.astype(float), posed.faces[limb_of_face == each])
             anchors = report.pinched_anchors[limb == each]

@@ -9,7 +9,7 @@ import pytest
 import hemline
 from hemline import bodies, garments, metrics
 from hemline.collide import Cover
-from hemline.collide.cover.cover import DEEPEST, GAP, REACH, STEPS, across
+from hemline.collide.cover.cover import COVER_DEPTH, COVER_GAP, COVER_DISTANCE, COVER_STEPS, faces_across_edges
 from hemline.collide.cover.cover_kernels import cover_points
 from hemline.meshes import ClosestTree
 from hemline.playback.player.player import Player
@@ -27,12 +27,12 @@ def single(points) -> tuple[np.ndarray, ...]:
     points = np.asarray(points, np.float32)
     vertices = np.array([[0, 0, 0], [0.03, 0, 0], [0, 0.03, 0]], np.float32)
     corners, which = np.array([[0, 1, 2]], np.int32), np.arange(len(points), dtype=np.int32)
-    return which, np.zeros(len(points), np.int32), corners, across(corners), points, vertices
+    return which, np.zeros(len(points), np.int32), corners, faces_across_edges(corners), points, vertices
 
 
 def covered(points, sweeps: int = 1) -> tuple[np.ndarray, int]:
     *model, skin, vertices = single(points)
-    moved = cover_points(*model, skin, np.float32(GAP), np.float32(DEEPEST), STEPS, sweeps, vertices)
+    moved = cover_points(*model, skin, np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, sweeps, vertices)
     return vertices, moved
 
 
@@ -52,15 +52,15 @@ def test_a_triangle_moves_out_until_the_point_is_a_gap_behind_it():
     # the triangle tilts: the place of the point in it moves by what was lacking along the old normal
     first = 1 - 0.008 / 0.03 - 0.01 / 0.03
     place = first * vertices[0] + (0.008 / 0.03) * vertices[1] + (0.01 / 0.03) * vertices[2]
-    np.testing.assert_allclose(place, [0.008, 0.01, 0.004 + GAP], atol=1e-7)
+    np.testing.assert_allclose(place, [0.008, 0.01, 0.004 + COVER_GAP], atol=1e-7)
     assert (vertices[:, 2] > 0).all() and vertices[:, :2].max() <= 0.03
 
 
 @pytest.mark.parametrize(
     "point",
     [
-        [0.008, 0.01, -GAP - 1e-4],  # behind it already
-        [0.008, 0.01, DEEPEST],  # too far in front: not its own
+        [0.008, 0.01, -COVER_GAP - 1e-4],  # behind it already
+        [0.008, 0.01, COVER_DEPTH],  # too far in front: not its own
         [0.02, 0.02, 0.004],  # beside it, beyond the rim
     ],
 )
@@ -73,7 +73,7 @@ def test_what_it_does_not_cover_moves_nothing(point):
 def test_a_triangle_without_area_covers_nothing():
     *model, skin, vertices = single([[0.0, 0.0, 0.001]])
     vertices[:] = vertices[0]
-    assert cover_points(*model, skin, np.float32(GAP), np.float32(DEEPEST), STEPS, 2, vertices) == 0
+    assert cover_points(*model, skin, np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, 2, vertices) == 0
     assert np.isfinite(vertices).all()
 
 
@@ -87,10 +87,10 @@ def test_the_kernel_equals_plain_numpy():
             edges = plain[1:] - plain[0]
             normal = np.cross(*edges)
             normal /= np.linalg.norm(normal)
-            lack = (point - plain[0]) @ normal + GAP
-            (second, third), *_ = np.linalg.lstsq(edges.T, point - plain[0] - (lack - GAP) * normal, rcond=None)
+            lack = (point - plain[0]) @ normal + COVER_GAP
+            (second, third), *_ = np.linalg.lstsq(edges.T, point - plain[0] - (lack - COVER_GAP) * normal, rcond=None)
             weights = np.array([1 - second - third, second, third])
-            if 0 < lack <= DEEPEST and (weights >= 0).all():
+            if 0 < lack <= COVER_DEPTH and (weights >= 0).all():
                 plain += lack / (weights @ weights) * weights[:, None] * normal
                 count += 1
     np.testing.assert_allclose(found, plain, atol=2e-6)
@@ -99,7 +99,7 @@ def test_the_kernel_equals_plain_numpy():
 
 def test_triangles_across_edges_are_each_other_s_neighbours():
     _, corners = strip(0)
-    beyond = across(corners)
+    beyond = faces_across_edges(corners)
     inner = 3 * len(corners) - 4 * 11  # all but the rim
     assert (beyond >= 0).sum() == inner
     for face, corner in np.argwhere(beyond >= 0):
@@ -120,8 +120,8 @@ def test_wherever_cloth_has_slipped_to_the_triangle_over_a_point_is_found():
     for point in range(20):
         results = [vertices.copy(), vertices.copy()]
         for over, moving in zip((right, slipped), results, strict=True):
-            model = np.zeros(1, np.int32), over[point : point + 1].astype(np.int32), corners, across(corners)
-            lengths = np.float32(GAP), np.float32(DEEPEST), STEPS, 1
+            model = np.zeros(1, np.int32), over[point : point + 1].astype(np.int32), corners, faces_across_edges(corners)
+            lengths = np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, 1
             assert cover_points(*model, skin[point : point + 1], *lengths, moving) == 1
         np.testing.assert_array_equal(*results)
 
@@ -132,8 +132,8 @@ def test_points_that_nothing_moved_are_rightly_left_out():
     vertices, corners = strip(1)
     skin = np.column_stack([random.uniform(0, 0.22, (300, 2)), random.uniform(-0.01, 0.002, 300)]).astype(np.float32)
     over = ClosestTree(vertices.astype(np.float64), corners).closest(skin).faces.astype(np.int32)
-    model = np.arange(300, dtype=np.int32), over, corners, across(corners)
-    lengths = np.float32(GAP), np.float32(DEEPEST), STEPS
+    model = np.arange(300, dtype=np.int32), over, corners, faces_across_edges(corners)
+    lengths = np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS
     twice, once, moves = vertices.copy(), vertices.copy(), 0
     moved = cover_points(*model, skin, *lengths, 2, twice)
     for _ in range(2):
@@ -148,7 +148,7 @@ def test_what_is_covered_is_near_at_rest_and_faces_the_same_way():
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (np.einsum("px,px->p", normals, shaped.normals[cover.points]) > 0).all()
     nearest = np.linalg.norm(corners - shaped.vertices[cover.points][:, None], axis=2).min(axis=1)
-    assert nearest.max() < 2 * REACH and len(cover.points) > 1000
+    assert nearest.max() < 2 * COVER_DISTANCE and len(cover.points) > 1000
     hanging = garments.load("cape-light")
     assert len(Cover.prepare(shaped, hanging.vertices, hanging.faces).points) < len(cover.points)
 

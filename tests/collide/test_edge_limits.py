@@ -47,13 +47,13 @@ def by_formula(garment, vertices, rest, pinned=()):
 def test_cloth_that_is_not_too_long_keeps_every_bit():
     garment = sheet()
     wider = (garment.vertices * [STRETCH - 0.01, 1, STRETCH - 0.01]).astype(np.float32)
-    assert np.array_equal(EdgeLimits.of(garment).limited(wider, garment.vertices), wider)
+    assert np.array_equal(EdgeLimits.of(garment).shorten(wider, garment.vertices), wider)
 
 
 @pytest.mark.parametrize("pinned", [(), (TORN,), (TORN + 1,)])
 def test_it_is_what_plain_numpy_makes_of_it(pinned):
     garment = sheet(pinned=pinned)
-    found = EdgeLimits.of(garment).limited(torn(garment), garment.vertices)
+    found = EdgeLimits.of(garment).shorten(torn(garment), garment.vertices)
     expected = by_formula(garment, torn(garment), garment.vertices, pinned)
     np.testing.assert_allclose(found, expected, atol=1e-6)
     assert np.abs(found - torn(garment)).max() > 0.005
@@ -65,7 +65,7 @@ def test_a_vertex_that_is_pulled_out_comes_back_and_the_sheet_stays_where_it_is(
     """Pulls are equal and opposite: the mean place stays, and an edge far away does not move."""
     garment = sheet()
     vertices = torn(garment)
-    found = EdgeLimits.of(garment).limited(vertices, garment.vertices)
+    found = EdgeLimits.of(garment).shorten(vertices, garment.vertices)
     before, after = (edge_strains(each, garment.faces, garment.rest_edges).max() for each in (vertices, found))
     assert before > 2 and after < 0.45 * before
     np.testing.assert_allclose(found.mean(axis=0), vertices.mean(axis=0), atol=1e-6)
@@ -77,15 +77,15 @@ def test_what_the_body_stretches_at_rest_may_be_as_long_in_any_pose():
     garment = sheet()
     large = (garment.vertices * np.float32([1.5, 1, 1.5])).astype(np.float32)
     limits = EdgeLimits.of(garment)
-    assert np.array_equal(limits.limited(large, large), large)
-    assert np.abs(limits.limited(large, garment.vertices) - large).max() > 0.001
+    assert np.array_equal(limits.shorten(large, large), large)
+    assert np.abs(limits.shorten(large, garment.vertices) - large).max() > 0.001
 
 
 def test_only_what_it_is_asked_to_hold_is_held():
     garment = sheet()
     vertices = torn(garment)
     apart = np.linalg.norm(garment.vertices - garment.vertices[TORN], axis=1) > 0.015
-    assert np.array_equal(EdgeLimits.of(garment, apart).limited(vertices, garment.vertices), vertices)
+    assert np.array_equal(EdgeLimits.of(garment, apart).shorten(vertices, garment.vertices), vertices)
 
 
 def kicked(*, whole, garments=("tshirt-light",)):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments
-from hemline.collide import LayeredProjector, WornGarment, inside, winding_numbers
+from hemline.collide import LayeredProjector, GarmentOnBody, inside, winding_numbers
 from hemline.collide.layers.closed_cloth import ClosedCloth
 from hemline.collide.surface.patches import make_patches
 from hemline.meshes import ClosestTree, boundary_loops, vertex_normals
@@ -39,7 +39,7 @@ def projected(pieces, *, thickness=0.0015, whole=False):
     """Pieces in the rest pose, each where its own vertices are, after one frame; the bounds of each."""
     shaped = trousers()[0]
     vertices = np.concatenate([piece.vertices for piece in pieces])
-    worn = WornGarment.of(shaped, vertices, patches=make_patches_once())
+    worn = GarmentOnBody.of(shaped, vertices, patches=make_patches_once())
     held = tuple(whole for _ in pieces)
     projector = LayeredProjector.prepare(shaped, pieces, worn, thickness=thickness, whole=held, cover=whole)
     posed = shaped.posed(shaped.rest_pose)
@@ -149,7 +149,7 @@ def test_the_state_is_not_changed_and_the_same_frame_has_the_same_bits():
     shaped, cloth, _ = trousers()
     outer = lifted(uneven(len(cloth.vertices)))
     vertices = np.concatenate([cloth.vertices, outer.vertices])
-    worn = WornGarment.of(shaped, vertices, patches=make_patches_once())
+    worn = GarmentOnBody.of(shaped, vertices, patches=make_patches_once())
     projector = LayeredProjector.prepare(shaped, (cloth, outer), worn, whole=(False, True))
     posed, state = shaped.posed(shaped.rest_pose), projector.start()
     once, twice = (projector.project(state, posed, vertices, dt=1 / 30)[1] for _ in range(2))

@@ -109,7 +109,7 @@ def test_run_time_and_torch_give_the_same_distances_and_gradients(inputs):
     found = around_it.with_gradients(points)
     np.testing.assert_allclose(found[0], distances.numpy(), atol=1e-5)
     np.testing.assert_allclose(found[1], gradients.numpy(), atol=1e-4)
-    np.testing.assert_array_equal(found[0], around_it.signed(points))
+    np.testing.assert_array_equal(found[0], around_it.signed_distances(points))
     np.testing.assert_allclose(twin.distances(features, codes).numpy(), found[0], atol=1e-5)
     features.requires_grad_()  # a second route to the gradient: torch's own
     (to_features,) = torch.autograd.grad(twin.distances(features, codes).sum(), features)
@@ -123,7 +123,7 @@ def test_gradients_are_those_of_differences(inputs):
     gradients = around_it.with_gradients(points)[1]
     step = 2e-4
     for axis, unit in enumerate(np.eye(3, dtype=np.float32)):
-        change = around_it.signed(points + step * unit) - around_it.signed(points - step * unit)
+        change = around_it.signed_distances(points + step * unit) - around_it.signed_distances(points - step * unit)
         off = np.abs(change / (2 * step) - gradients[:, axis])
         assert np.median(off) < 0.01 and np.percentile(off, 95) < 0.1  # float32, and softplus bends within a step
 
@@ -165,7 +165,7 @@ def test_the_capsules_follow_the_shape_and_the_start_is_the_distance_to_them():
     model = drawn.rounded(("anny24", bodies.load("anny24").hash), (-2, 2), {})
     body, points = posed(), around(posed())
     features, _ = model.at(body).inputs.features(points, jacobians=False)
-    assert np.abs(model.at(body).signed(points) - features[:, NEAREST] / 5).mean() < 0.03
+    assert np.abs(model.at(body).signed_distances(points) - features[:, NEAREST] / 5).mean() < 0.03
 
 
 def test_the_exact_distance_is_signed_by_the_winding_number_and_lipschitz():
@@ -175,11 +175,11 @@ def test_the_exact_distance_is_signed_by_the_winding_number_and_lipschitz():
     assert isinstance(exact, Distance) and isinstance(network("bones").at(body), Distance)
     np.testing.assert_array_equal(distances < 0, inside(body.vertices, body.faces, points))
     np.testing.assert_allclose(np.linalg.norm(gradients, axis=1), 1, atol=1e-6)
-    onto = exact.signed(points - distances[:, None] * gradients)
+    onto = exact.signed_distances(points - distances[:, None] * gradients)
     assert np.abs(onto).max() < 1e-5
     step = np.random.default_rng(0).normal(scale=0.01, size=points.shape)
     free = ~exact_in_overlap(body, points) & ~exact_in_overlap(body, points + step)
-    change = np.abs(exact.signed(points + step) - distances)
+    change = np.abs(exact.signed_distances(points + step) - distances)
     assert (change <= np.linalg.norm(step, axis=1) + 2e-3)[free].all()
 
 
@@ -257,7 +257,7 @@ def test_the_shipped_distance_holds_around_a_body_that_it_has_not_seen():
     shaped = bodies.load("anny24").shaped((0.8, -1.0, 0.5, 0.3))
     body = shaped.posed(motions.load("kick")[30])
     points = around(body, 1500)
-    truth, found = ExactDistance.of(body).signed(points), load_neural_sdf().at(body).signed(points)
+    truth, found = ExactDistance.of(body).signed_distances(points), load_neural_sdf().at(body).signed_distances(points)
     near = np.abs(truth) < 0.01
     assert np.abs(found - truth)[near].mean() < 0.006
     clear = near & (np.abs(truth) > 0.002)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hemline.collide.neural_sdf.distance import Distance
-from hemline.collide.neural_sdf.handling import Neighbours, handled, pushed_by_scale, pushed_out
+from hemline.collide.neural_sdf.handling import Neighbours, push_out, push_out_by_scale, push_out_by_distance
 from hemline.errors import BadMesh
 
 RADIUS = 0.3
@@ -19,11 +19,11 @@ class Sphere:
     radius: float = RADIUS
     stretch: float = 1.0
 
-    def signed(self, points):
+    def signed_distances(self, points):
         return np.linalg.norm(points, axis=1) - self.radius
 
     def with_gradients(self, points):
-        return self.signed(points), self.stretch * points / np.linalg.norm(points, axis=1, keepdims=True)
+        return self.signed_distances(points), self.stretch * points / np.linalg.norm(points, axis=1, keepdims=True)
 
 
 def sheet(sunk: float = 0.02, size: int = 15):
@@ -42,8 +42,8 @@ def test_the_sphere_is_a_distance():
 @pytest.mark.parametrize("stretch", [1.0, 3.0])
 def test_vertices_inside_land_at_the_radius_plus_what_free_neighbours_say(stretch):
     vertices, faces = sheet()
-    found = handled(vertices, Sphere(stretch=stretch), Neighbours.of(vertices, faces))
-    signed = Sphere().signed(vertices)
+    found = push_out(vertices, Sphere(stretch=stretch), Neighbours.of(vertices, faces))
+    signed = Sphere().signed_distances(vertices)
     inside = signed < 0
     assert 10 < inside.sum() < len(vertices) - 10
     np.testing.assert_array_equal(found.moved, inside)
@@ -71,17 +71,17 @@ def test_vertices_inside_land_at_the_radius_plus_what_free_neighbours_say(stretc
 def test_neighbours_that_collide_are_left_out():
     vertices = np.array([[0, 0.28, 0], [0.01, 0.27, 0], [0, 0.31, 0.01]])  # two inside, one outside
     faces = np.array([[0, 1, 2]], np.int32)
-    found = handled(vertices, Sphere(), Neighbours.of(vertices, faces))
+    found = push_out(vertices, Sphere(), Neighbours.of(vertices, faces))
     delta = np.linalg.norm(vertices[2]) - RADIUS
     np.testing.assert_allclose(np.linalg.norm(found.vertices[:2], axis=1), RADIUS + delta, atol=1e-12)
 
 
 def test_with_no_free_neighbour_it_goes_to_the_surface_and_a_free_garment_stays():
     vertices, faces = sheet(sunk=0.2)
-    deep = handled(vertices, Sphere(radius=0.5), Neighbours.of(vertices, faces))
+    deep = push_out(vertices, Sphere(radius=0.5), Neighbours.of(vertices, faces))
     assert deep.moved.all()
     np.testing.assert_allclose(np.linalg.norm(deep.vertices, axis=1), 0.5, atol=1e-12)
-    free = handled(vertices, Sphere(radius=0.05), Neighbours.of(vertices, faces))
+    free = push_out(vertices, Sphere(radius=0.05), Neighbours.of(vertices, faces))
     assert not free.moved.any()
     np.testing.assert_array_equal(free.vertices, vertices)
 
@@ -90,27 +90,27 @@ def test_weights_of_far_neighbours_still_have_sum_one():
     vertices = np.array([[0, 0.29, 0], [3.0, 0.4, 0], [0, 0.4, 3.0], [0, 0.29, 0.001], [0.001, 0.29, 0]])
     faces = np.array([[0, 1, 2], [0, 3, 4], [0, 4, 3], [3, 4, 0], [3, 0, 4]], np.int32)
     neighbours = Neighbours(Neighbours.of(vertices, faces).pairs, 0.001)  # exp(-9 / 2e-6) is zero in float64
-    found = handled(vertices, Sphere(), neighbours)
-    assert np.linalg.norm(found.vertices[0]) - RADIUS == pytest.approx(Sphere().signed(vertices[1:3]).mean(), rel=0.01)
+    found = push_out(vertices, Sphere(), neighbours)
+    assert np.linalg.norm(found.vertices[0]) - RADIUS == pytest.approx(Sphere().signed_distances(vertices[1:3]).mean(), rel=0.01)
 
 
 def test_the_baselines_move_by_one_length_and_by_one_share_of_the_depth():
     vertices, _ = sheet()
-    inside = Sphere().signed(vertices) < 0
+    inside = Sphere().signed_distances(vertices) < 0
     for found, lengths in (
-        (pushed_out(vertices, Sphere(), 0.03), np.full(inside.sum(), 0.03)),
-        (pushed_by_scale(vertices, Sphere(), 1.2), 1.2 * -Sphere().signed(vertices)[inside]),
+        (push_out_by_distance(vertices, Sphere(), 0.03), np.full(inside.sum(), 0.03)),
+        (push_out_by_scale(vertices, Sphere(), 1.2), 1.2 * -Sphere().signed_distances(vertices)[inside]),
     ):
         np.testing.assert_array_equal(found.moved, inside)
         np.testing.assert_allclose(np.linalg.norm(found.vertices - vertices, axis=1)[inside], lengths, atol=1e-12)
-        assert (Sphere().signed(found.vertices) > -1e-12).all()
+        assert (Sphere().signed_distances(found.vertices) > -1e-12).all()
 
 
 def test_float32_stays_float32_and_the_input_is_not_changed():
     vertices, faces = sheet()
     given = vertices.astype(np.float32)
     kept = given.copy()
-    found = handled(given, Sphere(), Neighbours.of(given, faces))
+    found = push_out(given, Sphere(), Neighbours.of(given, faces))
     assert found.vertices.dtype == np.float32
     np.testing.assert_array_equal(given, kept)
 
@@ -123,13 +123,13 @@ def test_bad_garments_are_refused():
     with pytest.raises(BadMesh, match="neighbours need a mesh with edges"):
         Neighbours.of(np.zeros_like(vertices), faces)
     with pytest.raises(BadMesh, match="neighbours of a mesh of at least 225 vertices"):
-        handled(vertices[:100], Sphere(), neighbours)
+        push_out(vertices[:100], Sphere(), neighbours)
     torn = vertices.copy()
     torn[3] = np.nan
     for way in (
-        lambda: handled(torn, Sphere(), neighbours),
-        lambda: pushed_out(torn, Sphere(), 0.01),
-        lambda: pushed_by_scale(torn, Sphere(), 1.1),
+        lambda: push_out(torn, Sphere(), neighbours),
+        lambda: push_out_by_distance(torn, Sphere(), 0.01),
+        lambda: push_out_by_scale(torn, Sphere(), 1.1),
     ):
         with pytest.raises(BadMesh, match="positions must be finite"):
             way()

@@ -12,9 +12,9 @@ A, B, C = np.array([0.1, -0.2, 0.05]), np.array([0.4, 0.3, -0.2]), np.array([0.0
 SHAPES = {
     "sphere": (lambda p: primitives.sphere(p, A, 0.3), primitives.round_cone_shape(A, A, 0.3, 0.3)),
     "capsule": (lambda p: primitives.capsule(p, A, B, 0.2), primitives.round_cone_shape(A, B, 0.2, 0.2)),
-    "rounded cone": (lambda p: primitives.rounded_cone(p, A, B, 0.3, 0.1), primitives.round_cone_shape(A, B, 0.3, 0.1)),
+    "rounded cone": (lambda p: primitives.round_cone(p, A, B, 0.3, 0.1), primitives.round_cone_shape(A, B, 0.3, 0.1)),
     "swallowed cone": (
-        lambda p: primitives.rounded_cone(p, A, B, 0.05, 0.9),
+        lambda p: primitives.round_cone(p, A, B, 0.05, 0.9),
         primitives.round_cone_shape(A, B, 0.05, 0.9),
     ),
     "ellipsoid": (
@@ -84,7 +84,7 @@ def test_a_cone_is_the_union_of_its_spheres():
     share = np.linspace(0, 1, 4001)
     centres, radii = A + share[:, None] * (B - A), 0.3 + share * (0.1 - 0.3)
     union = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(1)
-    np.testing.assert_allclose(primitives.rounded_cone(points, A, B, 0.3, 0.1)[0], union, atol=1e-6)
+    np.testing.assert_allclose(primitives.round_cone(points, A, B, 0.3, 0.1)[0], union, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", SHAPES)

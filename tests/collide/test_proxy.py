@@ -54,7 +54,7 @@ def test_distances_move_rigidly_with_the_frames():
 
 
 def test_balls_hold_their_primitives():
-    made = BodyProxy.made(
+    made = BodyProxy.from_primitives(
         [
             (0, round_cone_shape(np.zeros(3), np.array([0.5, 0, 0]), 0.1, 0.2)),
             (1, box_shape(np.ones(3), np.array([0.1, 0.2, 0.3]), np.eye(3), 0.02)),

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hemline.collide import Projector, WholeCloth, WholeState, WornGarment
+from hemline.collide import Projector, WholeCloth, WholeState, GarmentOnBody
 from hemline.errors import BadGarment
 from hemline.motions.quaternions import from_axis_angle, rotate
 from tests.collide.projection_samples import two_balls
@@ -209,15 +209,15 @@ def test_cloth_that_is_not_finite_or_another_garments_is_refused():
 
 def limbs_that_hold(whole, state):
     """Which of two balls holds each sample: 0 or 1."""
-    numbers = whole.limbs.number[whole.worn.patches.faces[state.memory.faces, 0]]
+    numbers = whole.limbs.number[whole.on_body.patches.faces[state.memory.faces, 0]]
     return np.searchsorted(np.unique(whole.limbs.number), numbers)
 
 
 def on_two_balls(garment):
     """The step on a body of two balls, and where its samples are in the sheet."""
     shaped, _ = two_balls(1.0)
-    whole = WholeCloth.prepare(shaped, garment, WornGarment.of(shaped, garment.vertices), SMALL)
-    return whole, garment.vertices[whole.worn.order[whole.coarse.samples]]
+    whole = WholeCloth.prepare(shaped, garment, GarmentOnBody.of(shaped, garment.vertices), SMALL)
+    return whole, garment.vertices[whole.on_body.order[whole.coarse.samples]]
 
 
 def test_cloth_that_one_limb_holds_sees_another_limb_come():

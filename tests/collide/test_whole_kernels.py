@@ -3,10 +3,10 @@
 import numpy as np
 
 from hemline import garments
-from hemline.collide import WholeCloth, WholeSettings, WornGarment
-from hemline.collide.whole.limit_kernels import PUSH, decay_shifts, limit_coarse, limit_fine, spread_shifts
+from hemline.collide import WholeCloth, WholeSettings, GarmentOnBody
+from hemline.collide.whole.limit_kernels import PUSH, decay_shifts, limit_coarse, limit_fine, carry_vertices
 from hemline.collide.whole.models import coarse_model, fine_model
-from hemline.collide.whole.plane_kernels import fill_cells, grid_around, hold_samples
+from hemline.collide.whole.plane_kernels import fill_cells, grid_around, constrain_samples
 from hemline.meshes import ClosestTree, geodesic_distances, rest_lengths
 from tests.collide.projection_samples import clip
 from tests.collide.whole_samples import DT, RADIUS, at, prepared, sheet
@@ -35,7 +35,7 @@ def test_weights_are_a_partition_that_is_one_at_a_control_vertex():
     shifts = np.random.default_rng(0).normal(size=(60, 3)).astype(np.float32)
     moved, carried = np.empty_like(garment.vertices), np.empty_like(garment.vertices)
     rest = np.random.default_rng(1).normal(size=garment.vertices.shape).astype(np.float32)
-    spread_shifts(garment.vertices, shifts, model.weight_ids, model.weights, rest, np.float32(0.5), moved, carried)
+    carry_vertices(garment.vertices, shifts, model.weight_ids, model.weights, rest, np.float32(0.5), moved, carried)
     expected = garment.vertices + np.einsum("vk,vkx->vx", model.weights, shifts[model.weight_ids])
     np.testing.assert_allclose(carried, expected, atol=1e-6)
     np.testing.assert_allclose(moved, expected + 0.5 * rest, atol=1e-6)
@@ -154,10 +154,10 @@ def test_samples_near_the_skin_are_held_over_their_nearest_place():
     garment = sheet(height=0.1)
     shaped, whole = prepared(garment)
     posed, settings = at(shaped, (0, 0, 0)), whole.settings
-    surface = whole.worn.surface(posed)
-    points, count = surface.seen(garment.vertices, whole.worn.order), len(whole.coarse.samples)
+    surface = whole.on_body.surface(posed)
+    points, count = surface.into_bone_frame(garment.vertices, whole.on_body.order), len(whole.coarse.samples)
     planes, held, memory = np.empty((count, 4), np.float32), np.empty(count, np.int64), whole.start().memory
-    near = hold_samples(
+    near = constrain_samples(
         surface.skin,
         whole.limbs,
         whole.cells(surface),
@@ -187,10 +187,10 @@ def test_pins_of_a_garment_are_where_the_simulation_has_them():
     shaped, poses, _ = clip("dance", frames=1, first=30)
     for name in ("cape-light", "skirt-light"):
         garment = garments.load(name)
-        worn = WornGarment.of(shaped, garment.vertices)
+        worn = GarmentOnBody.of(shaped, garment.vertices)
         whole = WholeCloth.prepare(shaped, garment, worn, WholeSettings(controls=50, samples=50))
         surface = worn.surface(poses[0])
-        places = surface.placed(whole.pin_places(poses[0], surface), np.arange(len(whole.pins), dtype=np.int32))
+        places = surface.out_of_bone_frame(whole.pin_places(poses[0], surface), np.arange(len(whole.pins), dtype=np.int32))
         number = np.argsort(garment.pins.vertices)
         expected = garment.pins.on(poses[0])[number]
         found = places[np.argsort(worn.order[whole.pins])]

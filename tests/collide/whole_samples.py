@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from hemline.collide import WholeCloth, WholeSettings, WornGarment
+from hemline.collide import WholeCloth, WholeSettings, GarmentOnBody
 from hemline.garments import Pins
 from tests.collide.projection_samples import spheres
 
@@ -57,7 +57,7 @@ def sheet(side=0.4, count=41, height=0.12, pinned=()):
 def prepared(garment, settings=SMALL):
     """Body and step."""
     shaped = ball()
-    return shaped, WholeCloth.prepare(shaped, garment, WornGarment.of(shaped, garment.vertices), settings)
+    return shaped, WholeCloth.prepare(shaped, garment, GarmentOnBody.of(shaped, garment.vertices), settings)
 
 
 def stepped(whole, state, posed, vertices, frames=1, dt=DT):

@@ -16,7 +16,7 @@ from hemline.animators.agentdress.sor.rigged_tables import RiggedTables
 from hemline.animators.agentdress.sor.rigging import Rigging
 from hemline.animators.agentdress.tables import Tables
 from hemline.animators.coarse.model import CoarseAnimator
-from hemline.animators.coarse.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT
 from hemline.animators.coarse.relatives import Relatives
 from hemline.animators.coarse.wearable import CoarseWearable
 from hemline.animators.coarse.weights import Weights
@@ -32,7 +32,7 @@ from hemline.animators.swingar import SwingarConfig
 from hemline.animators.swingar.estimator_config import EstimatorConfig, weight_shapes
 from hemline.animators.swingar.graph_inputs import STATE_TOLD, TOLD
 from hemline.animators.swingar.graph_network import GraphNetwork
-from hemline.animators.swingar.runtime import PlayedEstimator
+from hemline.animators.swingar.runtime import RuntimeEstimator
 from hemline.bodies import ShapedBody
 from hemline.garments import coarser_garment
 from hemline.garments.garment import Garment
@@ -71,7 +71,7 @@ def ropes_model() -> AnimatorRopes:
         sizes = ((16, inputs), (16, 16), (outputs, 16))
         weights = [random.normal(size=s) / np.sqrt(s[1]) for s in sizes]
         biases = [0.1 * random.normal(size=s[0]) for s in sizes]
-        return Mlp.rounded([*weights[:2], size * weights[2]], [*biases[:2], size * biases[2]])
+        return Mlp.as_stored([*weights[:2], size * weights[2]], [*biases[:2], size * biases[2]])
 
     first, second = pack_basis(basis[:modes], np.ones(modes), extra=2), pack_basis(basis[modes:], np.ones(modes))
     return AnimatorRopes(
@@ -108,7 +108,7 @@ def learned_model(reach: float = 9.0, clearance: float = 0.0) -> AnimatorRopes:
     sizes = ((2 * modes, COUNT + 2 * modes), (2 * modes, 2 * modes), (modes, 2 * modes))
     layers = [(np.zeros(size), np.zeros(size[0])) for size in sizes]
     as_network(np.concatenate(back, axis=1), np.zeros(modes), layers)
-    network = Mlp.rounded([weights for weights, _ in layers], [biases for _, biases in layers])
+    network = Mlp.as_stored([weights for weights, _ in layers], [biases for _, biases in layers])
     far = np.full(COUNT + 2 * modes, 9.0, np.float32)
     far[:COUNT] = reach
     return replace(model, learned=LearnedBones(basis, network, -far, far, 1 / 30, clearance))
@@ -184,31 +184,31 @@ def rigged_model() -> AnimatorAgentDress:
 @cache
 def live_model() -> AnimatorLive:
     """The small cape, simulated as it is."""
-    return Live().worn_by(small_cape(), body())
+    return Live().animator_for(small_cape(), body())
 
 
 def lag_weights(width: int = 16, seed: int = 3, beginning: float = 0.0) -> Weights:
     """Weights drawn by chance, so small that no vertex moves by more than some centimetres."""
     random, config = np.random.default_rng(seed), LagConfig(width=width, beginning=beginning)
-    sizes = layer_sizes(STATIC + DYNAMIC, width)
+    sizes = layer_sizes(STATIC_COUNT + DYNAMIC_COUNT, width)
     drawn = {name: random.normal(size=size).astype(np.float32) * (2 / size[0]) ** 0.5 for name, size in sizes.items()}
     drawn["fourth"] *= 0.02
     biases = {name: np.zeros(size[1], np.float32) for name, size in sizes.items()}
     known = Relatives(["a", "b"], random.normal(size=(2, 256)).astype(np.float32))
     network = LagNetwork(LagNet(drawn, biases))
-    return Weights(lag.KIND, config, network, known, {"train_mm": 1.0}, ["a licence"]).rounded()
+    return Weights(lag.KIND, config, network, known, {"train_mm": 1.0}, ["a licence"]).as_stored()
 
 
 @cache
 def lag_model() -> CoarseAnimator:
     """The small cape, moved by weights that were drawn by chance."""
-    return CoarseWearable(lag_weights()).worn_by(small_cape(), body())
+    return CoarseWearable(lag_weights()).animator_for(small_cape(), body())
 
 
 @cache
 def begun_model() -> CoarseAnimator:
     """The same, simulated for a fifth of a second first."""
-    return CoarseWearable(lag_weights(beginning=0.2)).worn_by(small_cape(), body())
+    return CoarseWearable(lag_weights(beginning=0.2)).animator_for(small_cape(), body())
 
 
 @cache
@@ -220,10 +220,10 @@ def swingar_model() -> CoarseAnimator:
     drawn = {name: 0.1 * random.normal(size=shape) for name, shape in weight_shapes(estimator).items()}
     drawn |= {"told_spread": np.ones(TOLD), "blend_scale": np.full(1, 0.01), "corrective_scale": np.full(1, 0.01)}
     arrays = {name: each.astype(np.float32) for name, each in drawn.items()}
-    network = GraphNetwork(PlayedEstimator.of(estimator, arrays, "float32"))
+    network = GraphNetwork(RuntimeEstimator.of(estimator, arrays, "float32"))
     known = Relatives(["a", "b"], random.normal(size=(2, 256)).astype(np.float32))
     made = Weights(swingar.KIND, SwingarConfig(beginning=0.0), network, known, {}, ["a licence"])
-    return CoarseWearable(made.rounded()).worn_by(small_cape(), body())
+    return CoarseWearable(made.as_stored()).animator_for(small_cape(), body())
 
 
 ANIMATORS = {

@@ -7,11 +7,11 @@ import pytest
 
 import hemline
 from hemline import bodies
-from hemline.animators.coarse.beginning import FADES, Beginning
-from hemline.animators.coarse.displaced import FORGIVEN, LASTING, SHARE, SMOOTHED, Displaced
-from hemline.animators.coarse.proxy_on_body import BEGUN
+from hemline.animators.coarse.beginning import FADE_SECONDS, Beginning
+from hemline.animators.coarse.displacement import TRANSIENT_SECONDS, PERSISTENT_SECONDS, PERSISTENT_FRACTION, SMOOTHING_SECONDS, Displacement
+from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT
 from hemline.animators.coarse.wearable import CoarseWearable
-from hemline.animators.simulated_proxy import LEVELS, SimulatedProxy
+from hemline.animators.simulated_proxy import QUALITY_LEVELS, SimulatedProxy
 from hemline.errors import BadInput
 from tests.contract.made_models import lag_weights, small_cape
 
@@ -31,7 +31,7 @@ def motion(body):
 
 
 def worn(body, seconds):
-    return CoarseWearable(lag_weights()).beginning(seconds).worn_by(small_cape(), body)
+    return CoarseWearable(lag_weights()).beginning(seconds).animator_for(small_cape(), body)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def frames(body, motion):
 
 def test_it_is_what_the_simulator_of_live_makes_of_its_proxy(frames, body, motion):
     animator, found = frames
-    proxy = SimulatedProxy(animator.coarse[0], body, LEVELS["good"].settings(), animator.rest.astype(np.float64))
+    proxy = SimulatedProxy(animator.coarse[0], body, QUALITY_LEVELS["good"].settings(), animator.rest.astype(np.float64))
     state = proxy.start(body.posed(motion[0]))
     for frame in range(1, SIMULATED):
         state = proxy.step(state, body.posed(motion[frame]), DT)
@@ -69,13 +69,13 @@ def test_hands_over_without_a_jump_and_what_the_network_missed_is_forgiven(frame
     handed = found[SIMULATED - 1][0]
     times = DT * np.arange(len(found) - SIMULATED + 1)
     sizes, slid = (
-        np.array([np.linalg.norm(getattr(state.displaced, part), axis=1).mean() for state, _ in found[SIMULATED - 1 :]])
+        np.array([np.linalg.norm(getattr(state.displacement, part), axis=1).mean() for state, _ in found[SIMULATED - 1 :]])
         for part in ("missed", "slid")
     )
     assert sizes[0] > 1e-3, "the network does not know what the simulation makes"
     assert slid[0] > sizes[0] / 4, "cloth that has slid stays so"
-    np.testing.assert_allclose(sizes, sizes[0] * np.exp(-times / FORGIVEN), rtol=1e-3)
-    np.testing.assert_allclose(slid, slid[0] * np.exp(-times / LASTING), rtol=1e-3)
+    np.testing.assert_allclose(sizes, sizes[0] * np.exp(-times / TRANSIENT_SECONDS), rtol=1e-3)
+    np.testing.assert_allclose(slid, slid[0] * np.exp(-times / PERSISTENT_SECONDS), rtol=1e-3)
     ways = np.linalg.norm(np.diff([vertices for _, vertices in found], axis=0), axis=2).mean(axis=1)
     assert ways[SIMULATED - 1] < 1.5 * np.median(ways) + sizes[0] / 4
     assert handed.trail.beginning.seconds == 0
@@ -83,30 +83,30 @@ def test_hands_over_without_a_jump_and_what_the_network_missed_is_forgiven(frame
 
 def test_of_what_the_network_missed_a_part_lasts():
     lay, said = np.ones((3, 3), np.float32), np.zeros((3, 3), np.float32)
-    displaced = Displaced.handed_over(lay, said)
-    np.testing.assert_allclose(displaced.missed + displaced.slid, lay - said, rtol=1e-6)  # it begins without a jump
+    displaced = Displacement.after_simulation(lay, said)
+    np.testing.assert_allclose(displaced.transient + displaced.persistent, lay - said, rtol=1e-6)  # it begins without a jump
     for _ in range(30):
-        displaced = displaced.followed(said, 2 * FORGIVEN)
-    np.testing.assert_allclose(displaced.now, SHARE * math.exp(-60 * FORGIVEN / LASTING), atol=1e-3)
+        displaced = displaced.advance(said, 2 * TRANSIENT_SECONDS)
+    np.testing.assert_allclose(displaced.current, PERSISTENT_FRACTION * math.exp(-60 * TRANSIENT_SECONDS / PERSISTENT_SECONDS), atol=1e-3)
 
 
 @pytest.mark.parametrize("dt", [1 / 144, 1 / 30])
 def test_vertices_follow_a_step_of_the_network_by_an_exponential_whatever_the_time_step(dt):
-    displaced, said = Displaced(np.zeros((4, 3), np.float32)), np.ones((4, 3), np.float32)
+    displaced, said = Displacement(np.zeros((4, 3), np.float32)), np.ones((4, 3), np.float32)
     for step in range(1, 8):
-        displaced = displaced.followed(said, dt)
-        np.testing.assert_allclose(displaced.now, 1 - math.exp(-step * dt / SMOOTHED), rtol=1e-5)
+        displaced = displaced.advance(said, dt)
+        np.testing.assert_allclose(displaced.current, 1 - math.exp(-step * dt / SMOOTHING_SECONDS), rtol=1e-5)
 
 
 def test_how_it_lay_is_told_in_turned_frames_and_fades(frames, body):
     animator, found = frames
     state = found[SIMULATED - 1][0]
     proxy = animator._on(body).proxy
-    told = state.trail.told(proxy, body.posed(state.pose))[:, -BEGUN:]
-    np.testing.assert_allclose(state.trail.displaced(told[:, :3]), state.trail.displaced(state.trail.beginning.lay))
+    told = state.trail.features(proxy, body.posed(state.pose))[:, -BEGINNING_COUNT:]
+    np.testing.assert_allclose(state.trail.displacement(told[:, :3]), state.trail.displacement(state.trail.beginning.offsets))
     assert (told[:, 3] == 1).all()
-    lay = Beginning(np.ones((2, 3), np.float32)).later(FADES).later(FADES)
-    np.testing.assert_allclose(lay.told(), np.full((2, 4), math.exp(-2)), rtol=1e-6)
+    lay = Beginning(np.ones((2, 3), np.float32)).later(FADE_SECONDS).later(FADE_SECONDS)
+    np.testing.assert_allclose(lay.features(), np.full((2, 4), math.exp(-2)), rtol=1e-6)
 
 
 def test_without_it_nothing_is_told_and_it_begins_at_once(body, motion):
@@ -114,8 +114,8 @@ def test_without_it_nothing_is_told_and_it_begins_at_once(body, motion):
     state = animator.start(body.posed(motion[0]))
     assert state.opening is None and state.trail.beginning is None
     state, _ = animator.step(state, body.posed(motion[1]), DT)
-    assert state.displaced.missed is None
-    assert (state.trail.told(animator._on(body).proxy, body.posed(motion[1]))[:, -BEGUN:] == 0).all()
+    assert state.displacement.transient is None
+    assert (state.trail.features(animator._on(body).proxy, body.posed(motion[1]))[:, -BEGINNING_COUNT:] == 0).all()
 
 
 def test_a_negative_time_is_refused():

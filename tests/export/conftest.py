@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from hemline.export import Clip, Skeleton
+from hemline.export import Clip, ClipSkeleton
 
 FRAMES, FPS = 7, 24.0
 
@@ -42,7 +42,7 @@ def bending():
     transforms = chained(joints, parents)
     homogeneous = np.concatenate([vertices, np.ones((len(vertices), 1), np.float32)], axis=1)
     posed = np.einsum("fjrc,vc,vj->fvr", transforms, homogeneous, near_weights(indices, weights, len(joints)))
-    skeleton = Skeleton(joints, parents, transforms.astype(np.float32), vertices, indices, weights, tuple("abcde"))
+    skeleton = ClipSkeleton(joints, parents, transforms.astype(np.float32), vertices, indices, weights, tuple("abcde"))
     return posed.astype(np.float32), np.array(mesh.faces, np.int32), skeleton
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hemline.export import skinned, write
+from hemline.export import skin_clip, write
 
 BLENDER = os.environ.get("HEMLINE_BLENDER_PYTHON")
 SCRIPT = Path(__file__).parent / "blender" / "read_clip.py"
@@ -41,7 +41,7 @@ def test_scenes_hold_garment_and_body(tmp_path, full_clip, ending):
 
 @pytest.mark.parametrize(("ending", "quantized"), [(".glb", False), (".glb", True), (".usdc", False)])
 def test_skinned_garments_are_within_the_error_that_is_told(tmp_path, full_clip, ending, quantized):
-    clip = skinned(full_clip, 8)
+    clip = skin_clip(full_clip, 8)
     (path,) = write(tmp_path / f"clip{ending}", clip, quantized=quantized)
     read = played(path, clip, tmp_path)
     (garment,) = [array for array in read.values() if array.shape == clip.vertices.shape]

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from hemline import bodies, motions
 from hemline.errors import BadInput
-from hemline.export import Clip, Skeleton, skinned, write_dressed
+from hemline.export import Clip, ClipSkeleton, skin_clip, write_dressed
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.playback import own_mesh
 from tests.bodies.character_samples import CUSTOMS, Sample, write_character
@@ -33,7 +33,7 @@ def dressed(folder, sample, *, bones=0):
     body = shaped.body
     transforms = np.stack([each.transforms for each in posed])
     names = motions.JOINT_NAMES
-    skeleton = Skeleton(
+    skeleton = ClipSkeleton(
         shaped.joints, body.parents, transforms, shaped.vertices, body.weight_indices, body.weights, names
     )
     vertices = np.stack([each.vertices for each in posed])
@@ -41,7 +41,7 @@ def dressed(folder, sample, *, bones=0):
     faces = np.array([[k, k + 1, k + 2] for k in range(38)])
     clip = Clip(cloth, faces, 30.0, vertices, body.faces, "scarf", skeleton=skeleton, notices=("CC0 motion",))
     if bones:
-        clip = skinned(clip, bones)
+        clip = skin_clip(clip, bones)
     (out,) = write_dressed(folder / "dressed.glb", clip, own_mesh(path, shaped))
     return out, vertices, clip
 

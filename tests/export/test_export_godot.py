@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hemline.export import skinned, write
+from hemline.export import skin_clip, write
 
 GODOT = shutil.which("godot3-server")
 SCRIPTS = Path(__file__).parent / "godot"
@@ -62,7 +62,7 @@ def test_morph_targets_are_within_a_tenth_of_a_millimetre(project, full_clip):
 
 
 def test_a_skinned_garment_is_within_the_error_that_is_told(project, full_clip):
-    clip = skinned(full_clip, 8)
+    clip = skin_clip(full_clip, 8)
     (path,) = write(project / "clip.glb", clip)
     read = played(project, "play_clip.gd", path.name, clip.frame_count, clip.fps)
     apart = apart_mm(read["red cape"], clip.vertices)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hemline.errors import MissingExtra
-from hemline.export import skinned, write
+from hemline.export import skin_clip, write
 
 
 def test_points_at_time_codes(tmp_path, full_clip):
@@ -56,7 +56,7 @@ def test_a_skinned_clip_is_skinned_by_usd_itself(tmp_path, full_clip):
     pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'hemline[usd]'")
     from pxr import Usd, UsdValidation
 
-    clip = skinned(full_clip, 8)
+    clip = skin_clip(full_clip, 8)
     stage = Usd.Stage.Open(str(write(tmp_path / "a.usdc", clip)[0]))
     validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
     assert len(validators) > 10

@@ -11,7 +11,7 @@ import hemline
 from hemline.cli import main
 from hemline.errors import BadInput, BadOutput
 from hemline.export import check_format, write_vrm
-from hemline.export.vrm.vrm_humanoid import BONES
+from hemline.export.vrm.vrm_humanoid import VRM_BONES
 from hemline.motions.motion import JOINT_NAMES, Pose
 from hemline.motions.rigs.bone_names import VRM
 from hemline.playback import character
@@ -163,4 +163,4 @@ def test_the_command_refuses_a_model_without_chains(model, tmp_path, capsys):
 
 
 def test_characters_are_read_by_the_names_that_ours_are_written_with():
-    assert VRM.items() <= BONES.items(), "export knows nothing of motions, so the names stand in both"
+    assert VRM.items() <= VRM_BONES.items(), "export knows nothing of motions, so the names stand in both"

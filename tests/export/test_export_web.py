@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hemline.export import skinned, write
+from hemline.export import skin_clip, write
 from tests.export.web import three, validated
 
 BONES = 8
@@ -19,7 +19,7 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def written(folder, full_clip):
     """Each way to write GLB: the clip, and the file."""
-    clips = {"morphed": full_clip, "skinned": skinned(full_clip, BONES), "alone": replace(full_clip, skeleton=None)}
+    clips = {"morphed": full_clip, "skinned": skin_clip(full_clip, BONES), "alone": replace(full_clip, skeleton=None)}
     return [
         (clip, write(folder / f"{name}{'_q' if quantized else ''}.glb", clip, quantized=quantized)[0])
         for name, clip in clips.items()

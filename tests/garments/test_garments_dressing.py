@@ -7,7 +7,7 @@ import pytest
 
 from hemline import bodies, garments
 from hemline.errors import BadGarment
-from hemline.garments.clearance import cleared, smoothed_field
+from hemline.garments.clearance import push_out_of_body, smooth_field
 from hemline.garments.dressing import body_tree
 from hemline.meshes import edge_strains
 
@@ -49,21 +49,21 @@ def test_cleared_points_are_outside_and_others_stay(shaped):
     ids = rng.choice(len(shaped.vertices), 500, replace=False)
     points = shaped.vertices[ids] + rng.uniform(-0.01, 0.02, (500, 1)) * shaped.normals[ids]
     before = tree.signed_distances(points)
-    after = cleared(points, tree, 0.003)
+    after = push_out_of_body(points, tree, 0.003)
     distance = tree.signed_distances(after)
     assert (distance > 0).all() and (distance > 0.00299).mean() > 0.97
     np.testing.assert_array_equal(after[before > 0.0031], points[before > 0.0031])
-    held = cleared(points, tree, 0.003, fixed=np.ones(500, bool))
+    held = push_out_of_body(points, tree, 0.003, fixed=np.ones(500, bool))
     np.testing.assert_array_equal(held, points.astype(np.float64))
 
 
 def test_a_smooth_field_keeps_constants_and_spreads_trusted_values():
     faces = np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4]])
     constant = np.tile([1.0, 2.0, 3.0], (5, 1))
-    np.testing.assert_allclose(smoothed_field(constant, faces, np.ones(5), 2.0), constant, atol=1e-6)
+    np.testing.assert_allclose(smooth_field(constant, faces, np.ones(5), 2.0), constant, atol=1e-6)
     trust = np.array([1e6, 0, 0, 0, 1e6])
     field = np.zeros((5, 3))
     field[4] = 1
-    found = smoothed_field(field, faces, trust, 1.0)[:, 0]
+    found = smooth_field(field, faces, trust, 1.0)[:, 0]
     # harmonic between the two trusted ends of this graph: 0-1, 0-2, 1-2, 1-3, 2-3, 2-4, 3-4
     np.testing.assert_allclose(found, [0, 3 / 8, 1 / 2, 5 / 8, 1], atol=1e-5)

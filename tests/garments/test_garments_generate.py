@@ -8,7 +8,7 @@ import pytest
 from hemline import bodies, garments
 from hemline.errors import BadGarment, BadInput
 from hemline.garments.dressing import body_tree
-from hemline.garments.generate import KINDS, Design, generated, plain_design, random_design, write_with_toml
+from hemline.garments.generate import KINDS, Design, generate_garment, plain_design, random_design, write_with_toml
 from hemline.garments.generate.lines import lines_of
 from hemline.meshes import boundary_loops, check_mesh, components, crossing_edges, edges, face_areas
 from hemline.tryon import fitness
@@ -25,7 +25,7 @@ def shaped():
 @pytest.fixture(scope="module")
 def each(shaped):
     """A plain one of each kind."""
-    return {kind: generated(plain_design(kind), shaped, edge=EDGE) for kind in KINDS}
+    return {kind: generate_garment(plain_design(kind), shaped, edge=EDGE) for kind in KINDS}
 
 
 def area(garment):
@@ -87,13 +87,13 @@ def test_skirts_and_trousers_are_pinned_at_the_waistband_and_others_nowhere(each
 def test_more_length_width_or_flare_is_more_cloth(shaped, each):
     plain = plain_design("skirt")
     for change in ({"length": 0.75}, {"ease": 0.3, "flare": 0.35}):
-        assert area(generated(replace(plain, **change), shaped, edge=EDGE)) > 1.03 * area(each["skirt"])
+        assert area(generate_garment(replace(plain, **change), shaped, edge=EDGE)) > 1.03 * area(each["skirt"])
 
 
 def test_the_same_name_gives_the_same_bits_and_seeds_differ(shaped):
     garment = garments.load("skirt:4@45")
     assert garment.name == "skirt-4"
-    assert garment.hash == generated(random_design("skirt", 4), shaped, edge=EDGE).hash
+    assert garment.hash == generate_garment(random_design("skirt", 4), shaped, edge=EDGE).hash
     assert garments.open_garment("skirt:4@45", shaped).hash == garment.hash
     assert random_design("dress", 3) == random_design("dress", 3) != random_design("dress", 4)
 
@@ -112,14 +112,14 @@ def test_a_close_design_is_the_same_one_nearer_to_the_skin(kind, shaped):
 def test_another_edge_gives_the_same_shape(shaped, each):
     from hemline.meshes import ClosestTree
 
-    fine = generated(plain_design("top"), shaped, edge=0.025)
+    fine = generate_garment(plain_design("top"), shaped, edge=0.025)
     tree = ClosestTree(fine.vertices.astype(float), fine.faces)
     away = tree.closest(each["top"].vertices.astype(float)).distances
     assert np.percentile(away, 95) < 0.002 and away.max() < 0.006
 
 
 def test_a_number_of_vertices_is_met(shaped):
-    garment = generated(plain_design("trousers"), shaped, vertex_count=900)
+    garment = generate_garment(plain_design("trousers"), shaped, vertex_count=900)
     assert len(garment.vertices) == pytest.approx(900, rel=0.03)
 
 
@@ -156,4 +156,4 @@ def test_measures_that_cannot_be_cut_are_refused(measures, said):
 @pytest.mark.parametrize("size", [{"edge": 0.001}, {"edge": 0.2}, {"vertex_count": 0}, {"vertex_count": 10**7}])
 def test_sizes_that_cannot_be_made_are_refused(size, shaped):
     with pytest.raises(BadInput, match="generated garment must"):
-        generated(Design("skirt"), shaped, **size)
+        generate_garment(Design("skirt"), shaped, **size)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hemline.errors import BadGarment
-from hemline.garments.generate.clipped import clipped
+from hemline.garments.generate.clip_mesh import clip_mesh
 from hemline.garments.generate.even_mesh import even_mesh
 from hemline.garments.generate.marching import zero_surface
 from hemline.garments.generate.tapes import tapes
@@ -45,7 +45,7 @@ def test_at_the_faces_of_the_grid_the_surface_ends_in_them():
 
 def test_a_cut_ends_on_its_plane_and_keeps_the_area_of_a_cap():
     vertices, faces = ball()
-    cut, left = clipped(vertices, faces, vertices[:, 1] - 0.05)
+    cut, left = clip_mesh(vertices, faces, vertices[:, 1] - 0.05)
     assert cut[:, 1].max() == pytest.approx(0.05)
     (loop,) = boundary_loops(left)
     assert np.allclose(cut[loop, 1], 0.05)
@@ -54,7 +54,7 @@ def test_a_cut_ends_on_its_plane_and_keeps_the_area_of_a_cap():
 
 
 def test_an_even_mesh_has_the_edges_asked_for_and_the_same_rim():
-    vertices, faces = clipped(*(mesh := ball()), mesh[0][:, 1] - 0.05)
+    vertices, faces = clip_mesh(*(mesh := ball()), mesh[0][:, 1] - 0.05)
     even, triangles = even_mesh(vertices, faces, 0.05, np.zeros(len(vertices), bool))
     long = lengths(even, triangles)
     assert np.median(long) == pytest.approx(0.05, rel=0.06) and long.min() > 0.03 and long.max() < 0.08
@@ -69,7 +69,7 @@ def test_what_cannot_become_such_a_mesh_is_refused():
     line = SPACING * (np.arange(25) - 12.3)
     x, y, z = np.meshgrid(line, line, line, indexing="ij")
     vertices, faces = zero_surface(np.hypot(np.hypot(x, z) - 0.15, y) - 0.05, np.full(3, line[0]), SPACING)
-    vertices, faces = clipped(vertices, faces, vertices[:, 0] - 0.18)
+    vertices, faces = clip_mesh(vertices, faces, vertices[:, 0] - 0.18)
     with pytest.raises(BadGarment, match="enough triangles.*0\\.05 m.*shorter than"):
         even_mesh(vertices, faces, 0.05, np.zeros(len(vertices), bool))
 

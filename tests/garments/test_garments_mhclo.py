@@ -8,7 +8,7 @@ import pytest
 from hemline import bodies, garments
 from hemline.bodies.base_mesh import base_mesh
 from hemline.errors import BadBody, BadGarment, BadMesh
-from hemline.garments.clearance import cleared
+from hemline.garments.clearance import push_out_of_body
 from hemline.garments.cut.sector import grid_faces
 from hemline.garments.dressing import body_tree
 from hemline.garments.reading.cover import covering
@@ -131,7 +131,7 @@ def test_skin_is_beneath_coarse_triangles(shaped):
     vertices, quads = tube(shaped, rows=4, columns=10, ease=-0.005, flare=1.0, top=0.05, bottom=-0.05)
     faces = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3).astype(np.int32)
     tree = body_tree(shaped)
-    vertices = cleared(vertices, tree, 0.003)
+    vertices = push_out_of_body(vertices, tree, 0.003)
 
     def through(cloth):
         band = (np.abs(shaped.vertices[:, 1]) < 0.03) & (np.abs(shaped.vertices[:, 0]) < 0.3)

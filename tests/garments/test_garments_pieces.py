@@ -11,7 +11,7 @@ from hemline.errors import BadGarment
 from hemline.garments import Garment, Piece, Pins, worn_together
 from hemline.meshes import ClosestTree
 from hemline.motions.motion import JOINT_NAMES
-from hemline.sim.step.dressed_body import sheet_of
+from hemline.sim.step.dressed_body import make_garment_sheet
 
 
 def tube(shaped, *, radius=0.28, rows=8, columns=28, top=0.0, length=0.35, material="cotton", name="skirt"):
@@ -51,12 +51,12 @@ def test_pieces_follow_each_other_with_their_own_materials(shaped):
     ]
     np.testing.assert_array_equal(both.vertices, np.concatenate([inner.vertices, outer.vertices]))
     assert both.pins.vertices.tolist() == [*range(28), *range(224, 254)]
-    sheet = sheet_of(both)
+    sheet = make_garment_sheet(both)
     assert np.bincount(sheet.piece).tolist() == [224, 240]
     density = [garments.MATERIALS[name].density for name in ("cotton", "silk")]
     np.testing.assert_allclose(sheet.density, np.repeat(density, [len(inner.faces), len(outer.faces)]))
     np.testing.assert_allclose(both.densities, sheet.density)
-    assert sheet.mass.sum() == pytest.approx(sheet_of(inner).mass.sum() + sheet_of(outer).mass.sum())
+    assert sheet.mass.sum() == pytest.approx(make_garment_sheet(inner).mass.sum() + make_garment_sheet(outer).mass.sum())
     assert "material cotton, silk" in garments.explain(both)
 
 

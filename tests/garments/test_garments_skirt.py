@@ -9,7 +9,7 @@ import pytest
 from hemline import bodies, garments, sim
 from hemline.errors import BadGarment
 from hemline.garments import SkirtCut, make_skirt
-from hemline.garments.cut.skirt_drape import line_tilts, outward_of, pleated
+from hemline.garments.cut.skirt_drape import line_tilts, outward_of, pleat_sheet
 from hemline.meshes import (
     ClosestTree,
     boundary_loops,
@@ -235,7 +235,7 @@ def test_pleats_give_each_row_its_width_and_lie_outside():
     angle = 2 * np.pi * np.arange(90) / 90
     outward = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1)
     sheet = np.stack([0.2 * outward, 0.2 * outward - [0, 0.1, 0]])
-    laid = pleated(sheet, outward, np.array([1.3, 1.9]), np.array([0.0, 1.0]), 6)
+    laid = pleat_sheet(sheet, outward, np.array([1.3, 1.9]), np.array([0.0, 1.0]), 6)
     widths = np.linalg.norm(laid - np.roll(laid, 1, axis=1), axis=2).sum(axis=1)
     np.testing.assert_allclose(widths, [0.4 * np.pi, 1.9], rtol=0.005)
     assert np.hypot(laid[1, :, 0], laid[1, :, 2]).min() > 0.1999

@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from hemline.sim import ClothState, Elastic, Gusts, Scene, SimSettings, Skin, Stepper, Surface, make_sheet
+from hemline.sim import ClothState, Elastic, Gusts, Scene, SimSettings, MovingSkin, Stepper, BodySurface, make_sheet
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 
@@ -121,16 +121,16 @@ def ball(radius, detail=4):
 
     sphere = trimesh.creation.icosphere(detail, radius)
     vertices = np.asarray(sphere.vertices, np.float32)
-    return Skin(vertices, vertices / np.float32(radius)), np.asarray(sphere.faces)
+    return MovingSkin(vertices, vertices / np.float32(radius)), np.asarray(sphere.faces)
 
 
 def test_moving_everything_rigidly_moves_the_result_rigidly():
     sheet, x = sheet_of(11, 11, 0.5, 0.5, young=80.0, drag=1.0, lift=0.3, friction=0.3)
     x = x + [-0.1, 0.208, -0.22]
     skin, faces = ball(0.2)
-    surface = Surface(faces, reach=0.05)
+    surface = BodySurface(faces, reach=0.05)
     turn, shift = Rotation.from_rotvec([0.4, 1.1, -0.7]).as_matrix(), np.array([1.0, -2.0, 0.5])
-    turned = Skin((skin.vertices @ turn.T + shift).astype(np.float32), (skin.normals @ turn.T).astype(np.float32))
+    turned = MovingSkin((skin.vertices @ turn.T + shift).astype(np.float32), (skin.normals @ turn.T).astype(np.float32))
     settings = replace(TIGHT, wind=(0.5, 0.0, 1.0))
     other = replace(settings, gravity=tuple(turn @ settings.gravity), wind=tuple(turn @ settings.wind))
     first, second = (Stepper(sheet, surface=surface, settings=each) for each in (settings, other))
@@ -146,7 +146,7 @@ def test_a_sheet_on_a_sphere_comes_to_rest():
     x = x + [-0.3, 0.26, -0.3]
     skin, faces = ball(0.25)
     settings = replace(SimSettings(), residual_share=5e-3, solver_share=0.02, newton_steps=20, creep=1e-4)
-    stepper = Stepper(sheet, surface=Surface(faces, reach=0.05), settings=settings)
+    stepper = Stepper(sheet, surface=BodySurface(faces, reach=0.05), settings=settings)
     state = stepper.start(x)
     for _ in range(90):
         state, _ = stepper.advance(state, 1 / 60, still(skin=skin))
@@ -170,10 +170,10 @@ def test_a_patch_on_a_slope_slides_only_beyond_the_angle_of_friction(tangent):
     sheet, x = sheet_of(5, 5, 0.1, 0.1, young=100.0, friction=mu)
     floor, ground = sheet_of(31, 11, 1.5, 0.4)
     ground = ground - [0.2, 0, 0.15]
-    skin = Skin(ground.astype(np.float32), np.tile(np.float32([0, 1, 0]), (len(ground), 1)))
+    skin = MovingSkin(ground.astype(np.float32), np.tile(np.float32([0, 1, 0]), (len(ground), 1)))
     down = (GRAVITY * np.sin(angle), -GRAVITY * np.cos(angle), 0.0)
     settings = replace(TIGHT, gravity=down, creep=1e-3)
-    stepper = Stepper(sheet, surface=Surface(floor.faces[:, ::-1], reach=0.08), settings=settings)
+    stepper = Stepper(sheet, surface=BodySurface(floor.faces[:, ::-1], reach=0.08), settings=settings)
     # let the load build up first
     sink = settings.thickness - GRAVITY * np.cos(angle) * sheet.density[0] / settings.contact_stiffness
     start = replace(stepper.start(x + [0, sink, 0]), load=sheet.mass * GRAVITY * np.cos(angle))
@@ -280,7 +280,7 @@ def some_steps() -> ClothState:
     skin, faces = ball(0.2, 3)
     pins = np.array([0, 23])
     settings = SimSettings(wind=(1.0, 0.0, 2.0))
-    stepper = Stepper(sheet, pinned=pins, surface=Surface(faces, reach=0.08), settings=settings)
+    stepper = Stepper(sheet, pinned=pins, surface=BodySurface(faces, reach=0.08), settings=settings)
     start = x + [-0.3, 0.21, -0.3]
     return last(stepper, stepper.start(start), 1 / 120, 8, still(start[pins], skin))[0]
 

@@ -155,7 +155,7 @@ def shaken(t):
 
 def test_a_constant_velocity_of_the_whole_world_changes_nothing():
     kind, shape = round_cone_shape(np.array([-0.3, -0.35, -0.2]), np.array([0.3, -0.35, 0.3]), 0.1, 0.08)
-    proxy = BodyProxy.made([(0, (kind, shape))], np.zeros((1, 3)))
+    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     drift = np.array([3.0, -1.0, 2.0])
     paths = []
     for speed in (0 * drift, drift):
@@ -179,7 +179,7 @@ def test_turning_the_world_about_the_vertical_turns_the_result():
     angle = 1.1
     turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
     kind, shape = round_cone_shape(np.array([-0.3, -0.35, -0.2]), np.array([0.3, -0.35, 0.3]), 0.1, 0.08)
-    proxy = BodyProxy.made([(0, (kind, shape))], np.zeros((1, 3)))
+    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     paths = []
     for spin in (np.eye(3), turn):
         chains, start = swinging_chain(**ALL_FORCES, wind=tuple(spin @ [1.0, 0, 0.5]))
@@ -241,7 +241,7 @@ THIN = 0.01
 def crossed(choice, **changes):
     """A bead thrown downward through a thin horizontal capsule within one step."""
     kind, shape = round_cone_shape(np.array([-1.0, 0, 0]), np.array([1.0, 0, 0]), THIN, THIN)
-    proxy = BodyProxy.made([(0, (kind, shape))], np.zeros((1, 3)))
+    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     start = np.array([[0, 1.0, 0], [0, 0.05, 0]])
     options = QUIET | {"gravity": (0, 0, 0), "substep": 1.0, "position_push": choice} | changes
     chains = RopeChains.free([start], RopeConstants(**options))
@@ -284,7 +284,7 @@ def test_a_bead_on_a_slope_slides_only_where_friction_is_below_its_tangent(frict
     along = np.array([np.cos(slope), -np.sin(slope), 0.0])
     up = np.array([np.sin(slope), np.cos(slope), 0.0])
     kind, shape = round_cone_shape(-50 * along, 50 * along, 1.0, 1.0)
-    proxy = BodyProxy.made([(0, (kind, shape))], np.zeros((1, 3)))
+    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     start = np.stack([5 * up, up * (1.0 + 1e-9)])
     chains = RopeChains.free([start], constants(friction=friction))
     chains = RopeChains(**(vars_of(chains) | {"lengths": np.array([0, 50.0])}))
@@ -301,7 +301,7 @@ def test_wild_input_stays_finite_and_outside():
     rng = np.random.default_rng(3)
     chains, start = swinging_chain(**ALL_FORCES)
     kind, shape = round_cone_shape(np.array([-0.2, -0.3, 0]), np.array([0.3, -0.2, 0.1]), 0.15, 0.05)
-    proxy = BodyProxy.made([(0, (kind, shape))], np.zeros((1, 3)))
+    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     x, v, tensions = start + rng.normal(0, 3, start.shape), rng.normal(0, 1e4, start.shape), rng.normal(0, 1e6, 16)
     x[9] = x[10] = x[8]
     for k in range(30):
@@ -354,7 +354,7 @@ def test_a_thrown_up_bead_leaves_its_taut_rope_at_once():
 def test_excess_after_contact_is_gone_within_three_frames(rate, swings):
     chains, start = swinging_chain(**ALL_FORCES)
     kind, shape = round_cone_shape(np.array([-0.4, -0.2, 0.05]), np.array([0.4, -0.2, 0.05]), 0.06, 0.06)
-    proxy = BodyProxy.made([(0, (kind, shape))], np.zeros((1, 3)))
+    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
 
     def way(t):
         shift = [[2.0 * np.sin(swings[0] * t)], [0.3 * np.sin(swings[1] * t)], [0]]
@@ -374,7 +374,7 @@ def test_excess_after_contact_is_gone_within_three_frames(rate, swings):
 
 def test_a_rope_whose_node_above_is_buried_deeper_than_its_length_leaves_the_body_all_the_same():
     kind, shape = round_cone_shape(np.zeros(3), np.zeros(3), 0.5, 0.5)
-    proxy = BodyProxy.made([(0, (kind, shape))], np.zeros((1, 3)))
+    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     line = hanging(3) + [0.1, 0, 0]
     chains = RopeChains.free([line], constants())
     path, *_ = run(chains, line, 1 / 60, 10, proxy=proxy)

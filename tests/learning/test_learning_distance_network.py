@@ -56,7 +56,7 @@ def test_the_gradient_by_the_weights_is_that_of_differences():
 class Plane:
     """The distance to the ground."""
 
-    def signed(self, points):
+    def signed_distances(self, points):
         return points[:, 1]
 
     def with_gradients(self, points):

@@ -33,7 +33,7 @@ def test_samples_hold_exact_distances_in_the_frame_of_the_pelvis(few):
     shaped = body.shaped(found.betas[1])
     posed = shaped.posed(in_pelvis_frame(shaped, found.rotations[1]))
     np.testing.assert_allclose(posed.transforms[0], np.eye(4)[:3], atol=1e-6)
-    np.testing.assert_allclose(ExactDistance.of(posed).signed(found.points[1]), found.distances[1], atol=1e-5)
+    np.testing.assert_allclose(ExactDistance.of(posed).signed_distances(found.points[1]), found.distances[1], atol=1e-5)
     near = np.abs(found.distances) < 0.02
     assert 0.4 < near.mean() < 0.8 and 0.15 < (found.distances < 0).mean() < 0.6
 

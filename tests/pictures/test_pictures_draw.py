@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from hemline.errors import BadInput
-from hemline.pictures import compare, compared, draw, picture_of
+from hemline.pictures import compare, comparison, draw, picture_of
 from hemline.pictures.compare import scale_colours
 
 SIDE = np.linspace(-0.5, 0.5, 12, dtype=np.float32)
@@ -35,7 +35,7 @@ def test_the_error_is_where_the_colours_say():
     ours = SHEET.copy()
     ours[SHEET[:, 0] > 0.2, 2] += 0.05
     size = (160, 160)
-    picture = compared(ours, SHEET, FACES, size=size)
+    picture = comparison(ours, SHEET, FACES, size=size)
     assert picture.shape == (320, 480, 3)
     error = picture[:160, 320:].astype(int)
     wrong = (error[..., 0] > error[..., 1] + 40) & (error[..., 0] > error[..., 2] + 15)
@@ -60,4 +60,4 @@ def test_the_scale_runs_from_pale_to_dark():
 
 def test_a_truth_of_another_garment_is_refused():
     with pytest.raises(BadInput, match="a frame and its truth must have the same vertices"):
-        compared(SHEET, SHEET[:-1], FACES)
+        comparison(SHEET, SHEET[:-1], FACES)

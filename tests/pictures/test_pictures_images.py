@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from hemline.errors import BadInput, BadOutput
-from hemline.pictures import captioned, side_by_side, write_png, write_webp
+from hemline.pictures import add_caption, side_by_side, write_png, write_webp
 
 
 def gradient(height=40, width=60, shift=0):
@@ -46,7 +46,7 @@ def test_pictures_in_a_row():
 
 def test_captions_change_the_lower_left_only():
     white = np.full((200, 300, 3), 255, np.uint8)
-    changed = np.argwhere((captioned(white, "frame 12") != 255).any(axis=-1))
+    changed = np.argwhere((add_caption(white, "frame 12") != 255).any(axis=-1))
     assert len(changed) > 20
     assert changed[:, 0].min() > 150
     assert changed[:, 1].max() < 150

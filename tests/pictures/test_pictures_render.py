@@ -7,7 +7,7 @@ from scipy.ndimage import uniform_filter
 
 from hemline.errors import BadInput
 from hemline.meshes import vertex_normals
-from hemline.pictures import Camera, Surface, linear, picture_kernels, render
+from hemline.pictures import Camera, ShadedSurface, linear, picture_kernels, render
 
 FRONT = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), field_of_view=0.7)
 SQUARE = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
@@ -72,7 +72,7 @@ def test_two_triangles_that_share_an_edge_leave_no_gap():
 def test_a_ball_covers_the_disc_that_geometry_says():
     vertices, faces = ball()
     empty = render([], FRONT, (400, 400), ground=None)
-    covered = (render([Surface(vertices, faces)], FRONT, (400, 400), ground=None) != empty).any(axis=-1)
+    covered = (render([ShadedSurface(vertices, faces)], FRONT, (400, 400), ground=None) != empty).any(axis=-1)
     radius = 0.5 / np.sqrt(3.0**2 - 0.5**2) * 200 / np.tan(0.35)
     assert covered.sum() == pytest.approx(np.pi * radius**2, rel=0.015)
     y, x = np.nonzero(covered)
@@ -81,8 +81,8 @@ def test_a_ball_covers_the_disc_that_geometry_says():
 
 def test_the_nearer_surface_hides_the_other_in_either_order():
     near, far = (
-        Surface(SQUARE * 0.3 + np.array([0, 0, 0.5], np.float32), TWO, (0, 0, 1)),
-        Surface(SQUARE, TWO, (1, 0, 0)),
+        ShadedSurface(SQUARE * 0.3 + np.array([0, 0, 0.5], np.float32), TWO, (0, 0, 1)),
+        ShadedSurface(SQUARE, TWO, (1, 0, 0)),
     )
     for order in ([near, far], [far, near]):
         red, _, blue = render(order, FRONT, (64, 64), ground=None)[32, 32].tolist()
@@ -90,16 +90,16 @@ def test_the_nearer_surface_hides_the_other_in_either_order():
 
 
 def test_the_inside_has_another_colour():
-    outside = render([Surface(SQUARE, TWO, (0.8, 0.4, 0.4), inside=(0.05, 1.0, 0.05))], FRONT, (64, 64), ground=None)
+    outside = render([ShadedSurface(SQUARE, TWO, (0.8, 0.4, 0.4), inside=(0.05, 1.0, 0.05))], FRONT, (64, 64), ground=None)
     turned = TWO[:, ::-1].copy()
-    inside = render([Surface(SQUARE, turned, (0.8, 0.4, 0.4), inside=(0.05, 1.0, 0.05))], FRONT, (64, 64), ground=None)
+    inside = render([ShadedSurface(SQUARE, turned, (0.8, 0.4, 0.4), inside=(0.05, 1.0, 0.05))], FRONT, (64, 64), ground=None)
     assert outside[32, 32, 0] > outside[32, 32, 1] + 30
     assert inside[32, 32, 1] > inside[32, 32, 0] + 30
 
 
 def test_colours_at_vertices_are_interpolated():
     colours = np.array([[1, 0, 0], [0, 0, 1], [0, 0, 1], [1, 0, 0]], np.float32)
-    row = render([Surface(SQUARE, TWO, colours=colours, sheen=0.0)], FRONT, (64, 64), ground=None)[32]
+    row = render([ShadedSurface(SQUARE, TWO, colours=colours, sheen=0.0)], FRONT, (64, 64), ground=None)[32]
     left, right = row[8].astype(int), row[56].astype(int)
     assert left[0] > left[2] + 50
     assert right[2] > right[0] + 50
@@ -108,9 +108,9 @@ def test_colours_at_vertices_are_interpolated():
 def test_a_ball_above_a_plate_shades_it():
     plate = np.array([[-2, 0, -2], [-2, 0, 2], [2, 0, 2], [2, 0, -2]], np.float32)
     camera = Camera((0.0, 4.0, 6.0), (0.0, 0.0, 0.0))
-    alone = render([Surface(plate, TWO, (0.8, 0.8, 0.8))], camera, (128, 128), ground=None)
+    alone = render([ShadedSurface(plate, TWO, (0.8, 0.8, 0.8))], camera, (128, 128), ground=None)
     both = render(
-        [Surface(plate, TWO, (0.8, 0.8, 0.8)), Surface(*ball(0.3, (0, 0.8, 0)), (0, 0, 1))],
+        [ShadedSurface(plate, TWO, (0.8, 0.8, 0.8)), ShadedSurface(*ball(0.3, (0, 0.8, 0)), (0, 0, 1))],
         camera,
         (128, 128),
         ground=None,
@@ -125,8 +125,8 @@ def test_a_ball_above_a_plate_shades_it():
 def test_the_ground_gets_a_shadow_and_hides_nothing_above_it():
     camera = Camera((0.0, 2.0, 6.0), (0.0, 0.3, 0.0))
     empty = render([], camera, (128, 128), ground=None)
-    with_ball = render([Surface(*ball(0.3, (0, 0.4, 0)), (0.8, 0.2, 0.2))], camera, (128, 128), ground=0.0)
-    without = render([Surface(*ball(0.3, (0, 0.4, 0)), (0.8, 0.2, 0.2))], camera, (128, 128), ground=None)
+    with_ball = render([ShadedSurface(*ball(0.3, (0, 0.4, 0)), (0.8, 0.2, 0.2))], camera, (128, 128), ground=0.0)
+    without = render([ShadedSurface(*ball(0.3, (0, 0.4, 0)), (0.8, 0.2, 0.2))], camera, (128, 128), ground=None)
     ball_seen = (without != empty).any(axis=-1)
     same_ball = (with_ball == without).all(axis=-1)
     assert same_ball[ball_seen].mean() > 0.9  # all but its outline
@@ -134,14 +134,14 @@ def test_the_ground_gets_a_shadow_and_hides_nothing_above_it():
 
 
 def test_what_is_behind_the_camera_is_left_out():
-    behind = Surface(SQUARE + np.array([0, 0, 10], np.float32), TWO)
+    behind = ShadedSurface(SQUARE + np.array([0, 0, 10], np.float32), TWO)
     np.testing.assert_array_equal(
         render([behind], FRONT, (32, 32), ground=None), render([], FRONT, (32, 32), ground=None)
     )
 
 
 def test_equal_scenes_give_equal_bytes():
-    surfaces = [Surface(*ball()), Surface(SQUARE, TWO)]
+    surfaces = [ShadedSurface(*ball()), ShadedSurface(SQUARE, TWO)]
     np.testing.assert_array_equal(render(surfaces, FRONT, (80, 60)), render(surfaces, FRONT, (80, 60)))
 
 
@@ -167,6 +167,6 @@ def test_linear_light():
 
 def test_refusals():
     with pytest.raises(BadInput, match="a face points past the last vertex; got face indices 0 to 4 for 4 vertices"):
-        render([Surface(SQUARE, np.array([[0, 1, 4]], np.int32))], FRONT, (32, 32))
+        render([ShadedSurface(SQUARE, np.array([[0, 1, 4]], np.int32))], FRONT, (32, 32))
     with pytest.raises(BadInput, match="vertices must be finite"):
-        render([Surface(SQUARE * np.nan, TWO)], FRONT, (32, 32))
+        render([ShadedSurface(SQUARE * np.nan, TWO)], FRONT, (32, 32))

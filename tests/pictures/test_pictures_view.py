@@ -9,7 +9,7 @@ from hemline import bodies, garments
 from hemline.errors import BadInput
 from hemline.pictures import AUTO, VIEWS_DEG, clearest_view, draw, picture_of
 from hemline.pictures.camera import ELEVATION_DEG
-from hemline.pictures.view import PREFERRED, seen_area
+from hemline.pictures.view import PREFERRED_VIEWS, visible_area
 
 SQUARE = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
 FACES = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
@@ -24,14 +24,14 @@ def body():
 @pytest.mark.parametrize("view", VIEWS_DEG)
 def test_the_area_of_a_square_is_that_of_its_shadow(view):
     shadow = 4 * abs(np.cos(np.radians(VIEWS_DEG[view]))) * np.cos(np.radians(ELEVATION_DEG))
-    assert seen_area([(SQUARE, FACES)], [], view) == pytest.approx(shadow, abs=0.1)
+    assert visible_area([(SQUARE, FACES)], [], view) == pytest.approx(shadow, abs=0.1)
 
 
 def test_what_is_behind_something_is_not_seen():
     wall, behind = (2 * SQUARE, FACES), (SQUARE - np.float32([0, 0, 0.5]), FACES)
-    assert seen_area([behind], [wall], "front") == 0
-    assert seen_area([behind], [wall], "back") == pytest.approx(4 * np.cos(np.radians(ELEVATION_DEG)), rel=0.05)
-    assert seen_area([], [], "front") == 0
+    assert visible_area([behind], [wall], "front") == 0
+    assert visible_area([behind], [wall], "back") == pytest.approx(4 * np.cos(np.radians(ELEVATION_DEG)), rel=0.05)
+    assert visible_area([], [], "front") == 0
 
 
 def test_a_patch_before_the_chest_is_seen_from_the_front_and_one_behind_from_the_back(body):
@@ -47,7 +47,7 @@ def test_the_cape_is_seen_from_behind_and_other_clothes_from_the_front(body):
     assert clearest_view([([(cape.vertices, cape.faces)], [body])]) == "back_three_quarter"
     for name in ("tshirt-light", "skirt-light", "dress-light"):
         garment = garments.load(name)
-        assert clearest_view([([(garment.vertices, garment.faces)], [body])]) == PREFERRED[0]
+        assert clearest_view([([(garment.vertices, garment.faces)], [body])]) == PREFERRED_VIEWS[0]
 
 
 def test_several_frames_are_looked_at_together():

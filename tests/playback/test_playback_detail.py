@@ -132,8 +132,8 @@ def test_fine_offsets_of_vertices_that_stay_go_along(players, danced):
     full, quarter = players[1.0], players[0.25]
     state, _ = danced[1.0]
     before, after = np.empty((12690, 3)), np.empty((3172, 3))
-    before[full.projector.worn.order] = state.whole.offsets
-    after[quarter.projector.worn.order] = full.switched(state, quarter).whole.offsets
+    before[full.projector.on_body.order] = state.whole.offsets
+    after[quarter.projector.on_body.order] = full.switched(state, quarter).whole.offsets
     np.testing.assert_array_equal(after, before[kept(quarter)])
     assert np.abs(after).max() > 1e-3
 

@@ -17,7 +17,7 @@ from hemline.animators.ropes.bones.chains import Ropes
 from hemline.collide import inside
 from hemline.errors import BadInput, BadMotion
 from hemline.motions.motion import Motion, Pose
-from hemline.playback.player.origin import FARTHEST, HERE, movable, origin_for
+from hemline.playback.player.origin import FARTHEST_BODY, WORLD_ORIGIN, is_movable, origin_for
 from hemline.playback.tally import Tally
 
 DT = 1 / 30
@@ -48,7 +48,7 @@ def player_of(name, body):
         model = AnimatorRedressed(hemline.load("tshirt-light"), hemline.load("tshirt-light"))
         body = hemline.bodies.load("anny24").shaped([1.0])
     elif name in ("live", "lag", "swingar"):
-        model = animators.load(name).worn_by(garments.load("tshirt-light"), body)  # type: ignore[union-attr]
+        model = animators.load(name).animator_for(garments.load("tshirt-light"), body)  # type: ignore[union-attr]
     else:
         model = animators.load(name.split(" at ")[0])
     return hemline.Player.prepare(model, body, detail=0.25 if "0.25" in name else 1.0)  # type: ignore[arg-type]
@@ -70,7 +70,7 @@ def run(player, poses, way=(0.0, 0.0, 0.0), pre_roll=0.1):
 def test_a_clip_far_away_has_the_same_garment_bit_for_bit(body, walk, name):
     player, frames = player_of(name, body), 4 if name in ("live", "lag", "swingar") else 8
     near = run(player, walk[:frames])
-    assert movable(player.animator)
+    assert is_movable(player.animator)
     for way in PLACES:
         for one, other in zip(near, run(player, walk[:frames], way), strict=True):
             assert other.origin == tuple(way)
@@ -95,12 +95,12 @@ def test_frames_in_the_world_are_the_local_ones_moved_as_far_as_single_precision
         np.abs(frame.body.vertices - (frame.local.body.vertices + way)).max() < 0.25
     )  # four steps of 6 cm: of the joints, of their sum, of the result
     np.testing.assert_array_equal(frame.body.pose.translation, moved(walk[1], way).translation)
-    assert frame.local.local is frame.local and frame.body.origin == HERE
+    assert frame.local.local is frame.local and frame.body.origin == WORLD_ORIGIN
 
 
 def test_near_the_origin_a_frame_is_its_own_local_one(body, walk):
     frame = run(player_of("cape", body), walk[:1], (60.0, 0.0, 0.0))[-1]
-    assert frame.local is frame and frame.origin == HERE == frame.body.origin
+    assert frame.local is frame and frame.origin == WORLD_ORIGIN == frame.body.origin
 
 
 @pytest.mark.parametrize("name", ["cape", "tshirt-light"])
@@ -128,7 +128,7 @@ def test_a_walk_past_the_border_of_an_origin_does_not_shake_the_cloth(body, walk
     way = border - [0.03 * 4, 0.0, 0.0]
     near, far = run(player, stride), run(player, stride, way)
     origins = [frame.origin for frame in far]
-    assert origins[0] == HERE and origins[-1] == (64.0, 0.0, 0.0)
+    assert origins[0] == WORLD_ORIGIN and origins[-1] == (64.0, 0.0, 0.0)
     if name in ("live", "lag", "swingar"):  # the simulation takes another way where a place is rounded otherwise
         assert max(jumps(far)) < 1.5 * max(jumps(near)) + 0.005
         return
@@ -185,7 +185,7 @@ def test_a_force_of_ones_own_gets_places_in_the_world(body, walk):
 def test_the_wind_of_a_place_is_that_of_the_world(body, walk):
     """Gusts are a field in the world: bodies that are played from two origins stand in one wind."""
     model = Live(LiveConfig(wind=(1.0, 0.0, 0.0), gusts=2.0))
-    animator = model.worn_by(garments.load("tshirt-light"), body)
+    animator = model.animator_for(garments.load("tshirt-light"), body)
     player, seen = hemline.Player.prepare(animator, body), []
     proxy = animator._on(body)[0]
     wind = proxy._wind
@@ -213,26 +213,26 @@ def test_an_animator_that_cannot_be_moved_is_counted_from_where_it_started(body,
             self.start, self.step, self.save = full.start, full.step, full.save
 
     plain = hemline.Player.prepare(Plain(hemline.load("cape")), body)  # type: ignore[arg-type]
-    assert not movable(plain.animator) and not movable(together([hemline.load("tshirt-light"), plain.animator]))
+    assert not is_movable(plain.animator) and not is_movable(together([hemline.load("tshirt-light"), plain.animator]))
     near = run(plain, walk[:4])
     for one, other in zip(near, run(plain, walk[:4], (1e6, 0.0, 0.0)), strict=True):
         np.testing.assert_array_equal(one.vertices, other.local.vertices)
     state = plain.start(walk[0], pre_roll=0.0)
     _, frame = plain.step(state, moved(walk[1], (100.0, 0.0, 0.0)), DT)
-    assert frame.origin == HERE
+    assert frame.origin == WORLD_ORIGIN
 
 
 def test_an_origin_is_kept_until_the_body_is_far_from_it():
     rotations = np.zeros((24, 4), np.float32)
     rotations[:, 0] = 1
 
-    def at(x, before=HERE, y=0.0):
+    def at(x, before=WORLD_ORIGIN, y=0.0):
         return origin_for(Pose(rotations, np.array([x, y, 0.0], np.float32)), before)
 
-    assert at(0) == at(64) == at(-64) == HERE and at(65) == (64.0, 0.0, 0.0) and at(0, y=-100.0) == (0.0, -128.0, 0.0)
-    assert at(65, (128.0, 0.0, 0.0)) == (128.0, 0.0, 0.0) and at(63.9, (128.0, 0.0, 0.0)) == HERE
+    assert at(0) == at(64) == at(-64) == WORLD_ORIGIN and at(65) == (64.0, 0.0, 0.0) and at(0, y=-100.0) == (0.0, -128.0, 0.0)
+    assert at(65, (128.0, 0.0, 0.0)) == (128.0, 0.0, 0.0) and at(63.9, (128.0, 0.0, 0.0)) == WORLD_ORIGIN
     assert at(20, (64.0, 0.0, 0.0)) == (64.0, 0.0, 0.0) and at(1e6) == (1e6, 0.0, 0.0)
-    assert at(FARTHEST) == (FARTHEST, 0.0, 0.0)
+    assert at(FARTHEST_BODY) == (FARTHEST_BODY, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("far", [1.1e6, 1e7, 1e12, 3e38])

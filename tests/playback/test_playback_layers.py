@@ -100,6 +100,6 @@ def test_the_command_says_in_one_line_what_it_cannot_wear(arguments, told, tmp_p
 def test_a_garment_of_two_pieces_is_one_animator_of_any_kind(tmp_path):
     body = bodies.load("anny24").shaped()
     each = [garments.load("tshirt-light"), replace(garments.load("cape-light"), name="over")]
-    animator = animators.load("live").worn_by(worn_together(each), body)  # type: ignore[union-attr]
+    animator = animators.load("live").animator_for(worn_together(each), body)  # type: ignore[union-attr]
     player = hemline.Player.prepare(animator, body)
     assert len(player.projector.layers[1]) == 1  # type: ignore[union-attr]

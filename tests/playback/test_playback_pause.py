@@ -13,7 +13,7 @@ from hemline.errors import BadInput
 from hemline.meshes import rest_lengths
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
-from hemline.playback.player.elapsed import LONGEST, SHORTEST, played_time, run_up_steps
+from hemline.playback.player.time_step import LONGEST_STEP, SHORTEST_STEP, clamp_dt, run_up_steps
 
 DT = 1 / 30
 PAUSES = (0.3, 60.0, 3600.0, 1e6, 1e300)
@@ -125,7 +125,7 @@ def test_what_a_pause_plays_goes_on_smoothly_from_a_long_frame(walking, walk):
     """A frame a little longer than the longest one is hardly another one."""
     player, state = walking["cape"]
     pose = elsewhere(walk[12], (0.3, 0.0, 0.0))
-    one, other = (player.step(state, pose, dt)[1].vertices for dt in (LONGEST, LONGEST * 1.0001))
+    one, other = (player.step(state, pose, dt)[1].vertices for dt in (LONGEST_STEP, LONGEST_STEP * 1.0001))
     assert np.linalg.norm(one - other, axis=1).max() < 2e-3
 
 
@@ -150,7 +150,7 @@ def test_two_calls_within_a_microsecond_do_not_throw_the_cloth(walking, walk, na
 def test_animators_of_any_garment_take_any_time(body, walk, name):
     model = animators.load(name)
     assert isinstance(model, animators.Wearable)
-    player = hemline.Player.prepare(model.worn_by(garments.load("tshirt-light"), body), body)
+    player = hemline.Player.prepare(model.animator_for(garments.load("tshirt-light"), body), body)
     state = player.start(walk[0], pre_roll=0.1)
     for dt in (3600.0, 1e-300):
         _, frame = player.step(state, elsewhere(walk[1], (3.0, 0.0, 1.0), 1.0), dt)
@@ -170,7 +170,7 @@ def test_what_no_animator_knows_how_to_move_is_played_too(body, walk):
             return self.full_one.start(posed)
 
         def step(self, state, posed, dt):
-            assert SHORTEST <= dt <= LONGEST
+            assert SHORTEST_STEP <= dt <= LONGEST_STEP
             return self.full_one.step(state, posed, dt)
 
         def save(self, path):
@@ -195,10 +195,10 @@ def test_a_garment_redressed_on_another_shape_goes_along(walk):
 def test_times_that_are_none_are_refused_and_all_others_are_bounded():
     for dt in (0.0, -0.0, -1e-300, -1.0, float("nan"), float("inf"), -float("inf")):
         with pytest.raises(BadInput, match="a frame must take a positive time; got dt ="):
-            played_time(dt)
+            clamp_dt(dt)
         with pytest.raises(BadInput, match="a frame must take a positive time; got dt ="):
             run_up_steps(1.0, dt)
-    assert [played_time(dt) for dt in (5e-324, 1e-4, 1 / 15, 0.25, 0.26, 1e300)] == [
+    assert [clamp_dt(dt) for dt in (5e-324, 1e-4, 1 / 15, 0.25, 0.26, 1e300)] == [
         1e-4,
         1e-4,
         1 / 15,

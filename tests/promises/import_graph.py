@@ -18,13 +18,14 @@ def name_of(file: Path) -> str:
 
 
 @cache
-def imports(file: Path) -> frozenset[Path]:
-    """Files of the package that a file imports, at its top, within a function or for type checkers.
+def imports(file: Path, *, at_the_top: bool = False) -> frozenset[Path]:
+    """Files of the package that a file imports: at its top, within a function or for type checkers; or at its top only.
 
     `from .room import name` is the file `room/name.py` where there is one, else `room.py` or `room/__init__.py`.
     """
     found: set[Path] = set()
-    for node in ast.walk(ast.parse(file.read_text())):
+    tree = ast.parse(file.read_text())
+    for node in tree.body if at_the_top else ast.walk(tree):
         if isinstance(node, ast.Import):
             found |= {_file_of(alias.name.split(".")) for alias in node.names if alias.name.split(".")[0] == "hemline"}
         elif isinstance(node, ast.ImportFrom):

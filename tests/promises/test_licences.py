@@ -23,7 +23,7 @@ from hemline.motions import Motion
 from hemline.motions.shipped import names as clip_names
 from hemline.motions.terms import CMU_TERMS, as_stated
 from hemline.playback import character
-from hemline.playback.record import recorded_take
+from hemline.playback.record import record_take
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "hemline"
@@ -198,7 +198,7 @@ def test_a_garment_of_ones_own_and_another_body_say_theirs(tmp_path):
         inputs={},
         failed=None,
     )
-    assert recorded_take(take, dress, body).notices == (body_made.LICENCE, text, "here", "for tests")
+    assert record_take(take, dress, body).notices == (body_made.LICENCE, text, "here", "for tests")
 
 
 def test_a_character_carries_them_too():

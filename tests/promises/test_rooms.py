@@ -123,6 +123,16 @@ def test_the_reader_of_imports_sees_what_there_is():
     assert {room_of(a) != room_of(b) for a, b in pairwise(FILES)} == {True, False}
 
 
+FITTING = {"fit", "make"}
+"""Folders in which networks are trained and shipped files made; torch lives there alone."""
+
+
+@pytest.mark.parametrize("file", [file for file in FILES if not FITTING & set(parts(file))], ids=name_of)
+def test_what_plays_imports_nothing_that_fits(file):
+    fitting = [name_of(other) for other in imports(file, at_the_top=True) if FITTING & set(parts(other)[:-1])]
+    assert not fitting, f"{name_of(file)} imports {fitting} when it is imported"
+
+
 @pytest.mark.parametrize("file", FILES, ids=name_of)
 def test_numba_is_imported_through_one_door(file):
     text = file.read_text()

@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from benchmarks.figures import PAGE, SOURCE, page, read_tables
 from tests.promises.pages import ROOT
 from tests.promises.words import BANNED, ELLIPTIC, PARTICIPLE, banned, ellipses, participles, shared_names
 
@@ -57,3 +58,9 @@ def test_tables_of_figures_have_one_number_a_cell():
         for row in rows:
             cells = [cell.strip() for cell in row.strip("|").split("|")]
             assert not any(re.search(r"\d[^|]*;[^|]*\d", cell) for cell in cells), row
+
+
+def test_the_page_of_figures_is_what_its_source_says():
+    tables = read_tables(SOURCE.read_text())
+    assert sum(len(table.rows) for table in tables) > 100
+    assert page(tables) == PAGE.read_text()

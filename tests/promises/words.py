@@ -44,11 +44,10 @@ class Definition(ast.NodeVisitor):
         if text:
             self.docstrings.append((name, getattr(node, "lineno", 1), text))
         for first, second in zip(node.body, node.body[1:], strict=False):
-            named = isinstance(first, ast.Assign | ast.AnnAssign)
-            if named and isinstance(second, ast.Expr) and isinstance(second.value, ast.Constant):
-                if isinstance(second.value.value, str):
-                    target = first.target if isinstance(first, ast.AnnAssign) else first.targets[0]
-                    self.docstrings.append((ast.unparse(target), second.lineno, second.value.value))
+            text = getattr(getattr(second, "value", None), "value", None)
+            if isinstance(first, ast.Assign | ast.AnnAssign) and isinstance(second, ast.Expr) and isinstance(text, str):
+                target = first.target if isinstance(first, ast.AnnAssign) else first.targets[0]
+                self.docstrings.append((ast.unparse(target), second.lineno, text))
         self.generic_visit(node)
 
     def visit_Module(self, node: ast.Module) -> None:

@@ -10,8 +10,8 @@ import trimesh
 from hemline import bodies
 from hemline.bench.simulator import make_shirt
 from hemline.bodies.velocities import reshaping
-from hemline.sim import Scene, Sensitivities, SimSettings, Skin, Stepper, Surface, settle
-from hemline.sim.cloth.joined import joined
+from hemline.sim import Scene, Sensitivities, SimSettings, MovingSkin, Stepper, BodySurface, settle
+from hemline.sim.cloth.join import join_sheets
 from hemline.sim.contact.pairs import body_points
 from hemline.sim.rest.static_step import StaticStep
 from hemline.sim.step.step import Step
@@ -27,7 +27,7 @@ def finger(height, *, at=(0.12, 0.12)):
     ball = trimesh.creation.icosphere(subdivisions=2, radius=RADIUS)
     vertices = np.asarray(ball.vertices, np.float32)
     moved = vertices + np.array([at[0], height, at[1]], np.float32)
-    return Skin(moved, vertices / np.float32(RADIUS)), np.asarray(ball.faces)
+    return MovingSkin(moved, vertices / np.float32(RADIUS)), np.asarray(ball.faces)
 
 
 def step_of(stepper, state, h, then, now):
@@ -57,7 +57,7 @@ def heights_above(skin, x, faces):
 def test_a_finger_lifts_the_triangle_that_it_comes_up_under(square, offset):
     sheet, x = square(9, 0.24, density=0.15, young=120.0, damping=0.003, friction=0.3)
     at, pins = (0.12 + offset[0], 0.12 + offset[1]), rim(x, 0.24)
-    stepper = Stepper(sheet, pinned=pins, surface=Surface(finger(0.0)[1], reach=0.04))
+    stepper = Stepper(sheet, pinned=pins, surface=BodySurface(finger(0.0)[1], reach=0.04))
     state, steps = stepper.start(x), 60
 
     def scene(time):
@@ -79,15 +79,15 @@ def test_points_are_where_libigl_finds_body_vertices_behind_the_cloth(square):
     sheet, x = square(9, 0.24)
     skin, faces = finger(-RADIUS + 0.002, at=(0.13, 0.14))
     points, vertices = (
-        points_of(Stepper(sheet, surface=Surface(faces, reach=0.04)), x, skin),
+        points_of(Stepper(sheet, surface=BodySurface(faces, reach=0.04)), x, skin),
         skin.vertices.astype(float),
     )
     squared, _, closest = igl.point_mesh_squared_distance(vertices, x, sheet.faces.astype(np.int64))[:3]
-    slack = points.distance + body_points.MARGIN
+    slack = points.distance + body_points.POINT_MARGIN
     # the ball's top stands 2 mm out; how far the cloth is from the ball itself, negative inside
     height = np.einsum("vi,vi->v", skin.normals, closest - vertices)
     gap = igl.signed_distance(closest, vertices, faces.astype(np.int64))[0]
-    near = (np.sqrt(squared) < body_points.DEEPEST) & (np.abs(height) < body_points.DEEPEST) & (height < slack)
+    near = (np.sqrt(squared) < body_points.MAX_POINT_DEPTH) & (np.abs(height) < body_points.MAX_POINT_DEPTH) & (height < slack)
     # planes are those of interpolated normals, the triangles of the ball are not smooth: 0.2 mm
     sure, possible = (set(np.flatnonzero(near & (gap < slack + more))) for more in (-2e-4, 2e-4))
     assert 10 < len(sure) < 60 and sure <= set(points.body_vertex) <= possible
@@ -98,7 +98,7 @@ def test_forces_are_the_slope_of_the_energy(square):
     sheet, x = square(9, 0.24, density=0.15, young=120.0, friction=0.5)
     then, faces = finger(-RADIUS + 0.001, at=(0.13, 0.14))
     now, _ = finger(-RADIUS + 0.0015, at=(0.1305, 0.14))
-    stepper = Stepper(sheet, surface=Surface(faces, reach=0.04))
+    stepper = Stepper(sheet, surface=BodySurface(faces, reach=0.04))
     step = step_of(stepper, stepper.start(x), 1 / 120, then, now)
     potential, rows = step.potential, step.potential.pairs.pairs.rows
     assert rows.size > 5 and (rows.limit > 0).any()
@@ -117,9 +117,9 @@ def test_forces_are_the_slope_of_the_energy(square):
 
 def test_each_of_two_pieces_meets_the_finger(square):
     sheet, x = square(9, 0.24)
-    both, points = joined([sheet, sheet]), np.concatenate([x, x + [0.0, 0.0004, 0.0]])
+    both, points = join_sheets([sheet, sheet]), np.concatenate([x, x + [0.0, 0.0004, 0.0]])
     skin, faces = finger(-RADIUS + 0.002, at=(0.13, 0.14))
-    stepper = Stepper(both, surface=Surface(faces, reach=0.04), settings=SimSettings(self_contact=False))
+    stepper = Stepper(both, surface=BodySurface(faces, reach=0.04), settings=SimSettings(self_contact=False))
     found = points_of(stepper, points, skin)
     piece = both.piece[found.corners[:, 0]]
     assert len(np.intersect1d(found.body_vertex[piece == 0], found.body_vertex[piece == 1])) > 10
@@ -128,7 +128,7 @@ def test_each_of_two_pieces_meets_the_finger(square):
 def test_cloth_that_falls_fast_meets_the_near_side_alone(square):
     sheet, x = square(9, 0.24)
     skin, faces = finger(-RADIUS - 0.001, at=(0.13, 0.14))
-    stepper = Stepper(sheet, surface=Surface(faces, reach=0.04))
+    stepper = Stepper(sheet, surface=BodySurface(faces, reach=0.04))
     state = replace(stepper.start(x), velocities=np.tile([0.0, -3.0, 0.0], (len(x), 1)))
     points = step_of(stepper, state, 1 / 120, skin, skin).meeting.points
     # in this step it would fall by 25 mm, through all of the ball
@@ -141,7 +141,7 @@ def test_no_thickness_no_points(square):
     sheet, x = square(9, 0.24)
     skin, faces = finger(-RADIUS + 0.002, at=(0.13, 0.14))
     stepper = Stepper(
-        sheet, surface=Surface(faces, reach=0.04), settings=SimSettings(thickness=0.0, self_contact=False)
+        sheet, surface=BodySurface(faces, reach=0.04), settings=SimSettings(thickness=0.0, self_contact=False)
     )
     step = step_of(stepper, stepper.start(x), 1e-6, skin, skin)
     assert step.potential.pairs is None and step.meeting.points is None
@@ -158,7 +158,7 @@ def test_what_a_growing_body_does_to_the_points_is_in_the_derivatives(monkeypatc
     velocity, ends = reshaping(posed, 1), []
     for sign in (1, -1):
         # the same points, each on its triangle of the changed body: what a step finds, as long as none changes sides
-        skin = Skin(posed.vertices.astype(float) + sign * way * velocity, posed.normals.astype(float))
+        skin = MovingSkin(posed.vertices.astype(float) + sign * way * velocity, posed.normals.astype(float))
         step = StaticStep(
             derivatives._dressed.model,
             derivatives._dressed.stepper.workspace,
@@ -174,6 +174,6 @@ def test_what_a_growing_body_does_to_the_points_is_in_the_derivatives(monkeypatc
     # `pressed` holds the gradient of pairs alone, as the shirt is flat
     wanted = -(ends[0] - ends[1]) / (2 * way)
     skins = [posed.vertices.astype(float) + sign * way * velocity for sign in (1, -1)]
-    found = [derivatives._point_forces(Skin(each, posed.normals.astype(float))) for each in skins]
+    found = [derivatives._point_forces(MovingSkin(each, posed.normals.astype(float))) for each in skins]
     difference = (found[0] - found[1]) / (2 * way)
     assert np.linalg.norm(difference - wanted) < 0.05 * np.linalg.norm(wanted)

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from hemline import bodies, garments
 from hemline.motions import JOINT_NAMES
 from hemline.sim import Scene, SimSettings, Stepper, rest_drape
-from hemline.sim.contact.pairs.capsule_kernels import nearest_on_triangle, pierced
-from hemline.sim.contact.pairs.capsules import BONES, LOOK, STIFFNESS, Capsules
+from hemline.sim.contact.pairs.capsule_kernels import nearest_on_triangle, segment_hits_triangle
+from hemline.sim.contact.pairs.capsules import BONES, SEARCH_RADII, CAPSULE_STIFFNESS, Capsules
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.model import make_model
 from hemline.tryon.crossing_segment_kernels import crossings_of_segments
@@ -87,7 +87,7 @@ def test_rows_are_those_of_a_search_triangle_by_triangle(shaped, capsules):
     for face, corners in enumerate(x[faces]):
         away, share = nearest(corners, then)
         thick = radius[0] + share * (radius[1] - radius[0])
-        if limb[face] < 0 or pierced(*then, *corners) or away > LOOK * thick:
+        if limb[face] < 0 or segment_hits_triangle(*then, *corners) or away > SEARCH_RADII * thick:
             assert face not in found
             continue
         expected += 1
@@ -98,7 +98,7 @@ def test_rows_are_those_of_a_search_triangle_by_triangle(shaped, capsules):
         outward = turn.apply((on - then[0] - at * way) / np.linalg.norm(on - then[0] - at * way))
         assert np.abs(rows.normal[row] - outward).max() < 1e-6
         assert rows.reach[row] == pytest.approx(rows.normal[row] @ rows.carried[row] + rows.thickness[row])
-        assert rows.stiffness[row] == pytest.approx(STIFFNESS * rows.weights[row] @ stiffness[rows.corners[row]])
+        assert rows.stiffness[row] == pytest.approx(CAPSULE_STIFFNESS * rows.weights[row] @ stiffness[rows.corners[row]])
     assert expected == len(found) > 100 and not rows.limit.any()
 
 
@@ -110,7 +110,7 @@ def test_a_triangle_that_the_bone_goes_through_is_let_go(shaped, capsules):
         rows = capsules.rows(
             corners + [beside, 0, 0], np.array([[0, 1, 2]]), capsules.limb[[SHIN]], joints, joints, np.ones(3)
         )
-        assert pierced(*ends, *(corners + [beside, 0, 0])) == through
+        assert segment_hits_triangle(*ends, *(corners + [beside, 0, 0])) == through
         assert rows.size == (0 if through else 1)
 
 

@@ -7,7 +7,7 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from hemline import garments
 from hemline.sim.solver.clusters import cut
-from hemline.sim.step.dressed_body import sheet_of
+from hemline.sim.step.dressed_body import make_garment_sheet
 
 
 def halved_by_scipy(graph, vertices, parts):
@@ -38,7 +38,7 @@ def couplings(sheet):
 
 @pytest.mark.parametrize("parts", [1, 2, 3, 50, 700])
 def test_cuts_are_those_of_scipys_breadth_first(parts):
-    sheet = sheet_of(garments.load("tshirt-light"))
+    sheet = make_garment_sheet(garments.load("tshirt-light"))
     # some are left out in stripes, so that what is left falls into pieces
     vertices = np.flatnonzero(np.arange(sheet.vertex_count) // 100 % 5 != 0)
     found, expected = cut(sheet, vertices, parts), halved_by_scipy(couplings(sheet), vertices, parts)

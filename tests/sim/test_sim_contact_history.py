@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from hemline.sim import Scene, SimSettings, Skin, Stepper, Surface
-from hemline.sim.contact.history.contact_history import DEEP, FAR, SKEW, ContactHistory
-from hemline.sim.contact.history.history_kernels import apart, walk
+from hemline.sim import Scene, SimSettings, MovingSkin, Stepper, BodySurface
+from hemline.sim.contact.history.contact_history import MAX_DEPTH, FORGET_HEIGHT, MAX_SKEW, ContactHistory
+from hemline.sim.contact.history.history_kernels import share_no_corner, walk_downhill
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 
@@ -33,14 +33,14 @@ class Blocks:
 
     def skin(self, down):
         moved = np.concatenate([self.low, self.high - [0, down, 0]])
-        return Skin(moved.astype(np.float32), self.normals)
+        return MovingSkin(moved.astype(np.float32), self.normals)
 
 
 def pressed_and_released(square, body, way, *, limb=None):
     """The sheet at height 0 after the upper block went along that way over time, from 0 to 1."""
     sheet, x = square(13, 0.12, density=0.15, young=120.0, damping=0.003, friction=0.3)
     x = x - [0.06, 0, 0.06]
-    surface = Surface(body.faces, reach=0.04, limb=limb)
+    surface = BodySurface(body.faces, reach=0.04, limb=limb)
     settings = SimSettings(gravity=(0.0, -1.0, 0.0), self_contact=False)
     stepper = Stepper(sheet, surface=surface, settings=settings)
     state = stepper.start(x)
@@ -73,7 +73,7 @@ def test_what_goes_through_a_limb_does_not_take_its_cloth_along(square, limbs):
 def test_the_first_place_is_the_closest_one_where_nothing_overlaps():
     ball = trimesh.creation.icosphere(subdivisions=4, radius=0.3)
     vertices = np.asarray(ball.vertices, np.float32)
-    skin, surface = Skin(vertices, vertices / np.float32(0.3)), Surface(np.asarray(ball.faces), reach=0.06)
+    skin, surface = MovingSkin(vertices, vertices / np.float32(0.3)), BodySurface(np.asarray(ball.faces), reach=0.06)
     rng = np.random.default_rng(3)
     direction = rng.normal(size=(300, 3))
     points = 0.31 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
@@ -92,7 +92,7 @@ def test_a_place_that_was_left_is_kept_until_it_is_far(square):
     """Between two plates: the one that the cloth came from first, then the other; then the first is out of reach."""
     plate = (0.2, 0.03, 0.2)
     body = Blocks(block(plate, (0, -0.02, 0)), block(plate, (0, 0.03, 0)))
-    surface, skin = Surface(body.faces, reach=0.04), body.skin(0.0)
+    surface, skin = BodySurface(body.faces, reach=0.04), body.skin(0.0)
     points, fixed, home = np.zeros((1, 3)), np.zeros(1, bool), np.zeros(1, np.int64)
     history = ContactHistory.of(np.full((1, 2), -1, np.int32), surface)
     seen = []
@@ -108,7 +108,7 @@ def test_a_place_that_was_left_is_kept_until_it_is_far(square):
 def test_only_its_own_limb_takes_a_vertex_back_from_another_one_in_flesh(home):
     """A bar that came with it has taken the vertex 8 mm into the block, past the bar's own lower side."""
     body = Blocks(block((0.2, 0.04, 0.2), (0, -0.025, 0)), block((0.3, 0.03, 0.03), (0, 0.04, 0)))
-    surface, skin = Surface(body.faces, reach=0.04, limb=body.limb), body.skin(0.055)
+    surface, skin = BodySurface(body.faces, reach=0.04, limb=body.limb), body.skin(0.055)
     points, fixed = np.array([[0.0, -0.013, 0.0]]), np.zeros(1, bool)
     found = surface.closest(points, skin, fixed)
     under = np.flatnonzero((body.limb == 1) & (body.low.shape[0] <= body.faces.min(axis=1)))
@@ -124,7 +124,7 @@ def test_only_its_own_limb_takes_a_vertex_back_from_another_one_in_flesh(home):
 def test_a_place_slides_over_the_skin_to_where_it_is_closest():
     ball = trimesh.creation.icosphere(subdivisions=4, radius=0.3)
     vertices = np.asarray(ball.vertices, np.float32)
-    skin, surface = Skin(vertices, vertices / np.float32(0.3)), Surface(np.asarray(ball.faces), reach=0.06)
+    skin, surface = MovingSkin(vertices, vertices / np.float32(0.3)), BodySurface(np.asarray(ball.faces), reach=0.06)
     direction = np.random.default_rng(9).normal(size=(200, 3))
     points = 0.31 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
     nobody = np.zeros(200, bool)
@@ -136,18 +136,18 @@ def test_a_place_slides_over_the_skin_to_where_it_is_closest():
     assert not np.array_equal(before.face, closest.face)
     star = surface.star
     for i, vertex in enumerate(before.nearest):
-        _, face, v, w = walk(later, i, vertex, skin.vertices, surface.faces, star.starts, star.columns)
+        _, face, v, w = walk_downhill(later, i, vertex, skin.vertices, surface.faces, star.starts, star.columns)
         assert face == closest.face[i] and (v, w) == pytest.approx(closest.weights[i])
 
 
 def first_after(body, came, point):
     """Whether a vertex that was held off by that face still is where it is now; and whether other skin is closer."""
-    surface, skin = Surface(body.faces, reach=0.04), body.skin(0.0)
+    surface, skin = BodySurface(body.faces, reach=0.04), body.skin(0.0)
     points = np.array([point])
     found = surface.closest(points, skin, np.zeros(1, bool))
     history = ContactHistory.of(np.array([[came, -1]], np.int32), surface)
     first = history.moved(surface, points, skin, found, np.zeros(1, np.int64)).first
-    return not apart(surface.faces, first.face[0], came), apart(surface.faces, found.face[0], came)
+    return not share_no_corner(surface.faces, first.face[0], came), share_no_corner(surface.faces, found.face[0], came)
 
 
 def face_near(body, point):
@@ -171,7 +171,7 @@ def twin_of_moved(surface, points, skin, found, home, history):
     mesh = skin.vertices, surface.faces, surface.star.starts, surface.star.columns
 
     def slid(i, place):
-        return walk(points, i, history.nearest[place, i], *mesh)[1:]
+        return walk_downhill(points, i, history.nearest[place, i], *mesh)[1:]
 
     def over(i, face, v, w):
         corners, weights = surface.faces[face], np.array([1 - v - w, v, w])
@@ -184,21 +184,21 @@ def twin_of_moved(surface, points, skin, found, home, history):
         closest = (int(found.face[i]), *found.weights[i])
         came = slid(i, 0) if history.face[0, i] >= 0 else None
         left = slid(i, 1) if history.face[1, i] >= 0 else None
-        jumps = came is not None and apart(surface.faces, history.face[0, i], closest[0])
-        jumps = jumps and apart(surface.faces, came[0], closest[0])
+        jumps = came is not None and share_no_corner(surface.faces, history.face[0, i], closest[0])
+        jumps = jumps and share_no_corner(surface.faces, came[0], closest[0])
         first, second = closest, left
         if jumps:
             across = over(i, *closest)[2] @ over(i, *came)[2] < 0
-            known = left is not None and not apart(surface.faces, left[0], closest[0])
+            known = left is not None and not share_no_corner(surface.faces, left[0], closest[0])
             returns = surface.limb[closest[0]] == home[i] != surface.limb[came[0]]
             height = over(i, *closest)[0]
-            if height < 0 and (across or height < -DEEP) and not returns and not known:
+            if height < 0 and (across or height < -MAX_DEPTH) and not returns and not known:
                 first = came
             else:
                 second = came
         if second is not None:
             height, distance, _ = over(i, *second)
-            kept = apart(surface.faces, first[0], second[0]) and height < FAR and distance < SKEW * abs(height) + DEEP
+            kept = share_no_corner(surface.faces, first[0], second[0]) and height < FORGET_HEIGHT and distance < MAX_SKEW * abs(height) + MAX_DEPTH
             second = second if kept else None
         result.append([first[0], -1 if second is None else second[0]])
     return np.array(result)
@@ -208,7 +208,7 @@ def test_sides_are_their_twins():
     """Cloth that is stirred between two plates, which are in each other half of the time."""
     plate, rng = (0.2, 0.03, 0.2), np.random.default_rng(11)
     body = Blocks(block(plate, (0, -0.02, 0)), block(plate, (0, 0.03, 0)))
-    surface = Surface(body.faces, reach=0.04, limb=body.limb)
+    surface = BodySurface(body.faces, reach=0.04, limb=body.limb)
     points = rng.uniform([-0.08, 0.0, -0.08], [0.08, 0.01, 0.08], (300, 3))
     fixed, home = np.zeros(300, bool), rng.integers(0, 2, 300)
     history, seen = ContactHistory.of(np.full((300, 2), -1, np.int32), surface), np.zeros(3, int)
@@ -227,7 +227,7 @@ def test_the_other_limb_yields_where_both_press():
     """Of five vertices: on its own limb alone; between both, free; pressed; pinched; on another limb alone, pinched."""
     plate = (0.2, 0.03, 0.2)
     body = Blocks(block(plate, (0, -0.02, 0)), block(plate, (0, 0.03, 0)))
-    surface, skin = Surface(body.faces, reach=0.04, limb=body.limb), body.skin(0.0)
+    surface, skin = BodySurface(body.faces, reach=0.04, limb=body.limb), body.skin(0.0)
     lower, upper = face_near(body, (0, -0.005, 0)), face_near(body, (0, 0.015, 0))
     faces = np.array([[lower, -1], [lower, upper], [upper, lower], [lower, upper], [upper, -1]], np.int32)
     middle = np.array([skin.vertices[body.faces[lower]].mean(axis=0)] * 5, float)

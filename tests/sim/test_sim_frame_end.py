@@ -5,7 +5,7 @@ import pytest
 
 from hemline import bodies, garments
 from hemline.collide import winding_numbers
-from hemline.sim.step.frame_end import COUNTED_EVERY, FARTHEST_LED, FrameEnd
+from hemline.sim.step.frame_end import COUNT_INTERVAL, MAX_PINCHED_MOVE, FrameEnd
 from tests.sim.sim_poses import kicked
 
 
@@ -33,7 +33,7 @@ def cleaned(folded):
     vertices, places = trousers.vertices.astype(np.float64), np.full((len(trousers.vertices), 2), -1, np.int32)
     vertices[: len(points)], places[: len(points), 0] = points, face
     end = FrameEnd(trousers, shaped)
-    for _ in range(COUNTED_EVERY):
+    for _ in range(COUNT_INTERVAL):
         result = end.clean(posed, vertices, 1 / 30, places)
     assert result.inside == 0, "counted in every so many frames"
     count = len(points)
@@ -45,7 +45,7 @@ def test_what_is_between_two_parts_is_not_led_far(cleaned):
     before, after, pinched, turns, _ = cleaned
     moved, between = np.linalg.norm(after - before, axis=1), turns >= 2
     assert between.sum() > 100
-    assert moved[between].max() < FARTHEST_LED + 1e-6
+    assert moved[between].max() < MAX_PINCHED_MOVE + 1e-6
     # what is near a way out is led out there as well
     assert ((moved > 0) & ~pinched & between).any()
     stays = between & pinched
@@ -55,5 +55,5 @@ def test_what_is_between_two_parts_is_not_led_far(cleaned):
 def test_what_is_in_one_part_is_led_out_however_far(cleaned):
     before, after, pinched, turns, posed = cleaned
     moved, alone = np.linalg.norm(after - before, axis=1), (turns == 1) & ~pinched
-    assert (moved[alone] > 1.5 * FARTHEST_LED).sum() > 20
+    assert (moved[alone] > 1.5 * MAX_PINCHED_MOVE).sum() > 20
     assert not winding_numbers(posed.vertices, posed.faces, after[~pinched]).any()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hemline.errors import BadMesh
-from hemline.sim import Scene, SimSettings, Stepper, joined
+from hemline.sim import Scene, SimSettings, Stepper, join_sheets
 from hemline.sim.cloth.rows import Rows
 
 TIGHT = SimSettings(residual_share=1e-4, solver_share=1e-3, newton_steps=30, wind=(1.0, 0.0, 2.0))
@@ -33,7 +33,7 @@ def swung(sheet, x, pins, steps=12):
 @pytest.mark.parametrize(("curved", "bound"), [({}, 1e-5), ({"curved": 0.1}, 1e-4)])
 def test_each_piece_moves_as_if_it_were_alone(square, curved, bound):
     (first, x), (second, y) = two(square, **curved)
-    sheet = joined([first, second])
+    sheet = join_sheets([first, second])
     together = swung(sheet, np.concatenate([x, y]), np.array([0, 7, 64, 74]))
     alone = swung(first, x, np.array([0, 7])), swung(second, y, np.array([0, 10]))
     wanted = np.concatenate([each.positions for each in alone])
@@ -45,14 +45,14 @@ def test_each_piece_moves_as_if_it_were_alone(square, curved, bound):
 
 def test_pieces_are_numbered_from_the_skin_outwards(square):
     (first, _), (second, _) = two(square)
-    sheet = joined([joined([first, second]), first])
+    sheet = join_sheets([join_sheets([first, second]), first])
     assert sheet.piece.dtype == np.uint32
     assert np.bincount(sheet.piece).tolist() == [64, 121, 64]
 
 
 def test_one_piece_joined_is_itself(square):
     (sheet, _), _ = two(square)
-    again = joined([sheet])
+    again = join_sheets([sheet])
     for field in fields(sheet):
         before, after = getattr(sheet, field.name), getattr(again, field.name)
         rows = isinstance(before, Rows)
@@ -66,10 +66,10 @@ def test_energies_add_up(square):
     (first, x), (second, y) = two(square)
     rng = np.random.default_rng(2)
     x, y = (each + 0.02 * rng.normal(size=each.shape) for each in (x, y))
-    both = Stepper(joined([first, second])).energy(np.concatenate([x, y]))
+    both = Stepper(join_sheets([first, second])).energy(np.concatenate([x, y]))
     assert both == pytest.approx(Stepper(first).energy(x) + Stepper(second).energy(y), rel=1e-12)
 
 
 def test_no_piece_is_refused():
     with pytest.raises(BadMesh, match="a sheet must have a piece; got none; give at least one"):
-        joined([])
+        join_sheets([])

@@ -5,15 +5,15 @@ import pytest
 from scipy.linalg import cholesky_banded, solveh_banded
 from scipy.sparse.linalg import spsolve
 
-from hemline.sim import Skin, Stepper, Surface
+from hemline.sim import MovingSkin, Stepper, BodySurface
 from hemline.sim.cloth.air_kernels import air_at_vertices, air_by_triangle
 from hemline.sim.cloth.rows import Rows
-from hemline.sim.contact.body.body_contact import NEAR, Contact
+from hemline.sim.contact.body.body_contact import SEARCH_AGAIN_DISTANCE, Contact
 from hemline.sim.contact.body.load_kernels import contact_terms, slip_terms
-from hemline.sim.contact.body.planes import ClosestPoints
-from hemline.sim.contact.body.touch_kernels import BLOCK, STRIDE, turned_inside
+from hemline.sim.contact.body.planes import SkinPoints
+from hemline.sim.contact.body.touch_kernels import SEARCH_BLOCK, BLOCK_STRIDE, mark_turned_inside
 from hemline.sim.solver.conjugate_kernels import factorise, solve_band
-from hemline.sim.step.newton import newton
+from hemline.sim.step.newton import newton_step
 from hemline.sim.step.state import Scene
 from hemline.sim.step.step import Step
 from tests.sim.sim_matrices import assembled, vectors
@@ -96,7 +96,7 @@ def test_conjugate_gradients_solve_the_system(square):
     stepper, scene = Stepper(sheet, pinned=pinned), Scene(positions[pinned])
     state = stepper.start(positions * [1.2, 1, 1.2])
     step = Step(stepper.model, stepper.workspace, state, 0.01, scene, scene)
-    newton(step.potential, fresh=True, solver_share=1e-5, solver_steps=150)
+    newton_step(step.potential, fresh=True, solver_share=1e-5, solver_steps=150)
     system, free = stepper.workspace.system, np.repeat(~stepper.model.fixed, 3)
     matrix = assembled(stepper.model, stepper.workspace)[free][:, free]
     wanted = spsolve(matrix.tocsc(), vectors(stepper.model, system.right)[free].astype(float))
@@ -151,10 +151,10 @@ def sphere(radius=0.3, detail=4):
 
     ball = trimesh.creation.icosphere(detail, radius)
     vertices = np.asarray(ball.vertices, np.float32)
-    return ball, Skin(vertices, vertices / np.float32(radius)), Surface(np.asarray(ball.faces), reach=0.06)
+    return ball, MovingSkin(vertices, vertices / np.float32(radius)), BodySurface(np.asarray(ball.faces), reach=0.06)
 
 
-@pytest.mark.parametrize("count", [400, BLOCK * STRIDE, BLOCK * STRIDE + 1])
+@pytest.mark.parametrize("count", [400, SEARCH_BLOCK * BLOCK_STRIDE, SEARCH_BLOCK * BLOCK_STRIDE + 1])
 def test_closest_points_are_libigls(count):
     import igl
 
@@ -191,10 +191,10 @@ def test_the_surface_is_sought_again_only_under_points_that_moved():
     fixed, stiffness = np.arange(200) < 20, np.full(200, 7.0)
     contact = Contact(surface, skin, skin, points, points, fixed, stiffness)
     before = contact.planes
-    assert not contact.move(points + 0.5 * NEAR), "nobody moved far enough"
+    assert not contact.move(points + 0.5 * SEARCH_AGAIN_DISTANCE), "nobody moved far enough"
     moved = np.arange(200) >= 150
-    later = points + np.where(moved, 40 * NEAR, 0.5 * NEAR)[:, None] * direction[:, [1, 2, 0]]
-    farther = np.linalg.norm(later - points, axis=1) > NEAR
+    later = points + np.where(moved, 40 * SEARCH_AGAIN_DISTANCE, 0.5 * SEARCH_AGAIN_DISTANCE)[:, None] * direction[:, [1, 2, 0]]
+    farther = np.linalg.norm(later - points, axis=1) > SEARCH_AGAIN_DISTANCE
     assert contact.move(later)
     for name in ("normal", "point"):
         assert np.array_equal(getattr(contact.planes, name)[~farther], getattr(before, name)[~farther])
@@ -209,7 +209,7 @@ def test_sides_that_turned_are_those_of_the_plain_twin():
     x, before, normal, point = (rng.normal(size=(300, 3)) for _ in range(4))
     old, new = (rng.choice([0.0, 3.0], 300) for _ in range(2))
     turned = np.empty(300, bool)
-    turned_inside(x, before, old, normal, point, new, turned)
+    mark_turned_inside(x, before, old, normal, point, new, turned)
     gap = np.where(new > 0, np.einsum("vi,vi->v", normal, x - point), np.inf)
     wanted = (old > 0) & (gap < 0) & (np.einsum("vi,vi->v", before, normal) < 0)
     assert 20 < wanted.sum() < 60 and np.array_equal(turned, wanted)
@@ -218,7 +218,7 @@ def test_sides_that_turned_are_those_of_the_plain_twin():
 def test_planes_are_carried_by_the_surface():
     _, skin, surface = sphere()
     points = np.array([[0.0, 0.31, 0.0]])
-    later = Skin(skin.vertices + np.float32([0.1, 0.2, 0.3]), skin.normals)
+    later = MovingSkin(skin.vertices + np.float32([0.1, 0.2, 0.3]), skin.normals)
     closest = surface.closest(points, skin, np.zeros(1, bool))
     planes = surface.planes(closest, points, skin, later, np.array([7.0]))
     assert planes.carried[0] == pytest.approx(points[0] + [0.1, 0.2, 0.3], abs=1e-6)
@@ -258,12 +258,12 @@ def test_the_search_for_the_body_stays_within_its_grid(axis, side):
 
     ball = trimesh.creation.icosphere(2, 0.2)
     vertices = np.asarray(ball.vertices, np.float32)
-    surface = Surface(np.asarray(ball.faces), reach=0.04)
-    grid = Skin(vertices, vertices).grid(0.04)
+    surface = BodySurface(np.asarray(ball.faces), reach=0.04)
+    grid = MovingSkin(vertices, vertices).grid(0.04)
     # near the last rows of the grid in the other two axes, which lie at the end of its array
     x = np.full((1, 3), 0.2)
     x[0, axis] = side * 0.9
-    found = ClosestPoints(np.full(1, -1, np.int32), np.empty(1, np.int32), np.zeros((1, 2)))
-    mesh = surface.mesh(Skin(vertices, vertices))
+    found = SkinPoints(np.full(1, -1, np.int32), np.empty(1, np.int32), np.zeros((1, 2)))
+    mesh = surface.mesh(MovingSkin(vertices, vertices))
     closest_faces.py_func(x, mesh, grid, 0.04, np.zeros(1, bool), found)
     assert found.face[0] == -1

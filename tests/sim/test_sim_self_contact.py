@@ -12,8 +12,8 @@ from hemline.meshes import crossing_edges, edges, self_crossings, vertex_normals
 from hemline.sim import Elastic, Scene, SimSettings, Stepper, make_sheet
 from hemline.sim.contact.pairs.pair_kernels import pair_forces
 from hemline.sim.contact.pairs.pair_search_kernels import _edge_edge, _vertex_face
-from hemline.sim.contact.pairs.self_contact import MARGIN
-from hemline.sim.contact.pairs.self_search import UNTANGLING, SelfSearch
+from hemline.sim.contact.pairs.self_contact import SEARCH_MARGIN
+from hemline.sim.contact.pairs.self_search import UNTANGLE_DISTANCE, SelfSearch
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 
@@ -117,14 +117,14 @@ def every_pair(search, x, moved):
     for i in range(len(x)):
         for f in range(len(faces)):
             agree = patches.joined[label[i], label[faces[f, 0]]] and of_vertex[i] @ of_face[f] > 0
-            if not agree and vertex_face(x, moved, i, f, faces, patches.radius, MARGIN, 1, 0, out):
+            if not agree and vertex_face(x, moved, i, f, faces, patches.radius, SEARCH_MARGIN, 1, 0, out):
                 found.add(tuple(map(int, out[0])))
     for e in range(len(edge)):
         for g in range(len(edge)):
             here, there = label[edge[e, 0]], label[edge[g, 0]]
             agree = patches.joined[here, there] and of_edge[e] @ of_edge[g] > 0
             later = here < there or (here == there and e < g)
-            if later and not agree and edge_edge(x, moved, e, g, edge, patches.radius, MARGIN, 1, 0, out)[0]:
+            if later and not agree and edge_edge(x, moved, e, g, edge, patches.radius, SEARCH_MARGIN, 1, 0, out)[0]:
                 found.add(tuple(map(int, out[0])))
     return found
 
@@ -290,11 +290,11 @@ def test_what_pulls_a_crossing_apart_pulls_all_ends_of_its_edges_one_way_and_by_
     assert untangling.size > 20
     between = np.einsum("pc,pcx->px", untangling.weights, x[untangling.corners])
     height = np.einsum("px,px->p", between, untangling.normal)
-    assert height.min() < -2 * UNTANGLING and height.max() > 2 * UNTANGLING
+    assert height.min() < -2 * UNTANGLE_DISTANCE and height.max() > 2 * UNTANGLE_DISTANCE
     forces, energy = np.empty((untangling.size, 3)), np.empty(1 + untangling.size // 64)
     pair_forces(x, untangling, 1.0, forces, energy)
     load = -np.einsum("px,px->p", forces, untangling.normal)
-    assert load == pytest.approx(untangling.stiffness * UNTANGLING)
+    assert load == pytest.approx(untangling.stiffness * UNTANGLE_DISTANCE)
     # nothing is left once they have gone that far
     pair_forces(x, untangling._replace(reach=height), 1.0, forces, energy)
     assert np.abs(forces).max() < 1e-12

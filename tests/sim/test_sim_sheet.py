@@ -6,7 +6,7 @@ from hemline.errors import BadMesh
 from hemline.sim import Elastic, Stepper, make_sheet
 from hemline.sim.cloth.sheet import hinge_angles
 from hemline.sim.solver.clusters import make_clusters
-from hemline.sim.solver.layout import LINE, make_layout
+from hemline.sim.solver.layout import SLOTS_PER_LINE, make_layout
 
 
 def dense_bending(sheet):
@@ -102,7 +102,7 @@ def test_the_solver_keeps_the_sheets_matrix_in_its_own_order(square):
     slot = layout.slot.astype(int)
     assert len(np.unique(slot)) == sheet.vertex_count and np.array_equal(layout.vertex[slot], np.arange(len(slot)))
     # each cluster is one stretch of slots from a cache line's start; fixed vertices are behind all of them
-    assert not (layout.begin % LINE).any() and (layout.end[:-1] <= layout.begin[1:]).all()
+    assert not (layout.begin % SLOTS_PER_LINE).any() and (layout.end[:-1] <= layout.begin[1:]).all()
     held = np.concatenate([np.arange(*ends) for ends in zip(layout.begin, layout.end, strict=True)])
     assert np.array_equal(np.sort(layout.vertex[held]), np.flatnonzero(~fixed))
     assert slot[fixed].min() >= layout.end.max() and (layout.cluster[slot[fixed]] == len(layout.begin)).all()

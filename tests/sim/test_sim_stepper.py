@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from hemline.errors import BadInput, SimulationFailed
-from hemline.sim import Scene, SimSettings, Skin, Stepper, Surface
+from hemline.sim import Scene, SimSettings, MovingSkin, Stepper, BodySurface
 
 
 def test_pins_are_where_they_are_put_and_the_rest_follows(square):
@@ -147,12 +147,12 @@ def test_cloth_stays_on_its_side_of_a_thin_plate_that_hits_it_fast(square):
     top = np.stack([flat[:, 0], 0 * flat[:, 0], flat[:, 1]], axis=1)
     plate = np.concatenate([top, top - [0, 0.016, 0]]).astype(np.float32)
     normals = np.repeat(np.float32([[0, 1, 0], [0, -1, 0]]), len(flat), axis=0)
-    stepper = Stepper(sheet, surface=Surface(faces, reach=0.04), settings=SimSettings(gravity=(0.0, 0.0, 0.0)))
+    stepper = Stepper(sheet, surface=BodySurface(faces, reach=0.04), settings=SimSettings(gravity=(0.0, 0.0, 0.0)))
     state = stepper.start(x + [0, 0.06, 0])
     for step in range(5):
         at = np.float32(0.08 * step)
         scenes = {
-            share: Scene(np.zeros((0, 3)), Skin(plate + np.float32([0, at + 0.08 * share, 0]), normals))
+            share: Scene(np.zeros((0, 3)), MovingSkin(plate + np.float32([0, at + 0.08 * share, 0]), normals))
             for share in (0.0, 0.5, 1.0)
         }
         state, _ = stepper.advance(state, 1 / 120, lambda share, s=scenes: s[share])

@@ -9,9 +9,9 @@ from hemline import bodies, garments, motions
 from hemline.errors import SimulationFailed
 from hemline.meshes import crossing_edges, self_crossings
 from hemline.sim import SimSettings, rest_drape, simulate
-from hemline.sim.rest.ironing import ironed
+from hemline.sim.rest.ironing import iron
 from hemline.sim.rest.tangles import refuse_tangles
-from hemline.sim.step.dressed_body import sheet_of
+from hemline.sim.step.dressed_body import make_garment_sheet
 
 
 @pytest.fixture(scope="module")
@@ -54,17 +54,17 @@ def test_ironing_opens_a_crumple_and_leaves_the_rest_as_it_is(square):
     crossed = crossing_edges(crumpled.astype(np.float32), faces)
     assert len(crossed)
     free = np.ones(sheet.vertex_count, bool)
-    flat = ironed(sheet, crumpled, crossed, free)
+    flat = iron(sheet, crumpled, crossed, free)
     assert not len(crossing_edges(flat.astype(np.float32), faces))
     touched = np.isin(faces, crossed).any(axis=1)
     far = np.setdiff1d(np.arange(sheet.vertex_count), faces[touched])
     assert len(far) and np.array_equal(flat[far], crumpled[far])
-    assert np.array_equal(ironed(sheet, crumpled, crossed, ~free), crumpled)
+    assert np.array_equal(iron(sheet, crumpled, crossed, ~free), crumpled)
 
 
 def test_what_stays_tangled_is_refused_and_the_place_is_named(cape):
     posed = bodies.load("anny24").shaped().posed(bodies.load("anny24").shaped().rest_pose)
-    sheet, nobody = sheet_of(cape), np.zeros(len(cape.vertices), bool)
+    sheet, nobody = make_garment_sheet(cape), np.zeros(len(cape.vertices), bool)
     settled = rest_drape(cape, bodies.load("anny24").shaped()).vertices[0]
     assert refuse_tangles("cape", sheet, settled, posed, nobody) == 0
     # the left shoulder's cloth pushed through the cloth behind it

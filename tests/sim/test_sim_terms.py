@@ -11,7 +11,7 @@ from hemline.sim.cloth.inertia_kernels import Inertia
 from hemline.sim.contact.body.planes import Planes
 from hemline.sim.contact.pairs.pair_kernels import PairRows
 from hemline.sim.contact.pairs.pairs import Pairs
-from hemline.sim.solver.conjugate_kernels import FEW
+from hemline.sim.solver.conjugate_kernels import FEW_PAIRS
 from hemline.sim.step.model import make_model
 from hemline.sim.step.potential import Potential
 from hemline.sim.step.terms.air import constant_force
@@ -106,7 +106,7 @@ def hinges(square):
     return alone(square, curved=0.05, young=0.0, bending=1e-3)[0]
 
 
-def pairs(square, depths, limit, count=3 * FEW):
+def pairs(square, depths, limit, count=3 * FEW_PAIRS):
     """Pairs of any four vertices, so deep in each other."""
     made, rng = alone(square, **LIMP)
     corners = np.array([rng.choice(len(made.x), 4, replace=False) for _ in range(count)]).astype(np.uint32)

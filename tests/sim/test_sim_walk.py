@@ -15,7 +15,7 @@ from hemline.motions.motion import JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 from hemline.sim import SimSettings, produce_posed, settle
 from hemline.sim.rest.settle import rest_state
-from hemline.sim.rest.walk import WALK, accepted
+from hemline.sim.rest.walk import WALK, accept
 from hemline.sim.step.state import ClothState
 
 SHOULDERS = JOINT_NAMES.index("left_shoulder"), JOINT_NAMES.index("right_shoulder")
@@ -88,17 +88,17 @@ def test_cloth_that_moves_or_has_no_place_is_refused():
     garment, _ = shirt()
     count = len(garment.vertices)
     still = ClothState(*(np.zeros((count, 3)) for _ in range(3)), np.zeros(count), np.zeros(count, bool), None)
-    kept = accepted(raised(), still)
+    kept = accept(raised(), still)
     assert kept.figures["speed_mm_s"] == 0
     moving = replace(still, velocities=np.full((count, 3), 0.05))
     with pytest.raises(SimulationFailed, match=r"did not come to rest in this pose: mean speed \[mm/s\] 86.6"):
-        accepted(raised(), moving)
+        accept(raised(), moving)
     pinched = np.arange(count) < 0.1 * count
     with pytest.raises(SimulationFailed, match="pinched share 0.1, accepted up to 0.03"):
-        accepted(replace(raised(), pinched=pinched), still)
+        accept(replace(raised(), pinched=pinched), still)
     crossed = raised().figures | {"self_crossing_percent": 5.0}
     with pytest.raises(SimulationFailed, match=r"edges through the cloth \[%\] 5, accepted up to 3"):
-        accepted(replace(raised(), figures=crossed), still)
+        accept(replace(raised(), figures=crossed), still)
 
 
 def test_a_walk_begins_with_the_rest_drape_of_the_shape():

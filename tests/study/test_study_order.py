@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binomtest, chisquare
 
 from hemline.study import Pair
-from hemline.study.order import shown_to
+from hemline.study.order import order_for
 
 PEOPLE = [f"P{number}" for number in range(3000)]
 
@@ -20,7 +20,7 @@ def pairs(count: int) -> list[Pair]:
 @pytest.mark.parametrize("count", [1, 2, 3, 6, 7])
 def test_each_sees_all_pairs_once_and_a_on_the_left_in_half(count):
     for person in PEOPLE[:50]:
-        shown = shown_to(person, pairs(count), 0)
+        shown = order_for(person, pairs(count), 0)
         assert {each.pair.name for each in shown} == {each.name for each in pairs(count)} and len(shown) == count
         assert sum(each.a_left for each in shown) in {count // 2, (count + 1) // 2}
 
@@ -29,7 +29,7 @@ def test_each_sees_all_pairs_once_and_a_on_the_left_in_half(count):
 def test_orders_and_sides_are_fair(over):
     """Chi-square over all orders of three pairs; a binomial test for the side of each pair and of each place."""
     runs = [
-        shown_to(p, pairs(3), 5) if over == "participants" else shown_to("P1", pairs(3), int(p[1:])) for p in PEOPLE
+        order_for(p, pairs(3), 5) if over == "participants" else order_for("P1", pairs(3), int(p[1:])) for p in PEOPLE
     ]
     orders = Counter(tuple(each.pair.name for each in shown) for shown in runs)
     assert set(orders) == set(permutations(each.name for each in pairs(3)))
@@ -42,6 +42,6 @@ def test_orders_and_sides_are_fair(over):
 
 
 def test_the_order_is_kept_however_the_pairs_come():
-    assert shown_to("P1", pairs(6), 3) == shown_to("P1", pairs(6)[::-1], 3)
-    assert shown_to("P1", pairs(6), 3) != shown_to("P1", pairs(6), 4)
-    assert shown_to("P1", pairs(6), 3) != shown_to("P2", pairs(6), 3)
+    assert order_for("P1", pairs(6), 3) == order_for("P1", pairs(6)[::-1], 3)
+    assert order_for("P1", pairs(6), 3) != order_for("P1", pairs(6), 4)
+    assert order_for("P1", pairs(6), 3) != order_for("P2", pairs(6), 3)

@@ -6,7 +6,7 @@ import pytest
 from scipy.special import betainc
 
 from hemline.errors import BadInput
-from hemline.study import QUESTIONS, summarised
+from hemline.study import QUESTIONS, summarise
 from tests.study.study_samples import answer
 
 TABLE = {
@@ -40,7 +40,7 @@ def answers_of(counts, **changes) -> list:
 def test_the_papers_table_comes_out(question, place):
     """The paper rounds to 2 or 3 decimals."""
     counts, mean, deviation, t = TABLE[question][place]
-    (row,) = summarised(answers_of(counts, question=question))
+    (row,) = summarise(answers_of(counts, question=question))
     assert (row.question, row.pair, row.participants, row.counts, row.freedom) == (question, "walk", 18, counts, 17)
     assert row.mean == pytest.approx(mean, abs=0.0051)
     assert row.deviation == pytest.approx(deviation, abs=0.00051)
@@ -50,7 +50,7 @@ def test_the_papers_table_comes_out(question, place):
 
 @pytest.mark.parametrize("counts", [(4, 5, 6, 3, 0, 0, 0), (1, 0, 2, 3, 2, 1, 1), (0, 0, 0, 1, 1, 0, 0)])
 def test_t_and_p_are_those_of_the_formula(counts):
-    (row,) = summarised(answers_of(counts))
+    (row,) = summarise(answers_of(counts))
     assert row.t == pytest.approx((row.mean - 4) / (row.deviation / math.sqrt(row.participants)))
     freedom = row.participants - 1
     assert row.p == pytest.approx(betainc(freedom / 2, 0.5, freedom / (freedom + row.t**2)))
@@ -64,7 +64,7 @@ def test_all_pairs_are_tested_by_participant():
         for person, points in said.items()
         for pair, point in zip(("walk", "turn"), points, strict=False)
     ]
-    turn, walk, both = summarised(answers)
+    turn, walk, both = summarise(answers)
     assert [row.pair for row in (turn, walk, both)] == ["turn", "walk", None]
     assert (turn.participants, walk.participants, both.participants) == (2, 3, 3)
     assert both.counts == (1, 0, 2, 0, 1, 1, 0)
@@ -73,15 +73,15 @@ def test_all_pairs_are_tested_by_participant():
 
 
 def test_one_participant_is_no_sample():
-    (row,) = summarised([answer(preference=7)])
+    (row,) = summarise([answer(preference=7)])
     assert (row.mean, row.deviation, row.t, row.p, row.freedom) == (7, None, None, None, 0)
 
 
 def test_where_all_say_the_same_there_is_no_test():
-    (row,) = summarised(answers_of((0, 5, 0, 0, 0, 0, 0)))
+    (row,) = summarise(answers_of((0, 5, 0, 0, 0, 0, 0)))
     assert (row.mean, row.deviation, row.t, row.p) == (2, 0, None, None)
 
 
 def test_no_answers_are_said():
     with pytest.raises(BadInput, match="there is nothing to summarise; got no answers; ask somebody"):
-        summarised([])
+        summarise([])

@@ -9,7 +9,7 @@ from hemline import garments
 from hemline.bodies import skin_points
 from hemline.cli.main import main
 from hemline.errors import BadGarment
-from hemline.garments.clearance import smoothed_field
+from hemline.garments.clearance import smooth_field
 from hemline.garments.dressing import body_tree
 from hemline.meshes import ClosestTree
 from hemline.tryon import fitness, try_on
@@ -31,7 +31,7 @@ def posed_with(garment, shaped, angles):
         )
         moved += closest.weights[:, [c]] * at
     # smooth, as the nearest points jump where arm and trunk are near to each other
-    field = smoothed_field(moved - garment.vertices, garment.faces, np.ones(len(moved)), 5.0)
+    field = smooth_field(moved - garment.vertices, garment.faces, np.ones(len(moved)), 5.0)
     return garment.vertices + field
 
 

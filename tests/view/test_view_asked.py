@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from hemline.errors import BadInput
-from hemline.view import Page, Shelf, asked
+from hemline.view import Page, Catalog, validate
 from tests.view.view_samples import clip, serving, shelf, shirt
 from tests.view.visitor import ConnectionClosed, Visitor, visiting
 
@@ -145,7 +145,7 @@ def test_a_picture_of_this_machine_is_read_by_nobody(tmp_path, told):
     private = tmp_path / "private.png"
     Image.new("RGB", (8, 8), (1, 2, 3)).save(private)
     name = f"![x]({private})"
-    held = Shelf({"shirt": shirt, name: shirt}, {"walk": clip, name: clip})
+    held = Catalog({"shirt": shirt, name: shirt}, {"walk": clip, name: clip})
     with (
         serving(Page(held, report=told.append)) as page,
         visiting(page.url) as visitor,
@@ -163,7 +163,7 @@ def test_a_picture_of_this_machine_is_read_by_nobody(tmp_path, told):
 
 def test_names_and_errors_are_text(told):
     evil = '{alert(document.domain)}<img src=x onerror="alert(1)">'
-    with serving(Page(Shelf({evil: shirt}, {"walk": clip}), report=told.append)) as page, visiting(page.url) as visitor:
+    with serving(Page(Catalog({evil: shirt}, {"walk": clip}), report=told.append)) as page, visiting(page.url) as visitor:
         visitor.set("Garment", evil + "!")
         visitor.until(lambda: any("alert(document.domain)}&lt;img" in each for each in visitor.html()), "the name")
         visitor.until(lambda: page.trouble, "what was refused")
@@ -190,16 +190,16 @@ def test_a_frame_that_fails_is_said_and_the_next_wish_is_fulfilled(monkeypatch):
 @pytest.mark.parametrize(
     "check",
     [
-        lambda: asked.one_of("speed", 1, ("1",)),
-        lambda: asked.one_of("speed", ["1"], ("1",)),
-        lambda: asked.switch("bones", 1),
-        lambda: asked.number("wind", True, (0, 1)),
-        lambda: asked.number("wind", math.nan, (0, 1)),
-        lambda: asked.numbers("wind", "ab", 2, (0, 1)),
-        lambda: asked.numbers("wind", (1.0,), 2, (0, 1)),
-        lambda: asked.place(None),
-        lambda: asked.place((np.zeros(3), np.ones(4))),
-        lambda: asked.place((np.zeros(3), np.array([1.0, 0, 0, 0]), 3)),
+        lambda: validate.check_choice("speed", 1, ("1",)),
+        lambda: validate.check_choice("speed", ["1"], ("1",)),
+        lambda: validate.check_switch("bones", 1),
+        lambda: validate.check_number("wind", True, (0, 1)),
+        lambda: validate.check_number("wind", math.nan, (0, 1)),
+        lambda: validate.check_numbers("wind", "ab", 2, (0, 1)),
+        lambda: validate.check_numbers("wind", (1.0,), 2, (0, 1)),
+        lambda: validate.check_place(None),
+        lambda: validate.check_place((np.zeros(3), np.ones(4))),
+        lambda: validate.check_place((np.zeros(3), np.array([1.0, 0, 0, 0]), 3)),
     ],
 )
 def test_what_is_no_wish_is_refused(check):

@@ -7,13 +7,13 @@ from hemline import bodies, motions
 from hemline.collide.primitives.primitive_kernels import ROUND_CONE
 from hemline.collide.primitives.proxy import BodyProxy
 from hemline.meshes import face_normals
-from hemline.view.colliders import rounded_cones
+from hemline.view.colliders import cone_surfaces
 
 
 def test_every_vertex_is_on_its_own_cone_and_none_is_deep_inside_all():
     body = bodies.load("anny24").shaped((1.5, -1.0))
     posed, proxy = body.posed(motions.load("kick")[30]), BodyProxy.fit(body)
-    vertices, faces = rounded_cones(proxy, posed.transforms)
+    vertices, faces = cone_surfaces(proxy, posed.transforms)
     cones = len(proxy.joints)
     for number, own in enumerate(np.split(vertices.astype(np.float64), cones)):
         kinds, joints, shapes = (
@@ -33,5 +33,5 @@ def test_a_cone_whose_one_end_holds_the_other_is_a_sphere(radii):
     shape = np.array([[0.0, 0.0, 0.0, 0.0, 0.03, 0.0, *radii, *[0.0] * 8]])
     proxy = BodyProxy(np.array([ROUND_CONE], np.int32), np.zeros(1, np.int32), shape, np.zeros((24, 3)))
     still = np.tile(np.eye(4)[:3], (24, 1, 1)).astype(np.float32)
-    vertices, _ = rounded_cones(proxy, still)
+    vertices, _ = cone_surfaces(proxy, still)
     assert np.abs(proxy.distances(vertices.astype(np.float64), still)[0]).max() < 1e-6

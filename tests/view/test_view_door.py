@@ -146,7 +146,7 @@ def test_requests_that_do_not_end_are_few_and_keep_nobody_out(page):
         connections = []
         for _ in range(200):
             each = held.enter_context(socket.create_connection((parts.hostname, parts.port)))
-            each.settimeout(server.HEARD_WITHIN / 3)
+            each.settimeout(server.REQUEST_TIMEOUT / 3)
             each.sendall(b"GET / HTTP/1.1\r\nHost: ")
             connections.append(each)
         assert got(page, parts.path)[0] == 200
@@ -163,7 +163,7 @@ NOISE = {
     "no such type": b"\x81\xa4type\xa3Foo",
     "a type that is none": b"\x81\xa4type\xc0",
     "deep": b"\x91" * 100_000 + b"\x01",
-    "too long": b"\x00" * (server.LONGEST + 1),
+    "too long": b"\x00" * (server.LONGEST_MESSAGE + 1),
     "a camera that is none": b"\x82\xa4type\xb3ViewerCameraMessage\xa4wxyz\x01",
 }
 

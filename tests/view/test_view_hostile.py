@@ -11,7 +11,7 @@ import pytest
 from tests.view.view_samples import clip, serving, shelf, shirt
 
 viser = pytest.importorskip("viser", reason="viser is not installed: pip install 'hemline[view]'")
-from hemline.view import Page, Shelf  # noqa: E402
+from hemline.view import Page, Catalog  # noqa: E402
 from tests.study.browser import browsing  # noqa: E402
 from tests.view.test_view_page import until  # noqa: E402
 
@@ -121,7 +121,7 @@ def test_the_browser_is_led_to_the_page_by_an_address_that_works_once(driver):
 
 
 def test_names_and_errors_run_nothing_and_are_shown_as_they_are(driver):
-    held = Shelf({"shirt": shirt, NAME: shirt}, {"walk": clip, NAME: clip})
+    held = Catalog({"shirt": shirt, NAME: shirt}, {"walk": clip, NAME: clip})
     with serving(Page(held, playing=False)) as page, elsewhere() as host:
         driver.get(page.url)
         until(lambda: connected(driver), "the page")

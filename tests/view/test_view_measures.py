@@ -5,21 +5,21 @@ import pytest
 
 from hemline.collide import inside
 from hemline.errors import BadInput
-from hemline.view import Choice, Played, Shelf, Simulated
+from hemline.view import Choice, PlayedClip, Catalog, SimulatedClip
 from hemline.view.bands import COLOURS, ERROR, STRETCH, split
 from hemline.view.downloads import clip_of, file_of
 from hemline.view.measures import (
-    SHOWN,
-    Judged,
+    STAGES,
+    FrameMeasures,
     cloth_of,
     errors,
-    judged,
-    marked,
+    measure_frame,
+    inside_body,
     stretches,
     worst_frames,
 )
-from hemline.view.shelf import NO_MODEL
-from hemline.view.wishes import Wishes
+from hemline.view.catalog import NO_MODEL
+from hemline.view.requests import Requests
 from tests.view.view_samples import clip, shelf, shirt, stage, take
 
 
@@ -62,22 +62,22 @@ def test_without_the_projection_one_sees_what_the_animator_made():
     assert cloth_of(frame, "finished") is frame.vertices
     assert cloth_of(frame, "before the projection") is frame.held
     assert cloth_of(frame, "the animator's own") is frame.animated
-    assert len(SHOWN) == 3
+    assert len(STAGES) == 3
 
 
 def test_what_is_red_is_inside():
     frame = stage().frame
-    held = marked(frame.animated, frame)
+    held = inside_body(frame.animated, frame)
     assert np.array_equal(held, inside(frame.body.vertices, frame.body.faces, frame.animated))
-    after = marked(frame.vertices, frame)
+    after = inside_body(frame.vertices, frame)
     after[frame.report.pinched] = False
     assert not after.any()
-    found = judged(0, frame, shirt().garment)
-    assert found.inside == np.count_nonzero(marked(frame.held, frame)) and found.stretch > 0
+    found = measure_frame(0, frame, shirt().garment)
+    assert found.inside == np.count_nonzero(inside_body(frame.held, frame)) and found.stretch > 0
 
 
 def test_the_worst_frames_come_first():
-    rows = worst_frames([Judged(0, 3.0, 0), Judged(1, 41.0, 7), Judged(2, 8.0, 0)])
+    rows = worst_frames([FrameMeasures(0, 3.0, 0), FrameMeasures(1, 41.0, 7), FrameMeasures(2, 8.0, 0)])
     assert [index for index, _ in rows] == [1, 2, 0, 1]
     assert rows[0][1] == "frame 1: an edge 41 % too long" and rows[-1][1] == "frame 1: 7 inside before the projection"
 
@@ -95,9 +95,9 @@ def test_a_shelf_lists_models_clips_and_takes(tmp_path):
     shown = shelf(tmp_path / "takes")
     assert shown.model_names == ("shirt", NO_MODEL)
     assert shown.clip_names == ("take: takes/walk", "walk", "turn")
-    assert isinstance(shown.source(shown.first()), Simulated)
+    assert isinstance(shown.source(shown.first()), SimulatedClip)
     played = shown.source(Choice("shirt", "take: takes/walk"))
-    assert isinstance(played, Played) and np.array_equal(played.truth(1), take().vertices[1])
+    assert isinstance(played, PlayedClip) and np.array_equal(played.truth(1), take().vertices[1])
     assert shelf().first() == Choice("shirt", "walk")
     assert not shown.windy(shown.first())
 
@@ -120,18 +120,18 @@ def test_a_take_of_another_garment_is_refused(tmp_path):
     from hemline import animators
 
     whole = shelf(tmp_path / "takes")
-    other = Shelf({"cape": lambda: animators.load("cape")}, {"walk": clip}, whole.datasets)
+    other = Catalog({"cape": lambda: animators.load("cape")}, {"walk": clip}, whole.datasets)
     with pytest.raises(BadInput, match="model 'cape' wears another garment than this take"):
         other.source(Choice("cape", other.clip_names[0]))
 
 
 def test_an_empty_shelf_is_refused():
     with pytest.raises(BadInput, match="there is nothing to play"):
-        Shelf({}, {"walk": clip})
+        Catalog({}, {"walk": clip})
 
 
 def test_of_many_wishes_of_a_name_the_last_counts_in_its_place():
-    wishes = Wishes()
+    wishes = Requests()
     wishes.put("frame", 1)
     wishes.put("play")
     wishes.put("frame", 2)

@@ -8,9 +8,9 @@ from hemline.animators.live import AnimatorLive, LiveConfig
 from hemline.animators.ropes import AnimatorRopes
 from hemline.errors import BadInput
 from hemline.playback import Player
-from hemline.view import Played, Shift, Simulated, Stage
+from hemline.view import PlayedClip, BodyShift, SimulatedClip, Stage
 from hemline.view import stage as stage_module
-from hemline.view.wind import blown, takes_wind
+from hemline.view.wind import with_wind, takes_wind
 from tests.view.view_samples import FPS, body, clip, shirt, stage, take
 
 BETAS = (1.5, -1.0, 0.5)
@@ -101,7 +101,7 @@ def test_the_shape_changes_at_once_under_a_settled_garment():
 def test_a_body_that_is_dragged_goes_there_at_the_speed_of_a_body_and_the_cloth_with_it():
     shown = stage()
     before, cloth = shown.frame.body.joints[0].copy(), shown.frame.vertices.mean(axis=0)
-    hand = Shift().dragged(before.astype(np.float64), before + [0.4, 0.0, 0.0], np.array([1.0, 0, 0, 0]))
+    hand = BodyShift().dragged(before.astype(np.float64), before + [0.4, 0.0, 0.0], np.array([1.0, 0, 0, 0]))
     shown.drag(hand)
     shown.hold()
     assert 0.1 < np.linalg.norm(shown.frame.body.joints[0] - before) < 0.2 and shown.index == 0
@@ -119,18 +119,18 @@ def test_a_handle_that_is_turned_turns_the_body_about_it():
     quarter = np.array([np.sqrt(0.5), 0, np.sqrt(0.5), 0])
     pose = body().placed(clip())[0]
     here = pose.translation.astype(np.float64)
-    turned = Shift().dragged(here, here, quarter).of(pose)
+    turned = BodyShift().dragged(here, here, quarter).of(pose)
     assert np.allclose(turned.translation, here, atol=1e-6)
     one, two = body().posed(pose), body().posed(turned)
     out = one.vertices - here
     assert np.allclose(two.vertices - here, np.stack([out[:, 2], out[:, 1], -out[:, 0]], axis=1), atol=1e-4)
-    assert Shift().of(pose) is pose
+    assert BodyShift().of(pose) is pose
 
 
 def test_wind_is_for_those_that_take_it():
-    assert not takes_wind(shirt()) and blown(shirt(), (1.0, 0.0, 0.0)) is shirt()
+    assert not takes_wind(shirt()) and with_wind(shirt(), (1.0, 0.0, 0.0)) is shirt()
     live = AnimatorLive(shirt().garment, np.zeros((4, 3), np.float32), "anny24", body().body.hash, LiveConfig())
-    assert takes_wind(live) and blown(live, (0.0, 0.0, 2.0)).config.wind == (0.0, 0.0, 2.0)
+    assert takes_wind(live) and with_wind(live, (0.0, 0.0, 2.0)).config.wind == (0.0, 0.0, 2.0)
 
 
 def test_the_wind_of_ropes_moves_the_cape_from_the_next_frame_on():
@@ -138,13 +138,13 @@ def test_the_wind_of_ropes_moves_the_cape_from_the_next_frame_on():
 
     cape = animators.load("cape")
     assert isinstance(cape, AnimatorRopes) and takes_wind(cape)
-    windy = blown(cape, (3.0, 0.0, 0.0))
+    windy = with_wind(cape, (3.0, 0.0, 0.0))
     assert isinstance(windy, AnimatorRopes) and windy.ropes.constants.wind == (3.0, 0.0, 0.0)
     assert cape.ropes.constants.wind == (0.0, 0.0, 0.0)
 
 
 def test_a_take_is_shown_as_it_was_simulated_and_keeps_its_body():
-    shown = Stage(Simulated(take(), shirt().garment, body()))
+    shown = Stage(SimulatedClip(take(), shirt().garment, body()))
     shown.go(2)
     shown.arrive()
     assert np.array_equal(shown.frame.vertices, take().vertices[2]) and shown.truth is None
@@ -155,10 +155,10 @@ def test_a_take_is_shown_as_it_was_simulated_and_keeps_its_body():
 
 
 def test_a_model_on_a_take_has_the_truth_beside_it():
-    shown = Stage(Played.on(shirt(), body(), take().motion, fps=FPS, take=take()))
+    shown = Stage(PlayedClip.on(shirt(), body(), take().motion, fps=FPS, take=take()))
     assert shown.truth is not None and np.array_equal(shown.truth, take().vertices[0])
     with pytest.raises(BadInput, match="the body of a take keeps its shape"):
         shown.reshape(body())
-    shown.drag(Shift(way=np.array([0.1, 0.0, 0.0])))
+    shown.drag(BodyShift(way=np.array([0.1, 0.0, 0.0])))
     shown.hold()
     assert shown.truth is None, "a body that was dragged is not where it was simulated"

@@ -11,7 +11,7 @@ from hemline import animators, bodies, datasets, motions
 from hemline.bodies import ShapedBody
 from hemline.datasets import Take
 from hemline.motions import Motion
-from hemline.view import Page, Played, Shelf, Stage
+from hemline.view import Page, PlayedClip, Catalog, Stage
 
 FPS = 30.0
 
@@ -32,7 +32,7 @@ def clip() -> Motion:
 
 
 def stage(betas: tuple[float, ...] = ()) -> Stage:
-    return Stage(Played.on(shirt(), body().body.shaped(betas), clip(), fps=FPS))
+    return Stage(PlayedClip.on(shirt(), body().body.shaped(betas), clip(), fps=FPS))
 
 
 @cache
@@ -53,13 +53,13 @@ def take() -> Take:
     )
 
 
-def shelf(folder=None) -> Shelf:
+def shelf(folder=None) -> Catalog:
     """The shirt, two clips, and where a folder is given a take in a dataset there."""
     held = ()
     if folder is not None:
         held = (datasets.create(folder, shirt().garment),)
         held[0].add(take())
-    return Shelf({"shirt": shirt}, {"walk": clip, "turn": lambda: motions.load("turn")[:12]}, held)
+    return Catalog({"shirt": shirt}, {"walk": clip, "turn": lambda: motions.load("turn")[:12]}, held)
 
 
 @contextmanager

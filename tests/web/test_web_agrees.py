@@ -134,7 +134,7 @@ def test_edges_that_are_too_long_are_shortened_as_in_python(page):
     model, random = made()["shirt"], np.random.default_rng(3)
     rest = model.at_rest(model.start(body().posed(body().rest_pose)))
     torn = (rest + random.normal(scale=0.003, size=rest.shape)).astype(np.float32)
-    expected = EdgeLimits.of(model.garment).limited(torn, rest)
+    expected = EdgeLimits.of(model.garment).shorten(torn, rest)
     page.frames(list(made()).index("shirt"), 1)
     script = """
         const [torn, rest] = Array.from(arguments, (each) => Float32Array.from(each));

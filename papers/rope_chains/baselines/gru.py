@@ -104,7 +104,7 @@ class GruState:
 
 @dataclass(frozen=True, eq=False)
 class ChainGrus:
-    """A gated recurrent unit for each rope chain; a source of bones, see `baseline.Source`.
+    """A gated recurrent unit for each rope chain; a source of bones, see `baseline.FrameSource`.
 
     A network sees the body, and of the cloth only what its hidden state holds. Each frame is one step of the training,
     whatever its `dt`: at another frame rate than that of the training, cloth swings that much faster or slower.

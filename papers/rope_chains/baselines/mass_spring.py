@@ -104,7 +104,7 @@ class NetState:
 class MassSpringNet:
     """The nodes of rope chains, joined by springs along the ropes, across them and along one diagonal of each cell.
 
-    A source of bones, see `baseline.Source`. Masses, gravity and drag are those of the ropes; nodes leave the body's
+    A source of bones, see `baseline.FrameSource`. Masses, gravity and drag are those of the ropes; nodes leave the body's
     primitives the shortest way.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting

@@ -69,7 +69,7 @@ class BoneSkin:
         return BoneSkin(self.turns, bones, weights.astype(np.float32), self.blending)
 
     def vertices(self, moved: Float[np.ndarray, " ins"], rest: Vertices, bones: Nodes, key: Transforms) -> Vertices:
-        """The garment in the world [m]; see `baseline.Skin`."""
+        """The garment in the world [m]; see `baseline.SkinWeights`."""
         transforms = self.turns.transforms(bones + moved.reshape(-1, 3), bones)
         # bones that say nothing hold nothing: what follows a share of 0 is not read
         points = skin_points(transforms, self.bones, self.weights, rest, blending=self.blending)

@@ -33,7 +33,7 @@ def hit(ways: tuple[str, str]) -> np.ndarray:
     options = QUIET | {"gravity": (0.0, 0.0, 0.0), "substep": 1.0, "margin": 0.0}
     chains = RopeChains.free(list(start), RopeConstants(**options, position_push=ways[0], velocity_push=ways[1]))
     chains = type(chains)(**(vars(chains) | {"lengths": np.full(12, 50.0)}))
-    proxy = BodyProxy.made([(0, round_cone_shape(np.zeros(3), np.zeros(3), RADIUS, RADIUS))], np.zeros((1, 3)))
+    proxy = BodyProxy.from_primitives([(0, round_cone_shape(np.zeros(3), np.zeros(3), RADIUS, RADIUS))], np.zeros((1, 3)))
 
     def frames(t):
         return np.concatenate([np.eye(3), [[centre(t)], [0], [0]]], axis=1)[None].copy()

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hemline.garments.garment import Garment
     from hemline.garments.material import Material
 
-    from .leaps import Rigid
+    from .teleport import RigidTransform
 
 Progress = Callable[[str, int, int], None]
 """Called with the stage of a fit, the steps done and the steps in all."""
@@ -25,7 +25,7 @@ class Animator(Protocol):
 
     Parameters are frozen; all that moves is in the State: plain arrays in a dataclass, never changed in place, so that
     keeping an old State is a rollback. The same input gives the same bits on one machine. What only some animators can
-    do is asked for with `isinstance`: `Driven`, `SettledGarments`, `Bounded`, `MaterialAware`,
+    do is asked for with `isinstance`: `Driven`, `Settled`, `Bounded`, `MaterialAware`,
     `Detailed`, `Movable`.
     """
 
@@ -78,7 +78,7 @@ class Movable(Protocol):
     from where the body started: right everywhere, but coarser and slower kilometres away from there.
     """
 
-    def moved_along(self, state: Any, shaped: "ShapedBody", way: "Rigid") -> Any:
+    def relocate(self, state: Any, shaped: "ShapedBody", way: "Rigid") -> Any:
         """The State where all of it, the body and its past too, is turned about the vertical and shifted by `way`.
 
         `shaped` is the body that wears the garment. The State that was given is not changed.
@@ -182,7 +182,7 @@ class Detailed(Protocol):
     """An animator that can play with fewer vertices, for a garment that is far from the camera."""
 
     def at_detail(self, detail: float) -> Animator:
-        """The level with that share of the vertices, above 0 and at most 1; below 1 it is a `Level`, too.
+        """The level with that share of the vertices, above 0 and at most 1; below 1 it is a `QualityLevel`, too.
 
         Asked again it gives the same one. States of all levels are of one kind: a State of one can be stepped by
         another. Raises BadInput for a share that
@@ -220,7 +220,7 @@ class Wearable(Protocol):
         """What the fit reached, unit in the name."""
         ...
 
-    def worn_by(self, garment: "Garment", body: "ShapedBody") -> Animator:
+    def animator_for(self, garment: "Garment", body: "ShapedBody") -> Animator:
         """The animator of one garment on one body."""
         ...
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from hemline.errors import BadInput, BadOutput
 from hemline.files import read_metadata
 
-KINDS = ("frames", "training")
+CHECKPOINT_KINDS = ("frames", "training")
 """Kinds of files that fits keep, see `docs/format.md`."""
 
 
@@ -50,7 +50,7 @@ def checkpoint_folder(wanted: Path | None) -> Iterator[Path]:
 
 
 def _is_kept(path: Path) -> bool:
-    for kind in KINDS:
+    for kind in CHECKPOINT_KINDS:
         with suppress(BadInput):
             read_metadata(path, kind)
             return True

@@ -7,7 +7,7 @@ from typing import Any
 from hemline.bodies.body import ShapedBody
 
 from .base import Animator, Detailed, Movable
-from .leaps import Rigid
+from .teleport import RigidTransform
 
 
 class LevelOf:
@@ -40,9 +40,9 @@ class LevelOf:
         """Another level of the full animator."""
         return self.full.at_detail(detail) if isinstance(self.full, Detailed) else self.full
 
-    def moved_along(self, state: Any, shaped: ShapedBody, way: Rigid) -> Any:
+    def relocate(self, state: Any, shaped: ShapedBody, way: RigidTransform) -> Any:
         """As of the full animator, where that is `Movable`."""
-        return self.full.moved_along(state, shaped, way) if isinstance(self.full, Movable) else state
+        return self.full.relocate(state, shaped, way) if isinstance(self.full, Movable) else state
 
     def save(self, path: str | Path) -> None:
         """Write the model file of the full animator, which all levels are made from."""

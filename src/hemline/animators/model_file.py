@@ -17,10 +17,10 @@ from hemline.motions.terms import as_stated
 from .registry import animator_kind
 
 UNITS = {"length": "metre", "time": "second", "mass": "kilogram", "angle": "radian", "up": "y"}
-SHIPPED = Path(__file__).parents[1] / "models"
+SHIPPED_FOLDER = Path(__file__).parents[1] / "models"
 
 
-def shipped_models(folder: Path = SHIPPED) -> list[str]:
+def shipped_models(folder: Path = SHIPPED_FOLDER) -> list[str]:
     """Names of the models that came with the package."""
     found = []
     for file in sorted(folder.glob("*.safetensors")):
@@ -39,7 +39,7 @@ def model_path(name: str | Path) -> Path:
         BadModel: No shipped model has that name.
     """
     by_name = isinstance(name, str) and not Path(name).suffix and not Path(name).exists()
-    return _shipped(str(name)) if by_name else Path(name)
+    return _path_of_shipped(str(name)) if by_name else Path(name)
 
 
 def load(path: str | Path) -> Any:
@@ -57,7 +57,7 @@ def load(path: str | Path) -> Any:
     """
     path = model_path(path)
     arrays, metadata = read_tensors(path, "model", error=BadModel)
-    with named(path):
+    with name_file_in_errors(path):
         return animator_kind(entry(metadata, "animator", str), error=BadModel).of(arrays, metadata)
 
 
@@ -116,7 +116,7 @@ def garment_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) ->
 
 
 @contextmanager
-def named(path: str | Path):
+def name_file_in_errors(path: str | Path):
     """Put the file's name before what BadModel says."""
     try:
         yield
@@ -124,10 +124,10 @@ def named(path: str | Path):
         raise BadModel(f"{path}: {reason.what}", reason.got, reason.cure) from reason
 
 
-def _shipped(name: str) -> Path:
+def _path_of_shipped(name: str) -> Path:
     names = shipped_models()
     if name in names:
-        return SHIPPED / f"{name}.safetensors"
+        return SHIPPED_FOLDER / f"{name}.safetensors"
     near = difflib.get_close_matches(name, names, 1)
     listed = f"shipped: {', '.join(names) or 'none'}; or name a .safetensors file"
     cure = f"did you mean '{near[0]}'?" if near else listed

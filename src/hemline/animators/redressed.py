@@ -17,9 +17,9 @@ from hemline.meshes import ClosestTree
 from hemline.motions.motion import Pose
 
 from .base import Animator, Movable, Redressing
-from .leaps import Rigid
+from .teleport import RigidTransform
 
-FARTHEST = 0.02
+MAX_MESH_GAP = 0.02
 """Two meshes of one garment are nowhere farther apart, as they were made [m]."""
 
 
@@ -64,8 +64,8 @@ class AnimatorRedressed:
                 "fit one with 'hemline fit --animator agentdress'",
             )
         one, other = self.moving, self.shapes
-        apart = [_Places.on(a, b).farthest for a, b in ((one.garment, other.garment), (other.garment, one.garment))]
-        if max(apart) > FARTHEST or one.body_hash != other.body_hash:
+        apart = [_SurfacePoints.on(a, b).farthest for a, b in ((one.garment, other.garment), (other.garment, one.garment))]
+        if max(apart) > MAX_MESH_GAP or one.body_hash != other.body_hash:
             got = f"'{one.garment.name}' on {one.body_name} and '{other.garment.name}' on {other.body_name}"
             raise BadInput("the two animators must be of one garment on the same body", got, "fit both to one garment")
 
@@ -107,15 +107,15 @@ class AnimatorRedressed:
         nominal = self._nominal(posed)
         moving, worn = self.moving.step(state.moving, nominal, dt)
         assert isinstance(self.shapes, Redressing)
-        if self._places is None:
+        if self._mesh_maps is None:
             shapes, vertices = self.shapes.redress(state.shapes, posed, dt, worn, nominal)
             return RedressedState(moving, shapes), vertices
-        down, up = self._places
+        down, up = self._mesh_maps
         fewer = down.of(worn)
         shapes, there = self.shapes.redress(state.shapes, posed, dt, fewer, nominal)
         return RedressedState(moving, shapes), worn + up.of(there - fewer)
 
-    def moved_along(self, state: RedressedState, shaped: ShapedBody, way: Rigid) -> RedressedState:
+    def relocate(self, state: RedressedState, shaped: ShapedBody, way: RigidTransform) -> RedressedState:
         """The States put elsewhere, where both animators are `Movable`: the first as much less as its legs are shorter.
 
         Args:
@@ -125,10 +125,10 @@ class AnimatorRedressed:
         """
         moving, shapes = state.moving, state.shapes
         if isinstance(self.moving, Movable):
-            nominal = Rigid(way.turn, way.shift * self._scale(shaped))
-            moving = self.moving.moved_along(moving, self._fitted, nominal)
+            nominal = RigidTransform(way.turn, way.shift * self._scale(shaped))
+            moving = self.moving.relocate(moving, self._fit_body, nominal)
         if isinstance(self.shapes, Movable):
-            shapes = self.shapes.moved_along(shapes, shaped, way)
+            shapes = self.shapes.relocate(shapes, shaped, way)
         return RedressedState(moving, shapes)
 
     def save(self, path: str | Path) -> None:
@@ -142,7 +142,7 @@ class AnimatorRedressed:
     def _nominal(self, posed: PosedBody) -> PosedBody:
         """The body of the fit in the same pose."""
         scale = self._scale(posed.shaped)
-        nominal = self._fitted.posed(Pose(posed.pose.rotations, posed.pose.translation * scale))
+        nominal = self._fit_body.posed(Pose(posed.pose.rotations, posed.pose.translation * scale))
         if not any(posed.origin):
             return nominal
         x, y, z = (float(scale) * place for place in posed.origin)
@@ -150,23 +150,23 @@ class AnimatorRedressed:
 
     def _scale(self, shaped: ShapedBody) -> np.float32:
         """Length of the legs of the body of the fit over those of the one that is shown."""
-        return np.float32(self._fitted.leg_length / shaped.leg_length)
+        return np.float32(self._fit_body.leg_length / shaped.leg_length)
 
     @cached_property
-    def _places(self) -> "tuple[_Places, _Places] | None":
+    def _mesh_maps(self) -> "tuple[_Places, _Places] | None":
         """Vertices of the second mesh on the first, and the other way; None where they are one mesh."""
         one, other = self.moving.garment, self.shapes.garment
         if np.array_equal(one.faces, other.faces):
             return None
-        return _Places.on(one, other), _Places.on(other, one)
+        return _SurfacePoints.on(one, other), _SurfacePoints.on(other, one)
 
     @cached_property
-    def _fitted(self) -> ShapedBody:
+    def _fit_body(self) -> ShapedBody:
         return bodies.load(self.body_name).shaped(self.garment.body_betas)
 
 
 @dataclass(frozen=True)
-class _Places:
+class _SurfacePoints:
     """Places on a mesh: corners and weights of each, and how far the farthest is from what it stands for [m]."""
 
     corners: Int[np.ndarray, "places 3"]

@@ -15,7 +15,7 @@ from hemline.errors import BadInput
 from hemline.garments import Garment, worn_together
 
 from .base import Animator, Bounded, Movable
-from .leaps import Rigid
+from .teleport import RigidTransform
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,10 +89,10 @@ class AnimatorTogether:
         done = [part.step(each, posed, dt) for part, each in zip(self.parts, state, strict=True)]
         return tuple(each for each, _ in done), np.concatenate([vertices for _, vertices in done])
 
-    def moved_along(self, state: tuple[Any, ...], shaped: ShapedBody, way: Rigid) -> tuple[Any, ...]:
+    def relocate(self, state: tuple[Any, ...], shaped: ShapedBody, way: RigidTransform) -> tuple[Any, ...]:
         """The States put elsewhere, where all of the animators are `Movable`."""
         pairs = zip(self.parts, state, strict=True)
-        return tuple(part.moved_along(each, shaped, way) if isinstance(part, Movable) else each for part, each in pairs)
+        return tuple(part.relocate(each, shaped, way) if isinstance(part, Movable) else each for part, each in pairs)
 
     def save(self, path: str | Path) -> None:
         """Refused: they are model files of their own.
@@ -108,13 +108,13 @@ class AnimatorTogetherBounded(AnimatorTogether):
     """The same where some of them know how far they can be believed: `Bounded` by those."""
 
     @property
-    def _bounded(self) -> list[tuple[int, Bounded]]:
+    def _parts_with_bounds(self) -> list[tuple[int, Bounded]]:
         return [(at, part) for at, part in enumerate(self.parts) if isinstance(part, Bounded)]
 
     @property
     def beta_range(self) -> tuple[float, float]:
         """Where all of them are believed."""
-        ranges = [part.beta_range for _, part in self._bounded]
+        ranges = [part.beta_range for _, part in self._parts_with_bounds]
         return max(low for low, _ in ranges), min(high for _, high in ranges)
 
     @property
@@ -124,7 +124,7 @@ class AnimatorTogetherBounded(AnimatorTogether):
 
     def novelty(self, state: tuple[Any, ...]) -> float:
         """The largest of their novelties, each over its limit."""
-        return max((part.novelty(state[at]) / part.novelty_limit for at, part in self._bounded), default=math.nan)
+        return max((part.novelty(state[at]) / part.novelty_limit for at, part in self._parts_with_bounds), default=math.nan)
 
 
 def together(parts: Sequence[Animator]) -> AnimatorTogether:

@@ -23,7 +23,7 @@ def bench_lag() -> dict[str, Any]:
 def _timed(name: str) -> dict[str, Any]:
     body = bodies.load("anny24").shaped()
     began = time.perf_counter()
-    worn = animators.load("lag").worn_by(garments.load(name), body)
+    worn = animators.load("lag").animator_for(garments.load(name), body)
     ready, spans = time.perf_counter() - began, []
     for clip in ("run", *CLIPS):
         motion = body.placed(motions.load(clip))

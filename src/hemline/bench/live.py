@@ -27,7 +27,7 @@ def _timed(name: str, quality: str) -> dict[str, Any]:
     config = LiveConfig(edge=0.02, most=1000, quality=quality)  # type: ignore[arg-type]
     body = bodies.load("anny24").shaped()
     began = time.perf_counter()
-    worn = Live(config).worn_by(garments.load(name), body)
+    worn = Live(config).animator_for(garments.load(name), body)
     ready = time.perf_counter() - began
     for _ in play(worn, body, motions.load("run")[:3]):
         pass  # compile outside the measured frames

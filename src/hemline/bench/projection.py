@@ -130,7 +130,7 @@ def _timed(body: ShapedBody, rest: Vertices, clips: Any) -> dict[str, Any]:
             _ = posed.vertices
             between = time.perf_counter()
             timed = _TimedFrame(projector, state, posed, vertices)
-            state, _, report = timed.projected(1 / 30)
+            state, _, report = timed.project(1 / 30)
             total, skinning = (time.perf_counter() - between) * 1e3, (between - began) * 1e3
             frames.append({"body": skinning} | timed.spans | {"write_back": total - sum(timed.spans.values())})
             if number % 10 == 0:

@@ -1,4 +1,4 @@
-"""The command line: one file a verb; parse, call the library, print."""
+"""Command line with one file per verb: each parses its options, calls the library and prints the result."""
 
 from .main import main as main
 

@@ -9,93 +9,101 @@ import tyro
 from hemline.errors import BadInput
 
 from .clip import cut
+from .output import Output
 from .progress import bars, note
-from .written import Output
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Play a model on a motion into a file."""
+class AnimateOptions:
+    """Options of `hemline animate`."""
 
     motion: Annotated[str, tyro.conf.arg(aliases=["-m"])]
-    """A clip (BVH, AMASS, GLB; FILE.glb:NAME of several), or the name of a shipped excerpt."""
+    """Clip to play: a BVH, AMASS or GLB file (FILE.glb:NAME if it holds several clips), or the name of a shipped
+    excerpt."""
     model: Annotated[str | None, tyro.conf.Positional] = None
-    """A model file, or the name of a shipped model. Left out: `live`, which simulates the garment of --garment."""
+    """Model to play: a file, or the name of a shipped model. Defaults to live, which simulates the garment of
+    --garment."""
     output: Annotated[Path | None, tyro.conf.arg(aliases=["-o"])] = None
-    """The file; its ending chooses the format. Left out: MOTION.glb beside the motion."""
+    """File to write; its ending selects the format. Defaults to MOTION.glb beside the clip."""
     garment: str | None = None
-    """The garment to wear, by name or a file, for a model that was fitted on many."""
+    """Garment to dress, by name or file, for a model that plays any garment."""
     material: str | None = None
-    """What it is made of, where the model knows others than its own: cotton, silk, denim, wool, jersey, paper."""
+    """Material of the garment, if the model knows several: cotton, silk, denim, wool, jersey or paper. Defaults to the
+    material of the model or of the garment."""
     over: tuple[str, ...] = ()
-    """What is worn over it, from the skin outwards, each kept out of what is beneath: garments, for a model that takes
-    any; else models, each with its own garment."""
+    """Layers over the garment, from the inside out, each kept outside the one beneath: garments for a model that plays
+    any garment, otherwise models with garments of their own. By default there are none."""
     thickness_mm: float = 1.5
-    """Least distance of a garment from the one beneath it, where it must be moved [mm]."""
+    """Minimum distance between layered garments where one is pushed off the one beneath, above 0 and at most 10
+    [mm]."""
     betas: tuple[float, ...] = ()
-    """Shape of the body."""
+    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape."""
     clamp_betas: bool = False
-    """Move them into the range in which the model is believed, see the warning that it gives without."""
+    """Clamp the betas to the range that the model was fitted on. Without it, betas outside the range cause a
+    warning."""
     shapes: str | None = None
-    """A model of the same garment that knows what shapes do (--animator agentdress): MODEL swings on the body of its
-    fit, and this one puts the garment on the other shape."""
+    """Second model of the same garment that knows the effect of body shape (--animator agentdress): MODEL moves the
+    garment on the body of its fit, and this model transfers it to the shape of --betas. By default MODEL plays on that
+    shape itself."""
     body: str | None = None
-    """Another body of the same topology, or any file of a body or character for a model that takes any garment; left
-    out: the model's."""
+    """Body to play on: a file with the topology of the model's body, or any body or character file for a model that
+    plays any garment. Defaults to the body of the model."""
     fps: float = 30.0
-    """Frames a second."""
+    """Frame rate to play and write [frames/s]."""
     start: float = 0.0
-    """Where in the clip to begin [s]."""
+    """Start time in the clip [s]."""
     seconds: float | None = None
-    """How much of the clip; left out: to its end [s]."""
+    """Length of the clip to play [s]. Defaults to the rest of the clip."""
     untangle: bool = False
-    """Lift limbs out of each other first."""
+    """Move limbs that overlap in the clip out of each other first."""
     detail: float = 1.0
-    """Share of the garment's vertices, above 0 and at most 1."""
+    """Fraction of the garment's vertices to play, above 0 and at most 1."""
     explain: bool = False
-    """Say what was guessed about the clip."""
+    """Report what was guessed about the clip."""
     skinned: bool = False
-    """The garment as a skinned mesh of bones found in its motion: a hundredth of the size (.glb .usdc)."""
+    """Write the garment as a skinned mesh with bones fitted to its motion, about a hundredth of the size (.glb,
+    .usdc)."""
     bones: int | None = None
-    """How many bones, 1 to 256; left out: 60."""
+    """Number of bones of a skinned garment, 1 to 256. Defaults to 60."""
     quantized: bool = False
-    """Two bytes a number for positions, one for normals: half the size (.glb)."""
+    """Store positions with two bytes per number and normals with one, about half the size (.glb)."""
     character: Path | None = None
-    """The .glb or .vrm that the body was made of: its own meshes and materials are shown in its place (.glb)."""
+    """Character file (.glb or .vrm) that the body was made from. The .glb output shows its own meshes and materials
+    instead of the body. By default the body is shown."""
     json: bool = False
-    """Print one JSON object: files, bytes, and how far the skinned garment is from the played one [mm]."""
+    """Print one JSON object with the files, their size [bytes], and the error of a skinned garment [mm]."""
 
 
-def run(arguments: Arguments) -> int:
-    """Play and write."""
+def run(options: AnimateOptions) -> int:
+    """Plays the clip and writes the file."""
     from hemline import motions
     from hemline.animators import load
     from hemline.animators.redressed import AnimatorRedressed
     from hemline.playback import Frame, level_of, play, record
 
-    from .model import open_model, say_relatives, warn_new_poses
+    from .model import open_model, report_relatives, warn_new_poses
 
-    motion = cut(motions.open_motion(arguments.motion), arguments.start, arguments.seconds)
-    path = arguments.output or _beside(arguments.motion)
-    output = Output(path, arguments.skinned, arguments.bones, arguments.quantized, arguments.character)
+    motion = cut(motions.open_motion(options.motion), options.start, options.seconds)
+    path = options.output or _output_beside(options.motion)
+    output = Output(path, options.skinned, options.bones, options.quantized, options.character)
     animator, body = open_model(
-        arguments.model or _any_garment(arguments.garment),
-        arguments.garment,
-        arguments.body,
-        arguments.betas,
-        over=arguments.over,
-        material=arguments.material,
-        clamp=arguments.clamp_betas,
+        options.model or _default_model(options.garment),
+        options.garment,
+        options.body,
+        options.betas,
+        over=options.over,
+        material=options.material,
+        clamp=options.clamp_betas,
     )
     own = output.own_mesh(body)
-    say_relatives(animator)
-    if arguments.shapes is not None:
-        animator = AnimatorRedressed(animator, load(arguments.shapes))
-    garment = level_of(animator, arguments.detail).garment
-    if arguments.explain:
+    report_relatives(animator)
+    if options.shapes is not None:
+        animator = AnimatorRedressed(animator, load(options.shapes))
+    garment = level_of(animator, options.detail).garment
+    if options.explain:
         for line in motion.notes:
-            note(f"{arguments.motion}: {line}")
-    total = len(motion.resampled(arguments.fps))
+            note(f"{options.motion}: {line}")
+    total = len(motion.resampled(options.fps))
     novelties: list[float | None] = []
     with bars() as display:
         task = display.add_task("animate", total=total)
@@ -109,33 +117,36 @@ def run(arguments: Arguments) -> int:
                 animator,
                 body,
                 motion,
-                fps=arguments.fps,
-                untangle=arguments.untangle,
-                detail=arguments.detail,
-                thickness_mm=arguments.thickness_mm,
+                fps=options.fps,
+                untangle=options.untangle,
+                detail=options.detail,
+                thickness_mm=options.thickness_mm,
             ),
             garment_name=garment.name,
             garment_faces=garment.faces,
             motion=motion,
-            fps=arguments.fps,
+            fps=options.fps,
             keep=keep,
         )
     warn_new_poses(animator, novelties)
-    output.write(clip, as_json=arguments.json, own=own)
+    output.write(clip, as_json=options.json, own=own)
     return 0
 
 
-def _any_garment(garment: str | None) -> str:
-    """What plays a garment into a file where no model is named: the best of those that take any.
+def _default_model(garment: str | None) -> str:
+    """Returns the model that plays a garment if none is named.
 
-    A file can wait for some 20 ms a frame, so it is not the fastest.
+    It is the most accurate model that plays any garment; writing a file does not need the fastest.
+
+    Raises:
+        BadInput: No garment is given either.
     """
     if garment is None:
         raise BadInput("a model to play, or a garment to wear, is needed", "neither", "name MODEL, or --garment FILE")
     return "live"
 
 
-def _beside(motion: str) -> Path:
+def _output_beside(motion: str) -> Path:
     from hemline.files.gltf import ENDINGS
     from hemline.motions import split_name
 

@@ -13,49 +13,49 @@ from .evaluate import table
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Time what ships, on this machine."""
+class BenchOptions:
+    """Options of `hemline bench`."""
 
     name: Annotated[str | None, tyro.conf.Positional] = None
-    """Which benchmark; see --list."""
+    """Benchmark to run; --list prints the names. It is required unless --list or --all is given."""
     list: bool = False
-    """Name them all."""
+    """List the benchmarks and run none."""
     all: bool = False
-    """Run them all."""
+    """Run all benchmarks."""
     record: Path | None = None
-    """A folder: add a line to NAME.jsonl in it."""
+    """Folder whose NAME.jsonl gets the result as an additional line. By default nothing is recorded."""
     json: bool = False
-    """Print one JSON object a benchmark."""
+    """Print one JSON object per benchmark instead of a table."""
 
 
-def run(arguments: Arguments) -> int:
-    """Time and print."""
+def run(options: BenchOptions) -> int:
+    """Runs the benchmarks and prints their figures."""
     from hemline.bench.benchmarks import BENCHMARKS, run_benchmark
     from hemline.files import check_folder
 
-    if arguments.list:
+    if options.list:
         for name, benchmark in BENCHMARKS.items():
             print(f"{name:<18}{(benchmark.__doc__ or '').splitlines()[0]}")
         return 0
-    if arguments.record is not None:
-        check_folder(arguments.record)
-    names = list(BENCHMARKS) if arguments.all else [str(arguments.name)]
+    if options.record is not None:
+        check_folder(options.record)
+    names = list(BENCHMARKS) if options.all else [str(options.name)]
     for name in names:
         if name not in BENCHMARKS:
             raise BadInput("no such benchmark", name, f"use one of {', '.join(BENCHMARKS)}")
     for name in names:
         row = run_benchmark(name)
-        print(json.dumps(row) if arguments.json else table(row))
-        if arguments.record is not None:
-            _record(arguments.record / f"{name}.jsonl", row)
+        print(json.dumps(row) if options.json else table(row))
+        if options.record is not None:
+            _record(options.record / f"{name}.jsonl", row)
     return 0
 
 
 def _record(file: Path, row: dict[str, Any]) -> None:
-    """Add a line to a file, which is made if it is missing.
+    """Appends a line to a file, which is created if it is missing.
 
     Raises:
-        BadOutput: It cannot be written.
+        BadOutput: The file cannot be written.
     """
     from hemline.files import written_whole
 

@@ -7,57 +7,57 @@ from typing import Annotated
 
 import tyro
 
+from .output import check_paths
 from .progress import note
-from .written import check_paths
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Make a body of a rigged character, or of an SMPL file."""
+class BodyOptions:
+    """Options of `hemline body`."""
 
     character: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="CHARACTER")]
-    """A .glb, .vrm (0.x, 1.0) or .gltf with a skin; or SMPL .npz, .pkl."""
+    """Character to convert: a .glb, .gltf or .vrm (0.x, 1.0) file with a skin, or an SMPL .npz or .pkl file."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """Where the body is written, .safetensors: every --body takes it."""
+    """Body file to write (.safetensors). Every --body option accepts it."""
     height: float | None = None
-    """How tall it is to be [m]; left out: as it is, its unit guessed from its legs."""
+    """Height to scale the body to [m]. By default the height in the file is kept, in a unit guessed from the legs."""
     unit: str | None = None
-    """Unit of its positions (m, dm, cm, mm, inch); left out: guessed."""
+    """Unit of the positions in the file: m, dm, cm, mm or inch. By default it is guessed."""
     picture: Path | None = None
-    """Where a picture of the body, at rest and in the T-pose, is written, .png; none unless given."""
+    """Picture of the body at rest and in the T-pose to write (.png). By default none is written."""
     json: bool = False
-    """Print one JSON object: vertices, triangles, height [m], what was found."""
+    """Print one JSON object with the file, the numbers of vertices and triangles, the height [m] and the notes."""
 
 
-def run(arguments: Arguments) -> int:
-    """Read, say what was found, write."""
+def run(options: BodyOptions) -> int:
+    """Reads the character, reports the guesses, and writes the body."""
     from hemline import bodies
     from hemline.errors import BadInput
 
-    check_paths((arguments.output, ".safetensors"), (arguments.picture, ".png"))
-    if arguments.character.suffix.lower() in bodies.CHARACTERS:
-        body, found = bodies.read_character(arguments.character, height=arguments.height, unit=arguments.unit)
+    check_paths((options.output, ".safetensors"), (options.picture, ".png"))
+    if options.character.suffix.lower() in bodies.CHARACTERS:
+        body, found = bodies.read_character(options.character, height=options.height, unit=options.unit)
         notes = found.notes
-    elif arguments.height is not None or arguments.unit is not None:
-        raise BadInput("--height and --unit are for .glb, .vrm and .gltf", arguments.character.name, "leave them out")
+    elif options.height is not None or options.unit is not None:
+        raise BadInput("--height and --unit are for .glb, .vrm and .gltf", options.character.name, "leave them out")
     else:
-        body, notes = bodies.read(arguments.character), ()
-    bodies.write(arguments.output, body)
-    if arguments.picture is not None:
-        _draw(arguments.picture, body)
+        body, notes = bodies.read(options.character), ()
+    bodies.write(options.output, body)
+    if options.picture is not None:
+        _draw(options.picture, body)
     height = float(body.template[:, 1].max() - body.template[:, 1].min())
-    if arguments.json:
-        said = {"file": str(arguments.output), "vertices": len(body.template), "triangles": len(body.faces)}
-        print(json.dumps(said | {"height_m": height, "notes": list(notes)}))
+    if options.json:
+        summary = {"file": str(options.output), "vertices": len(body.template), "triangles": len(body.faces)}
+        print(json.dumps(summary | {"height_m": height, "notes": list(notes)}))
         return 0
     for line in notes:
         note(f"- {line}")
-    print(arguments.output)
+    print(options.output)
     return 0
 
 
 def _draw(path: Path, body) -> None:
-    """The body at rest and in the T-pose, from the front and from the side."""
+    """Draws the body at rest and in the T-pose, from the front and from the side."""
     import numpy as np
 
     from hemline import pictures

@@ -9,43 +9,44 @@ import tyro
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Write a body in a garment as VRM 1.0; an engine swings the garment by itself."""
+class CharacterOptions:
+    """Options of `hemline character`."""
 
     model: Annotated[str, tyro.conf.Positional]
-    """A model file of rope chains, or the name of a shipped one: cape, skirt."""
+    """Model of rope chains: a file, or the name of a shipped model (cape, skirt)."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """The file: .vrm."""
+    """File to write (.vrm)."""
     betas: tuple[float, ...] = ()
-    """Shape of the body."""
+    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape."""
     body: str | None = None
-    """Another body of the same topology; left out: the model's."""
+    """Body to use, with the topology of the model's body. Defaults to the body of the model."""
     json: bool = False
-    """Print one JSON object: file, bytes, vertices, chains, bones, colliders."""
+    """Print one JSON object with the file, its size [bytes], and the numbers of vertices, chains, bones and
+    colliders."""
 
 
-def run(arguments: Arguments) -> int:
-    """Settle the garment in the T-pose, write."""
+def run(options: CharacterOptions) -> int:
+    """Settles the garment in the T-pose and writes the file."""
     from hemline.animators import load
     from hemline.export import check_character_path, write_vrm
     from hemline.playback import character
 
     from .model import body_of
 
-    check_character_path(arguments.output)
-    model = load(arguments.model)
-    person = character(model, body_of(model, arguments.body, arguments.betas))
-    write_vrm(arguments.output, person)
-    if not arguments.json:
-        print(arguments.output)
+    check_character_path(options.output)
+    model = load(options.model)
+    person = character(model, body_of(model, options.body, options.betas))
+    write_vrm(options.output, person)
+    if not options.json:
+        print(options.output)
         return 0
-    said = {
-        "file": str(arguments.output),
-        "bytes": arguments.output.stat().st_size,
+    summary = {
+        "file": str(options.output),
+        "bytes": options.output.stat().st_size,
         "vertices": {mesh.name: len(mesh.vertices) for mesh in person.meshes},
         "chains": len(person.chains.joints),
         "bones": len(person.chains.bones),
         "colliders": len(person.capsules.joints),
     }
-    print(json.dumps(said))
+    print(json.dumps(summary))
     return 0

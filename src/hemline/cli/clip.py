@@ -1,19 +1,19 @@
-"""The part of a clip that a command is asked for."""
+"""Cuts a clip to the time range that a command asks for."""
 
 from hemline.errors import BadInput
 from hemline.motions import Motion
 
 
 def cut(motion: Motion, start: float, seconds: float | None) -> Motion:
-    """The clip from `start` on, `seconds` long at most.
+    """Returns the part of a clip from `start`, at most `seconds` long.
 
     Args:
         motion: The clip.
-        start: Where it begins [s].
-        seconds: How much of it; None: all that is left [s].
+        start: Start time [s].
+        seconds: Length [s]; None for the rest of the clip.
 
     Raises:
-        BadInput: A start that is negative or past the end, a length that is not positive.
+        BadInput: The start is negative or past the end of the clip, or the length is not positive.
     """
     if not 0 <= start < motion.seconds:
         raise BadInput(

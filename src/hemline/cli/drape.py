@@ -18,78 +18,81 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Settle a garment at rest, on bodies of many shapes; and in poses that stand for some clips."""
+class DrapeOptions:
+    """Options of `hemline drape`."""
 
     garment: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="GARMENT")]
-    """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...; generated ones:
-    dress:7, top:1@35 ...), or a file."""
+    """Garment to settle: a name (cape, skirt, tshirt, longsleeve, trousers or dress; a light mesh such as cape-light; a
+    generated one such as dress:7 or top:1@35), or a file."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """The dataset, a folder; made when missing, continued when there."""
+    """Dataset folder to write. It is created if missing, and continued if it exists."""
     material: str | None = None
-    """Of another material than its own: cotton, silk, denim, wool, jersey, paper."""
+    """Material of the garment: cotton, silk, denim, wool, jersey or paper. Defaults to the garment's own material."""
     tryon: bool = True
-    """Try a mesh on first that does not sit on the body; otherwise it is taken as it lies, or refused."""
+    """Try a mesh on first if it does not sit on the body. With --no-tryon it is used as it is, or refused."""
     spread: int = 0
-    """Besides the mean body, bodies where one of the first so many betas is -2, -1, 1 or 2: four for each."""
+    """Number of betas to vary one at a time: each adds four bodies, at -2, -1, 1 and 2, to the mean body."""
     random: int = 0
-    """Besides these, so many random bodies; with --anchors, each in one of the --poses, or of the anchors."""
+    """Number of additional bodies of random shape. With --anchors, each is settled in one pose of --poses, or of the
+    anchors."""
     seed: int = 0
-    """Another number gives other random bodies."""
+    """Seed of the random bodies and of the choice of poses."""
     anchors: int = 0
-    """Settle it in so many poses, too, on the bodies of --spread 4: what 'fit --animator agentdress' learns from."""
+    """Number of poses to settle on all bodies of --spread 4. The verb fit with --animator agentdress needs them. With
+    0, the garment is settled in the rest pose."""
     poses: int = 0
-    """Besides the anchors, so many poses on the mean body alone: cheap, and they make the pose model better."""
+    """Number of additional poses to settle on the mean body alone. They are cheap and improve the pose model."""
     poses_of: Path | None = None
-    """Settle it in --poses of that dataset's poses on the mean body, with --material: 'fit' learns from both what the
-    material does."""
+    """Dataset folder whose poses are settled again on the mean body, --poses of them in --material, so that fit learns
+    the effect of the material from both. By default no poses are reused."""
     derivatives: bool = False
-    """At each anchor, derivatives by every joint, too: what sensitivity-optimised rigging learns from."""
+    """Compute the derivatives by every joint at each anchor too, for sensitivity-optimised rigging."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
-    """Clips that the poses are taken from: .bvh or AMASS .npz files, or names of shipped ones."""
+    """Clips to choose the anchor poses from: .bvh or AMASS .npz files, or names of shipped excerpts."""
     jobs: int = 1
-    """Poses that are settled at the same time, each in a process of its own; the result does not depend on it."""
+    """Number of drapes to settle in parallel, one process each. The result does not depend on it."""
     scheduler: str | None = None
-    """Address of a dask scheduler, such as tcp://host:8786, whose workers settle instead; see docs/scale.md."""
+    """Address of a dask scheduler, such as tcp://host:8786, whose workers do the work; see docs/scale.md. By default it
+    is done on this machine."""
     body: str = "anny24"
-    """The body: anny24, or a file (.safetensors; a character, .glb or .vrm; SMPL .npz or .pkl)."""
+    """Body to use: anny24, or a file (.safetensors, a .glb or .vrm character, or SMPL .npz or .pkl)."""
     json: bool = False
     """Print the drapes as a JSON list instead of a table."""
 
 
-def run(arguments: Arguments) -> int:
-    """Drape; status 1 when there is a shape on which the garment could not be settled."""
+def run(options: DrapeOptions) -> int:
+    """Settles the garment; returns status 1 if it failed on a shape."""
     from hemline import bodies
     from hemline.sim import produce_rests, random_shapes, spread_shapes
 
-    body = bodies.load(arguments.body)
-    if bool(arguments.anchors) != bool(arguments.motion):
+    body = bodies.load(options.body)
+    if bool(options.anchors) != bool(options.motion):
         raise BadInput("--anchors and --motion belong together", "one of them", "give both, or neither")
-    if arguments.poses and not arguments.anchors and arguments.poses_of is None:
+    if options.poses and not options.anchors and options.poses_of is None:
         raise BadInput("--poses stand beside --anchors, or are those of --poses-of", "neither", "give one of the two")
-    if arguments.derivatives and not arguments.anchors:
+    if options.derivatives and not options.anchors:
         raise BadInput("--derivatives are those at the anchors", "no --anchors", "give both")
-    if arguments.jobs < 1:
-        raise BadInput("--jobs must be at least 1", arguments.jobs, "leave it out for 1")
+    if options.jobs < 1:
+        raise BadInput("--jobs must be at least 1", options.jobs, "leave it out for 1")
     for name in ("spread", "random", "seed", "anchors", "poses"):
-        if getattr(arguments, name) < 0:
-            raise BadInput(f"--{name} must not be negative", getattr(arguments, name), "give 0 or more")
-    if arguments.spread > len(body.shapedirs):
-        raise BadInput(f"--spread: {body.name} has {len(body.shapedirs)} betas", arguments.spread, "give fewer")
-    if arguments.poses_of is not None:
-        return _in_poses_of(arguments, arguments.poses_of)
-    if arguments.anchors:
-        return _anchors(arguments)
-    shapes = [*spread_shapes(arguments.spread), *random_shapes(body, arguments.random, arguments.seed)]
-    garment = _garment(arguments, body.shaped())
+        if getattr(options, name) < 0:
+            raise BadInput(f"--{name} must not be negative", getattr(options, name), "give 0 or more")
+    if options.spread > len(body.shapedirs):
+        raise BadInput(f"--spread: {body.name} has {len(body.shapedirs)} betas", options.spread, "give fewer")
+    if options.poses_of is not None:
+        return _in_poses_of(options, options.poses_of)
+    if options.anchors:
+        return _anchors(options)
+    shapes = [*spread_shapes(options.spread), *random_shapes(body, options.random, options.seed)]
+    garment = _garment(options, body.shaped())
     with bars() as display:
         task = display.add_task(garment.name, total=len(shapes))
         found = produce_rests(
-            arguments.output,
+            options.output,
             garment,
             shapes,
-            jobs=arguments.jobs,
-            scheduler=arguments.scheduler,
+            jobs=options.jobs,
+            scheduler=options.scheduler,
             report=lambda done, total: display.update(task, completed=done, total=total),
         )
     rows = [
@@ -98,7 +101,7 @@ def run(arguments: Arguments) -> int:
         else {"betas": list(betas), "reason": None, "figures": {key: float(v) for key, v in rest.figures.items()}}
         for betas, rest in zip(shapes, found, strict=True)
     ]
-    if arguments.json:
+    if options.json:
         print(json.dumps(rows))
     else:
         for row in rows:
@@ -108,37 +111,37 @@ def run(arguments: Arguments) -> int:
     return 1 if any(row["reason"] for row in rows) else 0
 
 
-def _garment(arguments: Arguments, shaped: "ShapedBody") -> "Garment":
+def _garment(options: DrapeOptions, shaped: "ShapedBody") -> "Garment":
     """The garment, of the material that is asked for."""
-    name, folder = arguments.garment, arguments.output
-    return open_garment(name, shaped, folder, tryon=arguments.tryon, material=arguments.material)
+    name, folder = options.garment, options.output
+    return open_garment(name, shaped, folder, tryon=options.tryon, material=options.material)
 
 
-def _in_poses_of(arguments: Arguments, folder: Path) -> int:
+def _in_poses_of(options: DrapeOptions, folder: Path) -> int:
     """The garment of a dataset in its poses, of another material; status 1 when it came to rest in fewer than asked."""
     from hemline import bodies
     from hemline.datasets import open_dataset
     from hemline.sim import produce_in_poses_of
 
     for name in ("spread", "random", "anchors", "derivatives"):
-        if getattr(arguments, name):
+        if getattr(options, name):
             raise BadInput("--poses-of settles on the mean body alone, in --poses poses", f"--{name}", "leave it out")
     other = open_dataset(folder)
-    garment = _garment(arguments, bodies.load(arguments.body).shaped())
+    garment = _garment(options, bodies.load(options.body).shaped())
     with bars() as display:
-        task = display.add_task(f"{garment.name}, {garment.material.name}", total=arguments.poses)
+        task = display.add_task(f"{garment.name}, {garment.material.name}", total=options.poses)
         made = produce_in_poses_of(
-            arguments.output,
+            options.output,
             garment,
             other,
-            arguments.poses,
-            seed=arguments.seed,
-            jobs=arguments.jobs,
-            scheduler=arguments.scheduler,
+            options.poses,
+            seed=options.seed,
+            jobs=options.jobs,
+            scheduler=options.scheduler,
             report=lambda number, done, total: display.advance(task),
         )
     settled = sum(each is not None for each in made)
-    if arguments.json:
+    if options.json:
         rows = [{"pose": number, "takes": list(each.names) if each else []} for number, each in enumerate(made)]
         print(json.dumps(rows))
     else:
@@ -146,30 +149,30 @@ def _in_poses_of(arguments: Arguments, folder: Path) -> int:
     return 1 if settled < len(made) else 0
 
 
-def _anchors(arguments: Arguments) -> int:
+def _anchors(options: DrapeOptions) -> int:
     """Anchors; status 1 when there is a cluster of poses in none of which the garment came to rest."""
     from hemline import bodies, motions
     from hemline.sim import make_database
 
     clips = []
-    for path in arguments.motion:
+    for path in options.motion:
         motion = motions.open_motion(path)
         first, last = motions.longest_clean(motion)
         clips.append(motion[first:last])
-    shaped = bodies.load(arguments.body).shaped()
-    garment = _garment(arguments, shaped)
+    shaped = bodies.load(options.body).shaped()
+    garment = _garment(options, shaped)
     with stages() as progress:
         made = make_database(
-            arguments.output,
+            options.output,
             garment,
             clips,
-            arguments.anchors,
-            beside=arguments.poses,
-            random=arguments.random,
-            derivatives=arguments.derivatives,
-            seed=arguments.seed,
-            jobs=arguments.jobs,
-            scheduler=arguments.scheduler,
+            options.anchors,
+            beside=options.poses,
+            random=options.random,
+            derivatives=options.derivatives,
+            seed=options.seed,
+            jobs=options.jobs,
+            scheduler=options.scheduler,
             progress=progress,
         )
     rows = [
@@ -178,7 +181,7 @@ def _anchors(arguments: Arguments) -> int:
     ]
     lost = [row["cluster"] for row in rows if not row["takes"]]
     beside = sum(each is not None for each in made.beside)
-    if arguments.json:
+    if options.json:
         print(json.dumps(rows))
     else:
         poses = sum(row["poses"] for row in rows)

@@ -11,53 +11,61 @@ from .clip import cut
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Measure a model on a motion."""
+class EvaluateOptions:
+    """Options of `hemline evaluate`."""
 
     model: Annotated[str, tyro.conf.Positional]
-    """A model file, or the name of a shipped model."""
+    """Model to measure: a file, or the name of a shipped model."""
     motion: Annotated[str, tyro.conf.arg(aliases=["-m"])]
-    """A clip, or the name of a shipped excerpt."""
+    """Clip to play: a BVH, AMASS or GLB file, or the name of a shipped excerpt."""
     garment: str | None = None
-    """The garment to wear, by name or a file, for a model that was fitted on many."""
+    """Garment to dress, by name or file, for a model that plays any garment."""
     material: str | None = None
-    """What it is made of, where the model knows others than its own: cotton, silk, denim, wool, jersey, paper."""
+    """Material of the garment, if the model knows several: cotton, silk, denim, wool, jersey or paper. Defaults to the
+    material of the model or of the garment."""
     over: tuple[str, ...] = ()
-    """What is worn over it, from the skin outwards, as for `hemline animate`."""
+    """Layers over the garment, from the inside out: garments for a model that plays any garment, otherwise models with
+    garments of their own. By default there are none."""
     thickness_mm: float = 1.5
-    """How far a garment keeps off the one beneath it, where it must be moved, above 0 and at most 10 [mm]."""
+    """Minimum distance between layered garments where one is pushed off the one beneath, above 0 and at most 10
+    [mm]."""
     body: str | None = None
-    """Another body of the same topology, or any for a model that takes any; left out: the model's."""
+    """Body to play on: a file with the topology of the model's body, or any body or character file for a model that
+    plays any garment. Defaults to the body of the model."""
     betas: tuple[float, ...] = ()
-    """Shape of the body."""
+    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape."""
     clamp_betas: bool = False
-    """Move them into the range in which the model is believed, see the warning that it gives without."""
+    """Clamp the betas to the range that the model was fitted on. Without it, betas outside the range cause a
+    warning."""
     truth: Path | None = None
-    """A dataset with simulated takes of this clip, to measure errors against."""
+    """Dataset folder with simulated takes of this clip, the ground truth for errors. By default no errors are
+    measured."""
     drive: Literal["own", "truth"] = "own"
-    """Bones from the animator's own ropes, or from the truth."""
+    """Source of the bones: the animator's own ropes (own), or the ground truth (truth)."""
     fps: float = 30.0
-    """Frames a second, where there is no truth."""
+    """Frame rate to play [frames/s]. With --truth, the frame rate of the takes is used."""
     start: float = 0.0
-    """Where in the clip to begin [s]; with ground truth, where in it to begin to measure."""
+    """Start time in the clip [s]. With --truth, the whole clip is played and measured from this time on."""
     seconds: float | None = None
-    """How much of the clip; left out: to its end [s]."""
+    """Length of the clip to measure [s]. Defaults to the rest of the clip."""
     threads: int | None = None
-    """Threads of compiled code; left out: as many as there are cores."""
+    """Number of threads of compiled code. Defaults to the number of cores."""
     untangle: bool = False
-    """Lift limbs out of each other first."""
+    """Move limbs that overlap in the clip out of each other first."""
     whole: bool = True
-    """Keep the cloth in one piece; without, what the animator makes, moved out of the body vertex by vertex."""
+    """Keep the cloth in one piece. With --no-whole, the output of the animator is pushed out of the body vertex by
+    vertex."""
     detail: float = 1.0
-    """Share of the garment's vertices, above 0 and at most 1."""
+    """Fraction of the garment's vertices to play, above 0 and at most 1."""
     picture: Path | None = None
-    """A PNG of the worst frame, beside the truth where there is one."""
+    """Picture of the worst frame to write (.png), beside the ground truth if --truth is given. By default none is
+    written."""
     json: bool = False
-    """Print one JSON object and nothing else on stdout."""
+    """Print one JSON object on stdout instead of a table."""
 
 
-def run(arguments: Arguments) -> int:
-    """Measure and print; status 1 if a vertex was inside the body after the projection."""
+def run(options: EvaluateOptions) -> int:
+    """Measures and prints; returns status 1 if a vertex was inside the body after the projection."""
     from hemline import datasets, motions
     from hemline.animators import model_path
     from hemline.compiled import use_threads
@@ -69,22 +77,22 @@ def run(arguments: Arguments) -> int:
 
     from .model import open_model, warn_new_poses
 
-    if arguments.picture is not None:
-        check_writable(arguments.picture)
-    if arguments.threads is not None and arguments.threads < 1:
-        raise BadInput("--threads must be at least 1", arguments.threads, "leave it out for all cores")
-    use_threads(arguments.threads)
-    motion = motions.open_motion(arguments.motion)
-    part = cut(motion, arguments.start, arguments.seconds)
-    truth = None if arguments.truth is None else datasets.open_dataset(arguments.truth)
+    if options.picture is not None:
+        check_writable(options.picture)
+    if options.threads is not None and options.threads < 1:
+        raise BadInput("--threads must be at least 1", options.threads, "leave it out for all cores")
+    use_threads(options.threads)
+    motion = motions.open_motion(options.motion)
+    part = cut(motion, options.start, options.seconds)
+    truth = None if options.truth is None else datasets.open_dataset(options.truth)
     animator, body = open_model(
-        arguments.model,
-        arguments.garment,
-        arguments.body,
-        arguments.betas,
-        over=arguments.over,
-        material=arguments.material,
-        clamp=arguments.clamp_betas,
+        options.model,
+        options.garment,
+        options.body,
+        options.betas,
+        over=options.over,
+        material=options.material,
+        clamp=options.clamp_betas,
     )
     novelties: list[float | None] = []
     evaluation = evaluate(
@@ -92,29 +100,29 @@ def run(arguments: Arguments) -> int:
         body,
         part if truth is None else motion,
         truth=truth,
-        drive=arguments.drive,
-        fps=arguments.fps,
-        untangle=arguments.untangle,
-        whole=arguments.whole,
-        detail=arguments.detail,
-        thickness_mm=arguments.thickness_mm,
-        start=0.0 if truth is None else arguments.start,
-        seconds=None if truth is None else arguments.seconds,
+        drive=options.drive,
+        fps=options.fps,
+        untangle=options.untangle,
+        whole=options.whole,
+        detail=options.detail,
+        thickness_mm=options.thickness_mm,
+        start=0.0 if truth is None else options.start,
+        seconds=None if truth is None else options.seconds,
         keep=lambda frame: novelties.append(frame.novelty),
     )
     warn_new_poses(animator, novelties)
-    worn = arguments.over if arguments.garment is None else ()  # else garments, which are no models
-    size = sum(model_mb(model_path(name)) for name in (arguments.model, *worn))
-    figures: dict[str, Any] = {"model": arguments.model, "model_mb": size} | evaluation.figures
-    if arguments.picture is not None:
-        draw_worst(arguments.picture, evaluation, evaluation.garment.faces)
-    print(json.dumps(figures) if arguments.json else table(figures))
+    layers = options.over if options.garment is None else ()  # with --garment, the layers are garments, not models
+    size = sum(model_mb(model_path(name)) for name in (options.model, *layers))
+    figures: dict[str, Any] = {"model": options.model, "model_mb": size} | evaluation.figures
+    if options.picture is not None:
+        draw_worst(options.picture, evaluation, evaluation.garment.faces)
+    print(json.dumps(figures) if options.json else table(figures))
     return 0 if figures["inside_percent"]["after"] == 0 else 1
 
 
 def table(figures: dict[str, Any]) -> str:
-    """Figures as lines of name and value, nested names joined by a dot."""
-    return "\n".join(f"{name:<34} {_shown(value)}" for name, value in _flat(figures, ""))
+    """Formats figures as lines of name and value, nested names joined by a dot."""
+    return "\n".join(f"{name:<34} {_format(value)}" for name, value in _flat(figures, ""))
 
 
 def _flat(value: Any, name: str) -> list[tuple[str, Any]]:
@@ -123,5 +131,5 @@ def _flat(value: Any, name: str) -> list[tuple[str, Any]]:
     return [(name, value)]
 
 
-def _shown(value: Any) -> str:
+def _format(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else "-" if value is None else str(value)

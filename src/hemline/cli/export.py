@@ -8,7 +8,7 @@ import tyro
 
 from hemline.errors import BadInput
 
-from .written import Output
+from .output import Output
 
 if TYPE_CHECKING:
     from hemline.datasets import Take
@@ -17,72 +17,76 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Write one simulated take, without its lead-in."""
+class ExportOptions:
+    """Options of `hemline export`."""
 
     dataset: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DATASET")]
-    """The folder that `hemline simulate` made."""
+    """Dataset folder made by simulate."""
     take: int
-    """Which of its takes, counted from 0: clips in the order of their names, long ones in parts of ten seconds."""
+    """Number of the take, from 0. Takes are ordered by clip name; long clips are split into parts of ten seconds."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """The file; its ending chooses the format: .glb .usdc .vat .obj .npz .pc2 .mdd, or a picture: .png .webp."""
+    """File to write; its ending selects the format: .glb .usdc .vat .obj .npz .pc2 .mdd, or a picture: .png .webp."""
     lead_in: bool = False
-    """Also the frames before the clip, in which the cloth is led into its first pose."""
+    """Include the lead-in, the frames before the clip in which the cloth reaches its first pose."""
     model: str | None = None
-    """Show it on a body of another shape: a model of this garment that knows what shapes do (--animator agentdress)."""
+    """Model that transfers the take to the body shape of --betas; it must know the effect of body shape for this
+    garment (--animator agentdress). By default the take is shown as simulated."""
     betas: tuple[float, ...] = ()
-    """That shape."""
+    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape. They
+    need --model."""
     skinned: bool = False
-    """The garment as a skinned mesh of bones found in its motion: a hundredth of the size (.glb .usdc)."""
+    """Write the garment as a skinned mesh with bones fitted to its motion, about a hundredth of the size (.glb,
+    .usdc)."""
     bones: int | None = None
-    """How many bones, 1 to 256; left out: 60."""
+    """Number of bones of a skinned garment, 1 to 256. Defaults to 60."""
     quantized: bool = False
-    """Two bytes a number for positions, one for normals: half the size (.glb)."""
+    """Store positions with two bytes per number and normals with one, about half the size (.glb)."""
     character: Path | None = None
-    """The .glb or .vrm that the body was made of: its own meshes and materials are shown in its place (.glb)."""
+    """Character file (.glb or .vrm) that the body was made from. The .glb output shows its own meshes and materials
+    instead of the body. By default the body is shown."""
     json: bool = False
-    """Print one JSON object: files, bytes, and how far the skinned garment is from the played one [mm]."""
+    """Print one JSON object with the files, their size [bytes], and the error of a skinned garment [mm]."""
 
 
-def run(arguments: Arguments) -> int:
-    """Read the take, skin the body it was simulated against, write."""
+def run(options: ExportOptions) -> int:
+    """Reads the take, poses the body that it was simulated on, and writes both."""
     from hemline import bodies
     from hemline.datasets import open_dataset
-    from hemline.playback.record import recorded_take
+    from hemline.playback.record import record_take
 
-    output = Output(arguments.output, arguments.skinned, arguments.bones, arguments.quantized, arguments.character)
-    dataset = open_dataset(arguments.dataset)
+    output = Output(options.output, options.skinned, options.bones, options.quantized, options.character)
+    dataset = open_dataset(options.dataset)
     rows = [row for row in dataset.rows() if row.kind == "clip"]
-    if not 0 <= arguments.take < len(rows):
+    if not 0 <= options.take < len(rows):
         there = f"the takes 0 to {len(rows) - 1}" if rows else "no takes of clips"
-        raise BadInput(f"{arguments.dataset} has {there}", f"--take {arguments.take}", "name one of them")
-    take = dataset.take(rows[arguments.take])
+        raise BadInput(f"{options.dataset} has {there}", f"--take {options.take}", "name one of them")
+    take = dataset.take(rows[options.take])
     body = bodies.load(dataset.garment.body_name).shaped(take.betas)
     own = output.own_mesh(body)
-    if arguments.model is not None:
-        clip = _redressed(arguments, dataset.garment, take)
-    elif arguments.betas:
+    if options.model is not None:
+        clip = _transfer(options, dataset.garment, take)
+    elif options.betas:
         cure = "name one with --model, such as tshirt-light"
         raise BadInput("a take is shown on another shape by a model that knows what shapes do", "--betas alone", cure)
     else:
-        clip = recorded_take(take, dataset.garment, body, lead_in=arguments.lead_in)
-    output.write(clip, as_json=arguments.json, own=own)
+        clip = record_take(take, dataset.garment, body, lead_in=options.lead_in)
+    output.write(clip, as_json=options.json, own=own)
     return 0
 
 
-def _redressed(arguments: Arguments, garment: "Garment", take: "Take") -> "Clip":
-    from hemline.playback import record, redressed
+def _transfer(options: ExportOptions, garment: "Garment", take: "Take") -> "Clip":
+    from hemline.playback import record, redress_take
 
     from .model import open_model
 
-    if arguments.lead_in:
+    if options.lead_in:
         raise BadInput("another shape is shown without the lead-in", "--lead-in and --model", "leave --lead-in out")
-    animator, body = open_model(str(arguments.model), None, None, arguments.betas)
+    animator, body = open_model(str(options.model), None, None, options.betas)
     if animator.garment.hash != garment.hash:
         got = f"'{garment.name}' for '{animator.garment.name}'"
         raise BadInput("model and take must be of the same garment", got, "fit the model to anchors of that garment")
     return record(
-        redressed(animator, take, body),
+        redress_take(animator, take, body),
         garment_name=garment.name,
         garment_faces=garment.faces,
         motion=take.motion,

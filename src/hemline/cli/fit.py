@@ -16,23 +16,24 @@ DEFAULT = "ropes"
 
 
 @dataclass(frozen=True)
-class Fit:
-    """Fit an animator to one dataset, or to several that it learns from together."""
+class FitOptions:
+    """Options of `hemline fit` that all animators share."""
 
     dataset: Annotated[tuple[Path, ...], tyro.conf.Positional]
-    """Folders that `hemline simulate` or `hemline drape` made."""
+    """Dataset folders to learn from, made by simulate or drape."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """The model file (.safetensors)."""
+    """Model file to write (.safetensors)."""
     animator: str = DEFAULT
-    """The animator: ropes, or one that another package brings; `--animator NAME --help` tells its options."""
+    """Animator to fit: agentdress, lag, live, ropes, swingar, or one of another package. Its options are listed by
+    --animator NAME --help."""
     seed: int = 0
-    """Seed of the training; the same seed gives the same model on one machine."""
+    """Seed of the training. The same seed gives the same model on one machine."""
     json: bool = False
-    """Print the figures of the fit as one JSON object."""
+    """Print the model file and the figures of the fit as one JSON object."""
 
 
 def schema(words: Sequence[str]) -> type:
-    """The flags of the animator that the words name: those of every fit, and the options of its own.
+    """Returns the options of a fit: the common ones, and those of the animator that the words name.
 
     Raises:
         BadInput: No such animator is installed.
@@ -40,8 +41,8 @@ def schema(words: Sequence[str]) -> type:
     from hemline.animators import animator_kind
 
     config: Any = animator_kind(_animator_in(words)).Config
-    options = ("config", tyro.conf.OmitArgPrefixes[config], field(default_factory=config))
-    return make_dataclass("Arguments", [options], bases=(Fit,), frozen=True)
+    config_field = ("config", tyro.conf.OmitArgPrefixes[config], field(default_factory=config))
+    return make_dataclass("FitOptions", [config_field], bases=(FitOptions,), frozen=True)
 
 
 def _animator_in(words: Sequence[str]) -> str:
@@ -53,55 +54,55 @@ def _animator_in(words: Sequence[str]) -> str:
     return DEFAULT
 
 
-def run(arguments: Any) -> int:
-    """Fit and save."""
+def run(options: Any) -> int:
+    """Fits the animator and saves the model."""
     from hemline.errors import BadInput
     from hemline.files import check_folder, check_writable
 
-    if not arguments.dataset:
+    if not options.dataset:
         raise BadInput("no dataset", "hemline fit without a folder", "name what 'hemline simulate' made")
-    with _together() as first:
+    with _process_group() as first:
         if first:
-            check_writable(arguments.output)
-            check_folder(_checkpoints(arguments))
-        model = _fitted(arguments, first)
+            check_writable(options.output)
+            check_folder(_checkpoints(options))
+        model = _fit(options, first)
         if not first:
             return 0
-        model.save(arguments.output)
-    if arguments.json:
-        print(json.dumps({"model": str(arguments.output), "figures": model.figures}))
+        model.save(options.output)
+    if options.json:
+        print(json.dumps({"model": str(options.output), "figures": model.figures}))
     else:
         for name, value in model.figures.items():
             print(f"{name:<28} {value:.4g}")
-        print(arguments.output)
+        print(options.output)
     return 0
 
 
-def _checkpoints(arguments: Any) -> Path:
-    """The folder beside the model where the state of the training is kept."""
-    return arguments.output.with_suffix(".fitting")
+def _checkpoints(options: Any) -> Path:
+    """Returns the folder of training checkpoints beside the model."""
+    return options.output.with_suffix(".fitting")
 
 
-def _fitted(arguments: Any, first: bool) -> Any:
+def _fit(options: Any, first: bool) -> Any:
     from hemline import animators
     from hemline.datasets import open_collection, open_dataset
 
-    several = len(arguments.dataset) > 1
-    data = open_collection(arguments.dataset) if several else open_dataset(arguments.dataset[0])
+    several = len(options.dataset) > 1
+    data = open_collection(options.dataset) if several else open_dataset(options.dataset[0])
     with stages() if first else nullcontext() as progress:
         return animators.fit(
             data,
-            arguments.animator,
-            arguments.config,
-            seed=arguments.seed,
+            options.animator,
+            options.config,
+            seed=options.seed,
             progress=progress,
-            checkpoints=_checkpoints(arguments) if first else None,
+            checkpoints=_checkpoints(options) if first else None,
         )
 
 
 @contextmanager
-def _together() -> Iterator[bool]:
-    """Whether this process writes and prints: of those that torchrun has started, the first one."""
+def _process_group() -> Iterator[bool]:
+    """Yields whether this process writes and prints; of several processes started by torchrun, the first one does."""
     if os.environ.get("WORLD_SIZE", "1") == "1":
         yield True
         return

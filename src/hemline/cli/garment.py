@@ -1,4 +1,4 @@
-"""The garment of a command that fills a dataset."""
+"""Opens the garment of a command."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,27 +19,27 @@ def open_garment(
     dressed: bool = False,
     material: str | None = None,
 ) -> "Garment":
-    """A garment by name or from a file; a mesh that does not sit on the body is tried on, and kept in the dataset.
+    """Opens a garment by name or from a file; a mesh that does not sit on the body is tried on.
 
     Args:
-        name_or_path: As `garments.open_garment`.
+        name_or_path: Name or file, as for `garments.open_garment`.
         shaped: The body.
-        dataset: The folder of the dataset, there or not.
-        tryon: Whether such a mesh is tried on; otherwise it is refused.
-        dressed: As `garments.open_garment`.
-        material: Name of what it is made of; None: its own.
+        dataset: Folder where the result of the try-on is stored; it may be missing.
+        tryon: Whether a mesh that does not sit on the body is tried on; otherwise it is refused.
+        dressed: Passed to `garments.open_garment`.
+        material: Name of the material; None for the garment's own.
 
     Raises:
-        BadGarment: No such garment, or no such material.
+        BadGarment: There is no such garment, or no such material.
     """
     from hemline.garments import Material
 
-    made_of = None if material is None else Material.of(material)  # refused before a mesh is tried on
-    garment = _opened(name_or_path, shaped, dataset, tryon=tryon, dressed=dressed)
-    return garment if made_of is None else garment.in_material(made_of)
+    cloth = None if material is None else Material.of(material)  # an unknown name fails before the slow try-on
+    garment = _open(name_or_path, shaped, dataset, tryon=tryon, dressed=dressed)
+    return garment if cloth is None else garment.in_material(cloth)
 
 
-def _opened(name_or_path: str, shaped: "ShapedBody", dataset: Path, *, tryon: bool, dressed: bool) -> "Garment":
+def _open(name_or_path: str, shaped: "ShapedBody", dataset: Path, *, tryon: bool, dressed: bool) -> "Garment":
     from hemline import garments
     from hemline.tryon import open_worn
 

@@ -1,4 +1,4 @@
-"""Choose the verb, turn errors into one line and an exit status."""
+"""Selects the verb, and turns errors into one line and an exit status."""
 
 import contextlib
 import importlib
@@ -10,51 +10,51 @@ from collections.abc import Iterator, Sequence
 
 from hemline.errors import BadCluster, BadInput, HemlineError, HemlineWarning, SimulationFailed
 
-from .misread import misread
+from .usage_error import usage_error
 
 VERBS = {
-    "body": "a rigged character (GLB, VRM) that is not ours as a body for garments",
-    "generate": "a top, dress, skirt, trousers or jumpsuit from its measures",
-    "tryon": "a garment made on another body onto this one, or why it cannot be worn",
-    "simulate": "a garment against clips, into a dataset of takes",
-    "drape": "a garment at rest on bodies of many shapes, into a dataset",
-    "fit": "an animator to a dataset, into one model file",
-    "animate": "a model on a motion, into a file for Blender, Unity, the web",
-    "export": "one simulated take, into any format that animate knows",
-    "character": "a body in a garment as VRM: an engine swings the garment by itself",
-    "evaluate": "a model on a motion: milliseconds, millimetres, vertices inside",
-    "view": "a model live on a local page: scrub, other bodies, wind, drag, colours",
-    "page": "models on a page that needs no server: one .html, or a folder for a web host",
-    "compare": "clips side by side on a local page, blind; what people answer, and its statistics",
-    "demo": "the shipped cape on a shipped run: a file, a picture, figures",
+    "body": "convert a rigged character (GLB, VRM) or an SMPL file to a body that wears garments",
+    "generate": "make a top, dress, skirt, trousers or jumpsuit from its measures",
+    "tryon": "fit a garment made for another body onto this one, or report why it cannot be worn",
+    "simulate": "simulate a garment on motion clips into a dataset of takes",
+    "drape": "settle a garment at rest on bodies of many shapes into a dataset",
+    "fit": "train an animator on a dataset into one model file",
+    "animate": "play a model on a motion into a file for Blender, Unity or the web",
+    "export": "write one simulated take in any format that animate knows",
+    "character": "write a dressed body as VRM, whose garment the engine simulates",
+    "evaluate": "measure a model on a motion: milliseconds, millimetres, vertices inside the body",
+    "view": "play models live on a local page, with other bodies, wind, dragging and colours",
+    "page": "write models to a page that needs no server: one .html file, or a folder for a web host",
+    "compare": "show clips side by side on a local page, collect blind answers, print statistics",
+    "demo": "play the shipped models into files, a picture and a report",
     "bench": "time the shipped models and the simulator on this machine",
-    "warmup": "compile all kernels now, so that nothing compiles later",
+    "warmup": "compile all kernels now, so that nothing is compiled later",
 }
-DONE, FELL_SHORT, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command.
+    """Runs one command.
 
     Args:
-        arguments: The words after `hemline`; None: those of this process.
+        arguments: The words after `hemline`; None takes them from `sys.argv`.
 
     Returns:
-        The exit status: 0 done, 1 a figure or a take fell short, 2 bad input, 130 interrupted.
+        The exit status: 0 success, 1 a figure or a take failed, 2 bad input, 130 interrupted.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        with _warnings_in_a_line():
+        with _one_line_warnings():
             return _run(words)
     except SimulationFailed as error:
-        return _say(str(error), FELL_SHORT)
+        return _print_error(str(error), FAILED)
     except BadCluster as error:
-        # of the processes of a training, all say the same
-        return _say(str(error), BAD_INPUT) if os.environ.get("RANK", "0") == "0" else BAD_INPUT
+        # all processes of a distributed training raise the same error: the first one prints it
+        return _print_error(str(error), BAD_INPUT) if os.environ.get("RANK", "0") == "0" else BAD_INPUT
     except HemlineError as error:
-        return _say(str(error), BAD_INPUT)
+        return _print_error(str(error), BAD_INPUT)
     except KeyboardInterrupt:
-        return _say("interrupted; what was finished is kept", INTERRUPTED)
+        return _print_error("interrupted; what was finished is kept", INTERRUPTED)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
@@ -76,48 +76,62 @@ def _run(words: list[str]) -> int:
         near = get_close_matches(verb, VERBS, 1)
         raise BadInput("no such verb", verb, f"did you mean '{near[0]}'?" if near else f"use one of {', '.join(VERBS)}")
     module = importlib.import_module(f"hemline.cli.{verb}")
-    schema = module.schema(rest) if hasattr(module, "schema") else module.Arguments
-    return module.run(_parsed(schema, verb, rest))
+    return module.run(_parse(options_class(verb, rest), verb, rest))
 
 
-def _parsed(schema: type, verb: str, words: list[str]):
-    """Parse the flags; what tyro draws as a box becomes one line."""
+def options_class(verb: str, words: Sequence[str] = ()) -> type:
+    """Returns the dataclass of a verb's options.
+
+    Args:
+        verb: A key of `VERBS`.
+        words: The words after the verb; those of `fit` and `generate` decide which options there are.
+
+    Raises:
+        BadInput: The words name an animator that is not installed.
+    """
+    module = importlib.import_module(f"hemline.cli.{verb}")
+    return module.schema(words) if hasattr(module, "schema") else getattr(module, f"{verb.capitalize()}Options")
+
+
+def _parse(schema: type, verb: str, words: list[str]):
+    """Parses the options, and raises tyro's boxed error message as a one-line error."""
     import tyro
 
     errors = io.StringIO()
     try:
         with contextlib.redirect_stderr(errors):
-            return tyro.cli(schema, prog=f"hemline {verb}", description=VERBS[verb], args=words)
+            summary = f"{VERBS[verb][0].upper()}{VERBS[verb][1:]}."
+            return tyro.cli(schema, prog=f"hemline {verb}", description=summary, args=words)
     except SystemExit as stop:
         if stop.code in (0, None):
             raise
-        raise misread(schema, verb, words, errors.getvalue()) from None
+        raise usage_error(schema, verb, words, errors.getvalue()) from None
 
 
 @contextlib.contextmanager
-def _warnings_in_a_line() -> Iterator[None]:
-    """Our own warnings are said on stderr, each once; those of others go where they went."""
+def _one_line_warnings() -> Iterator[None]:
+    """Prints warnings of hemline on stderr, each once; other warnings are handled as before."""
     with warnings.catch_warnings():
         warnings.simplefilter("default", HemlineWarning)
-        others = warnings.showwarning
+        default_show = warnings.showwarning
 
         def show(message, category, *where) -> None:
             if issubclass(category, HemlineWarning):
                 print(f"hemline: warning: {message}", file=sys.stderr, flush=True)
             else:
-                others(message, category, *where)
+                default_show(message, category, *where)
 
         warnings.showwarning = show
         yield
 
 
 def _overview() -> str:
-    rows = "\n".join(f"  {verb:<10}{what}" for verb, what in VERBS.items())
-    more = "'hemline VERB --help' tells the flags of a verb; --version tells the version."
+    rows = "\n".join(f"  {verb:<10}{summary}" for verb, summary in VERBS.items())
+    more = "'hemline VERB --help' prints the options of a verb, --version the version."
     return f"usage: hemline VERB ...\n\n{rows}\n\n{more}"
 
 
-def _say(text: str, status: int) -> int:
+def _print_error(text: str, status: int) -> int:
     rank = os.environ.get("RANK", "0")  # set by torchrun
     print(f"hemline: {text}" if rank == "0" else f"hemline: process {rank}: {text}", file=sys.stderr)
     return status

@@ -1,4 +1,4 @@
-"""The model that a command plays, with the garment that it wears."""
+"""Opens the model that a command plays, dressed in its garment."""
 
 import tempfile
 import warnings
@@ -18,20 +18,20 @@ from .progress import note
 if TYPE_CHECKING:
     from hemline.garments import Garment
 
-STRANGE = 4.0
-"""How far from the nearest garment of the fit another one is strange, in their own spacing."""
+UNFAMILIAR = 4.0
+"""Distance from the nearest garment of the fit above which a warning is given, in units of their mutual spacing."""
 
 
 def body_of(model: Animator | Wearable, body: str | None, betas: tuple[float, ...]) -> ShapedBody:
-    """The body to play on: the one named, else the one that the model was fitted on.
+    """Returns the body to play on: the given one, or the one that the model was fitted on.
 
     Args:
-        model: What was loaded.
-        body: Name or file of a body; None: the model's own, `anny24` where it was fitted on many garments.
-        betas: Its shape.
+        model: The model.
+        body: Name or file of a body; None for the model's own, which is `anny24` if the model plays any garment.
+        betas: Shape coefficients of the body.
 
     Raises:
-        BadBody: No such body, or too many betas.
+        BadBody: There is no such body, or there are too many betas.
     """
     from hemline import bodies
 
@@ -49,46 +49,47 @@ def open_model(
     material: str | None = None,
     clamp: bool = False,
 ) -> tuple[Animator, ShapedBody]:
-    """A model from a file or by name, and the body to play it on.
+    """Opens a model from a file or by name, and the body to play it on.
 
     Args:
         name: A model file, or the name of a shipped model.
-        garment: The garment that a model of many garments is to wear, tried on where it does not sit on the body; None
-            for a model that has its own.
-        body: As for `body_of`.
-        betas: As for `body_of`.
-        over: What is worn over it, from the skin outwards: garments, for a model of many; else models, each of one.
-        material: What the garment, not those over it, is made of; None: what the model or the garment says.
-        clamp: Move betas into the range in which the model is believed.
+        garment: Garment for a model that plays any garment, tried on if it does not sit on the body; None for a model
+            that has its own.
+        body: Name or file of a body, as for `body_of`.
+        betas: Shape coefficients, as for `body_of`.
+        over: Layers over the garment, from the inside out: garments for a model that plays any garment, otherwise
+            models with garments of their own.
+        material: Material of the garment, but not of the layers over it; None for the one of the model or the garment.
+        clamp: Whether betas are clamped to the range that the model was fitted on.
 
     Raises:
-        BadModel: As `animators.load`.
-        BadBody: As `body_of`.
-        BadInput: A model of many garments without one, or a garment for a model that has its own; a garment over
-            itself; or a model that has no such range, or that knows no other materials.
-        BadGarment: No such material.
+        BadModel: The model cannot be loaded, see `animators.load`.
+        BadBody: There is no such body, or there are too many betas.
+        BadInput: A model that plays any garment got none, or a model with its own garment got one; a garment is
+            layered over itself; or the model has no range of betas, or no other materials.
+        BadGarment: There is no such material.
     """
     from hemline.garments import worn_together
 
-    model = _made_of(load(name), material)
+    model = _in_material(load(name), material)
     shaped = body_of(model, body, betas)
     if clamp:
-        shaped = _clamped(model, shaped)
+        shaped = _clamp_betas(model, shaped)
     if isinstance(model, Wearable):
         if garment is None:
             raise BadInput(f"model '{name}' needs a garment to wear", "none", "name one with --garment")
         _check_each_once((garment, *over))
-        each = [_worn(one, shaped) for one in (garment, *over)]
-        return model.worn_by(worn_together(each) if over else each[0], shaped), shaped
+        layers = [_open_on_body(layer, shaped) for layer in (garment, *over)]
+        return model.animator_for(worn_together(layers) if over else layers[0], shaped), shaped
     if garment is not None:
         cure = "leave --garment out, or fit an animator to that garment"
         raise BadInput(f"model '{name}' has its own garment, {model.garment.name}", garment, cure)
     _check_each_once((name, *over))
-    worn: Animator = together([model, *map(_with_its_own, over)]) if over else model
-    return worn, shaped
+    layered: Animator = together([model, *map(_load_layer, over)]) if over else model
+    return layered, shaped
 
 
-def _made_of(model: Animator | Wearable, material: str | None) -> Animator | Wearable:
+def _in_material(model: Animator | Wearable, material: str | None) -> Animator | Wearable:
     if material is None:
         return model
     if not isinstance(model, MaterialAware):
@@ -104,7 +105,7 @@ def _check_each_once(names: Sequence[str]) -> None:
             raise BadInput("a garment cannot be worn over itself", f"'{name}' twice", "name another one with --over")
 
 
-def _with_its_own(name: str) -> Animator:
+def _load_layer(name: str) -> Animator:
     from hemline import garments
 
     try:
@@ -121,52 +122,55 @@ def _with_its_own(name: str) -> Animator:
     return model
 
 
-def _worn(garment: str, shaped: ShapedBody) -> "Garment":
-    """A garment on a body; a mesh that does not sit on it is tried on, for this time."""
+def _open_on_body(garment: str, shaped: ShapedBody) -> "Garment":
+    """Opens a garment on a body; the result of a try-on is not stored."""
     with tempfile.TemporaryDirectory() as folder:
         return open_garment(garment, shaped, Path(folder), tryon=True, dressed=True)
 
 
-def _clamped(model: Animator | Wearable, shaped: ShapedBody) -> ShapedBody:
+def _clamp_betas(model: Animator | Wearable, shaped: ShapedBody) -> ShapedBody:
     if not isinstance(model, Bounded):
         raise BadInput("--clamp-betas needs a model that knows its range of betas", model.name, "leave it out")
     return shaped.body.shaped(np.clip(shaped.betas, *model.beta_range))
 
 
-def say_relatives(animator: Animator) -> None:
-    """Say which garments of the fit are most like this one; warn where none is.
+def report_relatives(animator: Animator) -> None:
+    """Prints which garments of the fit are most similar to this one, and warns if none is.
 
     Args:
-        animator: What will play.
+        animator: The animator that will play.
     """
     if not isinstance(animator, Related) or not animator.relatives:
         return
-    told = ", ".join(f"{name} ({far:.1f})" for name, far in animator.relatives)
-    note(f"garments of the fit most like '{animator.garment.name}': {told}; 1 is as near as they are to each other")
-    name, far = animator.relatives[0]
-    if far > STRANGE:
+    listed = ", ".join(f"{name} ({distance:.1f})" for name, distance in animator.relatives)
+    note(f"garments of the fit most like '{animator.garment.name}': {listed}; 1 is the usual distance between them")
+    name, distance = animator.relatives[0]
+    if distance > UNFAMILIAR:
         cure = f"look at it closely, or play it with 'live'; or fit {animator.name} to more garments"
         what = f"'{animator.garment.name}' is unlike all garments that {animator.name} was fitted to"
-        warnings.warn(HemlineWarning(what, f"{far:.1f} times as far from the nearest, {name}", cure), stacklevel=2)
+        warnings.warn(
+            HemlineWarning(what, f"{distance:.1f} times the usual distance from the nearest, {name}", cure),
+            stacklevel=2,
+        )
 
 
 def warn_new_poses(animator: Animator, novelties: Sequence[float | None]) -> None:
-    """Warn of the frames whose poses are beyond all those that an animator was fitted to.
+    """Warns of frames whose poses are unlike all poses that an animator was fitted to.
 
     Args:
-        animator: What played.
-        novelties: Of each frame.
+        animator: The animator that played.
+        novelties: Novelty of each frame, None where the animator gives none.
     """
     if not isinstance(animator, Bounded):
         return
-    each = np.array(novelties, np.float64)
-    beyond = int((each > animator.novelty_limit).sum())
+    values = np.array(novelties, np.float64)
+    beyond = int((values > animator.novelty_limit).sum())
     if beyond:
         warnings.warn(
             HemlineWarning(
-                f"{beyond} of {len(each)} frames are in poses unlike all that '{animator.garment.name}' was fitted to "
-                f"(novelty above {animator.novelty_limit:g})",
-                f"{each.max():.2f} in frame {int(each.argmax())}",
+                f"{beyond} of {len(values)} frames are in poses unlike all that '{animator.garment.name}' was fitted to"
+                f" (novelty above {animator.novelty_limit:g})",
+                f"{values.max():.2f} in frame {int(values.argmax())}",
                 "expect errors several times as large there, or fit it to anchors from such clips, too",
             ),
             stacklevel=2,

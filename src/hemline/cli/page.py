@@ -11,46 +11,47 @@ from .progress import note
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Write a page that plays models with no server: it opens from a file or any web host, on a phone too."""
+class PageOptions:
+    """Options of `hemline page`."""
 
     models: Annotated[tuple[str, ...], tyro.conf.Positional]
-    """Model files, or names of shipped models, of rope chains or close-fitting garments."""
+    """Models to show: files, or names of shipped models, of rope chains or close-fitting garments."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """One file that ends in .html, or a folder for a static web host; what else lies in the folder stays."""
+    """File to write (.html), or a folder for a static web host. Other files in the folder are kept."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m", "--clips"])] = ("walk", "dance")
-    """Clips (BVH, AMASS), or names of shipped excerpts."""
+    """Clips to play: BVH or AMASS files, or names of shipped excerpts."""
     betas: tuple[float, ...] = ()
-    """Shape of the body. Close-fitting garments have sliders for others on the page."""
+    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape. Models
+    of close-fitting garments have sliders for other shapes on the page."""
     title: str | None = None
-    """Of the page; left out: the names of the models."""
+    """Title of the page. Defaults to the names of the models."""
     most_mb: float | None = None
-    """Refuse to write more than this [MB]."""
+    """Maximum size of the page, above which nothing is written [MB]. By default there is no limit."""
     json: bool = False
-    """Print one JSON object: files, bytes."""
+    """Print one JSON object with the files and their size [bytes]."""
 
 
-def run(arguments: Arguments) -> int:
-    """Gather what the page plays, write it, say what it holds."""
+def run(options: PageOptions) -> int:
+    """Collects models and clips, writes the page, and reports its contents."""
     from hemline import animators, motions, web
     from hemline.errors import BadInput
 
     from .model import body_of
 
-    web.check_page(arguments.output)
-    if not arguments.models:
+    web.check_page(options.output)
+    if not options.models:
         raise BadInput("page needs MODEL", "none", f"shipped: {', '.join(animators.shipped_models())}")
-    models = {Path(name).stem: animators.load(name) for name in arguments.models}
-    clips = {Path(name).stem: motions.open_motion(name) for name in arguments.motion}
-    body = body_of(next(iter(models.values())), None, arguments.betas)
+    models = {Path(name).stem: animators.load(name) for name in options.models}
+    clips = {Path(name).stem: motions.open_motion(name) for name in options.motion}
+    body = body_of(next(iter(models.values())), None, options.betas)
     contents = web.page_contents(models, clips, body)
-    title = arguments.title or ", ".join(models)
-    paths = web.write_page(arguments.output, contents, title=title, most_mb=arguments.most_mb)
+    title = options.title or ", ".join(models)
+    paths = web.write_page(options.output, contents, title=title, most_mb=options.most_mb)
     size = sum(path.stat().st_size for path in paths)
-    if arguments.json:
+    if options.json:
         print(json.dumps({"files": [str(path) for path in paths], "bytes": size}))
         return 0
     note(f"models: {len(models)}, clips: {len(clips)}, {size / 1e6:.1f} MB")
-    page = arguments.output if len(paths) == 1 else arguments.output / "index.html"
+    page = options.output if len(paths) == 1 else options.output / "index.html"
     print(page)
     return 0

@@ -1,4 +1,4 @@
-"""Progress on stderr: bars for people; for other programs, lines."""
+"""Reports progress on stderr: as bars on a terminal, or as lines for other programs."""
 
 import os
 import sys
@@ -9,10 +9,10 @@ from typing import Any
 
 @contextmanager
 def bars() -> Iterator[Any]:
-    """A rich progress display on stderr; nothing is drawn where stderr is no terminal.
+    """Yields a rich progress display on stderr, which draws nothing if stderr is not a terminal.
 
-    With `HEMLINE_PROGRESS=lines` in the environment, lines `progress: STAGE DONE/TOTAL` in its place, for programs that
-    call hemline (the add-on for Blender does).
+    With `HEMLINE_PROGRESS=lines` in the environment it prints lines `progress: STAGE DONE/TOTAL` instead, for programs
+    that call hemline, such as the Blender add-on.
     """
     if os.environ.get("HEMLINE_PROGRESS") == "lines":
         yield _Lines()
@@ -21,9 +21,9 @@ def bars() -> Iterator[Any]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    shown = sys.stderr.isatty()
-    progress = Progress(*columns, console=Console(file=sys.stderr), disable=not shown)
-    if not shown:  # begun and ended, rich before 14.3 writes an empty line even so
+    visible = sys.stderr.isatty()
+    progress = Progress(*columns, console=Console(file=sys.stderr), disable=not visible)
+    if not visible:  # rich before 14.3 prints an empty line when a disabled display starts and stops
         yield progress
         return
     with progress:
@@ -31,33 +31,33 @@ def bars() -> Iterator[Any]:
 
 
 class _Lines:
-    """What `bars` gives, as lines; one a percent at most."""
+    """Progress display that prints lines, at most one per percent."""
 
     def __init__(self) -> None:
-        self._tasks: list[list[Any]] = []  # of each: stage, done, total, the last percent that was told
+        self._tasks: list[list[Any]] = []  # stage, steps done, total steps and last printed percent of each task
 
     def add_task(self, description: str, total: int | None = None, visible: bool = True) -> int:
-        """A stage; its number."""
+        """Adds a task and returns its number."""
         self._tasks.append([description, 0, total, -1])
         return len(self._tasks) - 1
 
     def advance(self, task: int) -> None:
-        """One step is done."""
+        """Counts one more step of a task."""
         self.update(task, completed=self._tasks[task][1] + 1)
 
     def update(self, task: int, completed: int, total: int | None = None, visible: bool = True) -> None:
-        """So many steps are done; tell it where the percent is another one."""
-        stage, _, before, told = self._tasks[task]
+        """Sets the number of steps done, and prints a line if the percentage changed."""
+        stage, _, before, printed = self._tasks[task]
         total = before if total is None else total
         percent = 100 * completed // total if total else 0
         self._tasks[task] = [stage, completed, total, percent]
-        if total and percent != told:
+        if total and percent != printed:
             note(f"progress: {stage} {completed}/{total}")
 
 
 @contextmanager
 def stages() -> Iterator[Callable[[str, int, int], None]]:
-    """A bar for each stage of some work: called with the stage, what is done and what there is in all."""
+    """Yields a callback that draws one bar per stage, called with the stage, the steps done and the total steps."""
     with bars() as display:
         tasks: dict[str, Any] = {}
 
@@ -70,24 +70,24 @@ def stages() -> Iterator[Callable[[str, int, int], None]]:
 
 
 @contextmanager
-def total(what: str) -> Iterator[Callable[[str, int, int], None]]:
-    """One bar for all pieces of some work, wherever they are worked on: called with a piece, its steps done and all."""
+def total(unit: str) -> Iterator[Callable[[str, int, int], None]]:
+    """Yields a callback that draws one bar for all pieces of work, called with a piece, its steps done and its steps."""
     with bars() as display:
-        task, steps = display.add_task(what, total=None), {}
+        task, steps = display.add_task(unit, total=None), {}
 
         def report(piece: str, done: int, of: int) -> None:
             steps[piece] = done, of
-            ended = sum(one == all_of for one, all_of in steps.values())
+            finished = sum(count == goal for count, goal in steps.values())
             display.update(
                 task,
-                description=f"{ended} of {len(steps)} takes, {what}",
-                completed=sum(one for one, _ in steps.values()),
-                total=sum(all_of for _, all_of in steps.values()),
+                description=f"{finished} of {len(steps)} takes, {unit}",
+                completed=sum(count for count, _ in steps.values()),
+                total=sum(goal for _, goal in steps.values()),
             )
 
         yield report
 
 
 def note(text: str) -> None:
-    """Say something on stderr."""
+    """Prints a line on stderr."""
     print(text, file=sys.stderr, flush=True)

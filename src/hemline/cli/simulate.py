@@ -13,95 +13,95 @@ from hemline.errors import BadInput
 from .garment import open_garment
 from .progress import note, total
 
-FASTEST = 1000
-"""Frames a second beyond which nobody simulates on purpose."""
+MAX_FPS = 1000
+"""Highest frame rate accepted [frames/s]; higher ones are most likely mistakes."""
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Simulate a garment against clips."""
+class SimulateOptions:
+    """Options of `hemline simulate`."""
 
     garment: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="GARMENT")]
-    """A garment by name (cape, skirt, tshirt, longsleeve, trousers, dress; light ones: cape-light ...; generated ones:
-    dress:7, top:1@35 ...), or a file."""
+    """Garment to simulate: a name (cape, skirt, tshirt, longsleeve, trousers or dress; a light mesh such as cape-light;
+    a generated one such as dress:7 or top:1@35), or a file."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])]
-    """Clips: .bvh or AMASS .npz files, or names of shipped ones: run, walk, dance ..."""
+    """Clips to simulate: .bvh or AMASS .npz files, or names of shipped excerpts such as run, walk or dance."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """The dataset, a folder; made when missing, continued when there."""
+    """Dataset folder to write. It is created if missing, and continued if it exists."""
     material: str | None = None
-    """Of another material than its own: cotton, silk, denim, wool, jersey, paper; not those over it."""
+    """Material of the garment: cotton, silk, denim, wool, jersey or paper. Garments given by --over keep their own.
+    Defaults to the garment's own material."""
     over: tuple[str, ...] = ()
-    """More garments, worn over the first one, from the skin outwards."""
+    """Garments to layer over the first one, from the inside out. By default there are none."""
     tryon: bool = True
-    """Try a mesh on first that does not sit on the body; otherwise it is taken as it lies, or refused."""
+    """Try a mesh on first if it does not sit on the body. With --no-tryon it is used as it is, or refused."""
     betas: tuple[float, ...] = ()
-    """Shape of the body: a few numbers of about -3 to 3; what is left out is 0, the mean."""
+    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape."""
     jobs: int = 1
-    """Clips that are simulated at the same time, each in a process of its own; the result does not depend on it."""
+    """Number of clips to simulate in parallel, one process each. The result does not depend on it."""
     scheduler: str | None = None
-    """Address of a dask scheduler, such as tcp://host:8786, whose workers simulate instead; see docs/scale.md."""
+    """Address of a dask scheduler, such as tcp://host:8786, whose workers do the work; see docs/scale.md. By default it
+    is done on this machine."""
     seconds: float | None = None
-    """Only the first so many seconds of each clip; all of it unless given."""
+    """Length of each clip to simulate, from its start [s]. Defaults to the whole clip."""
     fps: float = 30.0
-    """Frames a second that are stored, 1 to 1000."""
+    """Frame rate to store, 1 to 1000 [frames/s]."""
     body: str = "anny24"
-    """The body: anny24, or a file (.safetensors; a character, .glb or .vrm; SMPL .npz or .pkl)."""
+    """Body to use: anny24, or a file (.safetensors, a .glb or .vrm character, or SMPL .npz or .pkl)."""
     untangle: bool = True
-    """First move limbs out of each other where they overlap in the clip."""
+    """Move limbs that overlap in the clip out of each other first."""
     whole: bool = False
-    """Take the whole clip, jumps and all; otherwise its longest stretch without jumps."""
+    """Simulate the whole clip, including jumps. Without it, the longest section without jumps is simulated."""
     quantised: bool = False
-    """Store vertices in steps of 10 micrometres: smaller files."""
+    """Store vertices in steps of 10 micrometres, for smaller files."""
     explain: bool = False
-    """Say what was guessed about garment and clips, and why."""
+    """Report what was guessed about the garment and the clips, and why."""
     json: bool = False
     """Print the takes as a JSON list instead of a table."""
     wind: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
-    """Wind along x, y (up) and z [m/s]; its mean where there are gusts."""
+    """Wind velocity along x, y (up) and z [m/s]. With --gusts it is the mean."""
     gusts: float = 0.0
-    """How strong gusts are: standard deviation of the wind in each direction [m/s]; 0 for none."""
+    """Standard deviation of the wind in each direction [m/s]. With 0 there are no gusts."""
     gust_seed: int = 0
-    """Another number gives other gusts of that strength."""
+    """Seed of the gusts. Another seed gives other gusts of the same strength."""
 
 
-def run(arguments: Arguments) -> int:
-    """Simulate; status 1 when a take failed."""
+def run(options: SimulateOptions) -> int:
+    """Simulates the clips; returns status 1 if a take failed."""
     from hemline import bodies, garments
     from hemline.sim import Clip, SimSettings, produce
 
-    if arguments.jobs < 1:
-        raise BadInput("--jobs must be at least 1", arguments.jobs, "leave it out for 1")
-    if not 1 <= arguments.fps <= FASTEST:
-        raise BadInput(f"--fps must be from 1 to {FASTEST}", arguments.fps, "leave it out for 30 frames a second")
-    if arguments.seconds is not None and not 0 < arguments.seconds < math.inf:
-        raise BadInput("--seconds must be positive", arguments.seconds, "leave it out for the whole clip")
-    if not arguments.motion:
+    if options.jobs < 1:
+        raise BadInput("--jobs must be at least 1", options.jobs, "leave it out for 1")
+    if not 1 <= options.fps <= MAX_FPS:
+        raise BadInput(f"--fps must be from 1 to {MAX_FPS}", options.fps, "leave it out for 30 frames a second")
+    if options.seconds is not None and not 0 < options.seconds < math.inf:
+        raise BadInput("--seconds must be positive", options.seconds, "leave it out for the whole clip")
+    if not options.motion:
         raise BadInput("no clips", "--motion without a file", "name BVH or npz files after --motion")
-    clips = [Clip(*_clip(path, arguments)) for path in arguments.motion]
-    settings = SimSettings(fps=arguments.fps, wind=arguments.wind, gusts=arguments.gusts, gust_seed=arguments.gust_seed)
-    shaped = bodies.load(arguments.body).shaped(arguments.betas)
-    mean = bodies.load(arguments.body).shaped()
-    # one garment is simulated from the shape that it was made on; several need one shape
+    clips = [Clip(*_open_clip(path, options)) for path in options.motion]
+    settings = SimSettings(fps=options.fps, wind=options.wind, gusts=options.gusts, gust_seed=options.gust_seed)
+    shaped = bodies.load(options.body).shaped(options.betas)
+    mean = bodies.load(options.body).shaped()
+    # several layers must share one shape; a single garment starts from the shape it was made on
     each = [
-        open_garment(
-            name, mean, arguments.output, tryon=arguments.tryon, dressed=bool(arguments.over), material=material
-        )
-        for name, material in ((arguments.garment, arguments.material), *((name, None) for name in arguments.over))
+        open_garment(name, mean, options.output, tryon=options.tryon, dressed=bool(options.over), material=material)
+        for name, material in ((options.garment, options.material), *((name, None) for name in options.over))
     ]
-    garment = garments.worn_together(each) if arguments.over else each[0]
-    if arguments.explain:
+    garment = garments.worn_together(each) if options.over else each[0]
+    if options.explain:
         note(garments.explain(garment))
     with total("frames") as report:
         rows = produce(
-            arguments.output,
+            options.output,
             garment,
             clips,
             betas=tuple(float(b) for b in shaped.betas),
             settings=settings,
-            untangle=arguments.untangle,
-            jobs=arguments.jobs,
-            scheduler=arguments.scheduler,
-            quantised=arguments.quantised,
+            untangle=options.untangle,
+            jobs=options.jobs,
+            scheduler=options.scheduler,
+            quantised=options.quantised,
             report=report,
         )
     takes = [
@@ -117,7 +117,7 @@ def run(arguments: Arguments) -> int:
         }
         for i, row in enumerate(rows)
     ]
-    if arguments.json:
+    if options.json:
         print(json.dumps(takes))
     else:
         for take in takes:
@@ -130,16 +130,16 @@ def run(arguments: Arguments) -> int:
     return 1 if any(take["failed"] for take in takes) else 0
 
 
-def _clip(path: str, arguments: Arguments):
+def _open_clip(path: str, options: SimulateOptions):
     from hemline import motions
 
     motion = motions.open_motion(path)
-    if arguments.explain:
+    if options.explain:
         for line in motion.notes:
             note(f"{path}: {line}")
-    if not arguments.whole:
+    if not options.whole:
         first, last = motions.longest_clean(motion)
         motion = motion[first:last]
-    if arguments.seconds is not None:
-        motion = motion[: max(2, round(arguments.seconds * motion.fps) + 1)]
+    if options.seconds is not None:
+        motion = motion[: max(2, round(options.seconds * motion.fps) + 1)]
     return motion, motions.subject_of(motion)

@@ -14,74 +14,79 @@ from .progress import note
 
 if TYPE_CHECKING:
     from hemline.animators import Animator
-    from hemline.view import Shelf
+    from hemline.view import Catalog
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Play garments live on a local page: scrub, other bodies, wind, drag the body, colours, downloads."""
+class ViewOptions:
+    """Options of `hemline view`."""
 
     models: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
-    """Model files, names of shipped models, folders of takes; left out: all shipped models."""
+    """Models to choose from: files, names of shipped models, or dataset folders. Defaults to all shipped models."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
-    """Clips (BVH, AMASS), or names of shipped excerpts; left out: all excerpts."""
+    """Clips to choose from: BVH or AMASS files, or names of shipped excerpts. Defaults to all excerpts."""
     garment: str | None = None
-    """The garment to wear, by name or a file, for a model that takes any; left out: cape and skirt."""
+    """Garment to dress, by name or file, for models that play any garment. Defaults to a choice of cape and skirt."""
     over: tuple[str, ...] = ()
-    """What each model wears over its garment: garments, for a model that takes any; else models."""
+    """Layers over the garment of each model, from the inside out: garments for a model that plays any garment,
+    otherwise models with garments of their own. By default there are none."""
     body: str | None = None
-    """The body, by name or a file, for a model that takes any garment; left out: anny24."""
+    """Body, by name or file, for models that play any garment. Defaults to anny24."""
     betas: tuple[float, ...] = ()
-    """Shape of the body at the start."""
+    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape; the page
+    changes them."""
     port: int = 8080
-    """Where the page listens on this machine; 0: a port that is free."""
+    """Port of the page on this machine. With 0 a free port is chosen."""
     browser: bool = True
     """Open the page in the browser."""
 
 
-def run(arguments: Arguments) -> int:
-    """Serve the page until Ctrl-C."""
+def run(options: ViewOptions) -> int:
+    """Serves the page until Ctrl-C."""
     from dataclasses import replace
 
     from hemline.view import Page
 
-    shelf = shelf_of(arguments)
-    choice = replace(shelf.first(), betas=arguments.betas)
-    with Page(shelf, choice, port=arguments.port, report=lambda line: note(f"hemline: {line}")) as page:
+    catalog = open_catalog(options)
+    choice = replace(catalog.first(), betas=options.betas)
+    with Page(catalog, choice, port=options.port, report=lambda line: note(f"hemline: {line}")) as page:
         try:
             note("Ctrl-C ends it")
             print(page.url, flush=True)
-            if arguments.browser:
+            if options.browser:
                 address = page.door.address_for_once()
-                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()  # some wait for its end
+                # in a thread, as some browsers block until they are closed
+                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
             page.serve_forever()
         except KeyboardInterrupt:
             note("ended")
     return 0
 
 
-def shelf_of(arguments: Arguments) -> "Shelf":
-    """What is named, or else what ships, for the page to choose from."""
+def open_catalog(options: ViewOptions) -> "Catalog":
+    """Returns the models and clips that the page offers: the given ones, or those that ship with hemline."""
     from hemline import animators, datasets, motions
-    from hemline.view import Shelf
+    from hemline.view import Catalog
 
-    folders = [word for word in arguments.models if Path(word).is_dir()]
-    named = [word for word in arguments.models if word not in folders]
+    folders = [word for word in options.models if Path(word).is_dir()]
+    named = [word for word in options.models if word not in folders]
     models: dict[str, Callable[[], Animator]] = {}
     for word in named or ([] if folders else animators.shipped_models()):
         model = animators.load(word)
         if isinstance(model, animators.Wearable):
-            for garment in (arguments.garment,) if arguments.garment else ("cape", "skirt"):
-                models[f"{word}: {garment}"] = partial(_worn, word, garment, arguments)
+            for garment in (options.garment,) if options.garment else ("cape", "skirt"):
+                models[f"{word}: {garment}"] = partial(_open_dressed, word, garment, options)
+        elif options.over:
+            models[word] = partial(_open_dressed, word, None, options)
         else:
-            models[word] = partial(_worn, word, None, arguments) if arguments.over else partial(animators.load, word)
-    clips = {word: partial(motions.open_motion, word) for word in arguments.motion or motions.names()}
-    for word in arguments.motion:
+            models[word] = partial(animators.load, word)
+    clips = {word: partial(motions.open_motion, word) for word in options.motion or motions.names()}
+    for word in options.motion:
         clips[word]()
-    return Shelf(models, clips, tuple(datasets.open_dataset(folder) for folder in folders))
+    return Catalog(models, clips, tuple(datasets.open_dataset(folder) for folder in folders))
 
 
-def _worn(word: str, garment: str | None, arguments: Arguments) -> "Animator":
+def _open_dressed(word: str, garment: str | None, options: ViewOptions) -> "Animator":
     from .model import open_model
 
-    return open_model(word, garment, arguments.body, arguments.betas, over=arguments.over)[0]
+    return open_model(word, garment, options.body, options.betas, over=options.over)[0]

@@ -8,35 +8,35 @@ from .progress import note
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hemline.sim.takes.jobs import Job, Tell
+    from hemline.sim.takes.jobs import Job
 
 
 @dataclass(frozen=True)
-class Arguments:
-    """Compile all kernels now."""
+class WarmupOptions:
+    """Options of `hemline warmup`."""
 
     jobs: int = 1
-    """Processes that share the stages out."""
+    """Number of processes that compile in parallel."""
 
 
-def run(arguments: Arguments) -> int:
-    """Run each stage once, on what ships, so that numba compiles it and it is kept on disk."""
+def run(options: WarmupOptions) -> int:
+    """Runs each stage once on shipped models, so that numba compiles its kernels and caches them on disk."""
     from hemline.compiled import cache_folder
     from hemline.errors import BadInput
     from hemline.playback.warmup import STAGES
     from hemline.sim.takes.jobs import run_jobs
     from hemline.sim.takes.workers import workers
 
-    if arguments.jobs < 1:
-        raise BadInput("--jobs must be at least 1", arguments.jobs, "give the number of cores")
-    with workers(arguments.jobs) as those:
-        run_jobs(map(_warmed, STAGES), those)
+    if options.jobs < 1:
+        raise BadInput("--jobs must be at least 1", options.jobs, "give the number of cores")
+    with workers(options.jobs) as pool:
+        run_jobs(map(_warm_up, STAGES), pool)
     print(cache_folder())
     return 0
 
 
-def _warmed(stage: str) -> "Job[None]":
-    """Have a stage run by a worker, and say how long it took."""
+def _warm_up(stage: str) -> "Job[None]":
+    """Runs a stage in a worker and prints how long it took."""
     from hemline.playback.warmup import run_stage
     from hemline.sim.takes.jobs import Call
 
@@ -47,5 +47,5 @@ def _warmed(stage: str) -> "Job[None]":
 def _run(run_stage: "Callable[[str], float]", stage: str, tell: "Tell") -> float:
     from hemline.compiled import use_threads
 
-    use_threads(None)  # for the loops on all threads, too
+    use_threads(None)  # parallel loops are compiled too
     return run_stage(stage)

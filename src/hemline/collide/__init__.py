@@ -12,7 +12,7 @@ from .projection.project_frame import ProjectionReport as ProjectionReport
 from .surface.patches import limb_of_vertices as limb_of_vertices
 from .surface.patches import limbs as limbs
 from .surface.posed_surface import PosedSurface as PosedSurface
-from .surface.worn import WornGarment as WornGarment
+from .surface.garment_on_body import GarmentOnBody as GarmentOnBody
 from .whole.edge_limits import EdgeLimits as EdgeLimits
 from .whole.whole_cloth import WholeCloth as WholeCloth
 from .whole.whole_cloth import WholeSettings as WholeSettings
@@ -35,7 +35,7 @@ __all__ = [
     "WholeCloth",
     "WholeSettings",
     "WholeState",
-    "WornGarment",
+    "GarmentOnBody",
     "inside",
     "limb_of_vertices",
     "limbs",

@@ -1,18 +1,18 @@
 """Garment and body, frame by frame, as files that other programs read: one format, one file."""
 
 from .character import BoundMesh as BoundMesh
-from .character import Capsules as Capsules
-from .character import Character as Character
+from .character import CapsuleColliders as CapsuleColliders
+from .character import DressedCharacter as DressedCharacter
 from .character import SpringChains as SpringChains
 from .clip import Clip as Clip
-from .clip import Part as Part
-from .clip import Skeleton as Skeleton
-from .clip import Skin as Skin
+from .clip import ClipPart as ClipPart
+from .clip import ClipSkeleton as ClipSkeleton
+from .clip import SkinWeights as SkinWeights
 from .glb.glb_character import OwnMesh as OwnMesh
 from .glb.glb_character import write_dressed as write_dressed
-from .skin import BONES as BONES
+from .skin import DEFAULT_BONES as DEFAULT_BONES
 from .skin import check_bones as check_bones
-from .skin import skinned as skinned
+from .skin import skin_clip as skin_clip
 from .vrm.vrm import check_character_path as check_character_path
 from .vrm.vrm import write_vrm as write_vrm
 from .write import FORMATS as FORMATS
@@ -20,21 +20,21 @@ from .write import check_format as check_format
 from .write import write as write
 
 __all__ = [
-    "BONES",
+    "DEFAULT_BONES",
     "FORMATS",
     "BoundMesh",
-    "Capsules",
-    "Character",
+    "CapsuleColliders",
+    "DressedCharacter",
     "Clip",
     "OwnMesh",
-    "Part",
-    "Skeleton",
-    "Skin",
+    "ClipPart",
+    "ClipSkeleton",
+    "SkinWeights",
     "SpringChains",
     "check_bones",
     "check_character_path",
     "check_format",
-    "skinned",
+    "skin_clip",
     "write",
     "write_dressed",
     "write_vrm",

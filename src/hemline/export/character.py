@@ -60,7 +60,7 @@ class SpringChains:
 
 
 @dataclass(frozen=True)
-class Capsules:
+class CapsuleColliders:
     """Round rods that joints carry; places are at rest, in the world.
 
     Attributes:
@@ -77,7 +77,7 @@ class Capsules:
 
 
 @dataclass(frozen=True)
-class Character:
+class DressedCharacter:
     """A body in a garment, in the T-pose, facing +z, soles at height 0.
 
     Attributes:
@@ -97,5 +97,5 @@ class Character:
     parents: Int[np.ndarray, " joints"]
     meshes: tuple[BoundMesh, ...]
     chains: SpringChains
-    capsules: Capsules
+    capsules: CapsuleColliders
     notices: tuple[str, ...]

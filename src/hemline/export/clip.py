@@ -9,7 +9,7 @@ from hemline.errors import BadInput
 
 
 @dataclass(frozen=True)
-class Skeleton:
+class ClipSkeleton:
     """How a mesh's vertices follow from joints, so that formats with skins can hold it small.
 
     Attributes:
@@ -53,7 +53,7 @@ class Skeleton:
 
 
 @dataclass(frozen=True)
-class Skin:
+class SkinWeights:
     """Bones that move the garment about as it moved.
 
     Attributes:
@@ -62,7 +62,7 @@ class Skin:
         max_error_mm: The largest such distance.
     """
 
-    skeleton: Skeleton
+    skeleton: ClipSkeleton
     mean_error_mm: float
     max_error_mm: float
 
@@ -73,7 +73,7 @@ class Skin:
 
 
 @dataclass(frozen=True)
-class Part:
+class ClipPart:
     """One mesh of a clip."""
 
     name: str
@@ -82,7 +82,7 @@ class Part:
     vertices: FramesOfVertices
     faces: Faces
     colour: tuple[float, float, float]
-    skeleton: Skeleton | None = None
+    skeleton: ClipSkeleton | None = None
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Clip:
         body_colour: Of the body.
         notices: Licence of the body, acknowledgement of the motion: lines that formats with room for text carry on.
         skeleton: How the body follows from joints, or None.
-        skin: How the garment follows from bones, or None; see `hemline.export.skinned`.
+        skin: How the garment follows from bones, or None; see `hemline.export.skin_clip`.
 
     Raises:
         BadInput: Arrays contradict each other, or hold NaN.
@@ -115,8 +115,8 @@ class Clip:
     colour: tuple[float, float, float] = (0.72, 0.23, 0.17)
     body_colour: tuple[float, float, float] = (0.70, 0.68, 0.66)
     notices: tuple[str, ...] = ()
-    skeleton: Skeleton | None = None
-    skin: Skin | None = None
+    skeleton: ClipSkeleton | None = None
+    skin: SkinWeights | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.fps) and self.fps > 0):
@@ -134,13 +134,13 @@ class Clip:
             _check_skeleton(self.skin.skeleton, self.vertices, "garment")
 
     @property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ClipPart, ...]:
         """The garment, then the body if there is one."""
         bones = None if self.skin is None else self.skin.skeleton
-        garment = Part(self.name, "", self.vertices, self.faces, self.colour, bones)
+        garment = ClipPart(self.name, "", self.vertices, self.faces, self.colour, bones)
         if self.body_vertices is None or self.body_faces is None:
             return (garment,)
-        return garment, Part("body", "_body", self.body_vertices, self.body_faces, self.body_colour, self.skeleton)
+        return garment, ClipPart("body", "_body", self.body_vertices, self.body_faces, self.body_colour, self.skeleton)
 
     @property
     def frame_count(self) -> int:
@@ -148,7 +148,7 @@ class Clip:
         return len(self.vertices)
 
 
-def _check_part(part: Part) -> None:
+def _check_part(part: ClipPart) -> None:
     vertices, faces = part.vertices, part.faces
     if vertices.ndim != 3 or vertices.shape[2] != 3 or 0 in vertices.shape:
         raise BadInput(f"'{part.name}' needs vertices (frames, verts, 3)", vertices.shape, "give at least one frame")
@@ -162,7 +162,7 @@ def _check_part(part: Part) -> None:
         raise BadInput(f"'{part.name}': vertices must be finite", f"NaN or infinity in frame {frame}", "play it again")
 
 
-def _check_skeleton(skeleton: Skeleton, vertices: np.ndarray | None, mesh: str) -> None:
+def _check_skeleton(skeleton: ClipSkeleton, vertices: np.ndarray | None, mesh: str) -> None:
     expected = None if vertices is None else vertices.shape[:2]
     got = len(skeleton.transforms), len(skeleton.vertices)
     if expected != got:

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.pictures import AUTO, Surface, clearest_view, frame_clip, render, write_png, write_webp
+from hemline.pictures import AUTO, ShadedSurface, clearest_view, frame_clip, render, write_png, write_webp
 from hemline.pictures.render import Picture
 
 from .clip import Clip
 
-LOOKED_AT = 5
+VIEW_SAMPLES = 5
 """Frames that are looked at to choose a view."""
 
 
@@ -22,7 +22,7 @@ def write_still(path: Path, clip: Clip, *, view: str, size: tuple[int, int]) -> 
         BadOutput: The path cannot be written.
     """
     middle = clip.frame_count // 2
-    write_png(path, next(painted(clip, view=view, size=size, frames=range(middle, middle + 1))))
+    write_png(path, next(render_frames(clip, view=view, size=size, frames=range(middle, middle + 1))))
     return (path,)
 
 
@@ -33,11 +33,11 @@ def write_moving(path: Path, clip: Clip, *, view: str, size: tuple[int, int]) ->
         BadInput: The view has no such name.
         BadOutput: The path cannot be written.
     """
-    write_webp(path, list(painted(clip, view=view, size=size, frames=range(clip.frame_count))), clip.fps)
+    write_webp(path, list(render_frames(clip, view=view, size=size, frames=range(clip.frame_count))), clip.fps)
     return (path,)
 
 
-def painted(clip: Clip, *, view: str, size: tuple[int, int], frames: range) -> Iterator[Picture]:
+def render_frames(clip: Clip, *, view: str, size: tuple[int, int], frames: range) -> Iterator[Picture]:
     """Pictures of some frames of a clip, on a ground at its lowest vertex.
 
     Args:
@@ -52,14 +52,14 @@ def painted(clip: Clip, *, view: str, size: tuple[int, int], frames: range) -> I
     ground = float(everything[..., 1].min())
     for frame in frames:
         surfaces = [
-            Surface(part.vertices[frame], part.faces, part.colour, sheen=0.0 if part.suffix else 0.08)
+            ShadedSurface(part.vertices[frame], part.faces, part.colour, sheen=0.0 if part.suffix else 0.08)
             for part in clip.parts
         ]
         yield render(surfaces, cameras[frame], size, ground=ground)
 
 
 def _clearest(clip: Clip) -> str:
-    frames = np.unique(np.linspace(0, clip.frame_count - 1, LOOKED_AT).round().astype(int))
+    frames = np.unique(np.linspace(0, clip.frame_count - 1, VIEW_SAMPLES).round().astype(int))
     garment, *others = clip.parts
     return clearest_view(
         [

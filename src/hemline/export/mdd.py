@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .clip import Clip, Part
+from .clip import Clip, ClipPart
 from .point_cache import write_caches
 
 
@@ -21,7 +21,7 @@ def write_mdd(path: Path, clip: Clip) -> tuple[Path, ...]:
     return write_caches(path, clip, mdd_bytes)
 
 
-def mdd_bytes(part: Part, fps: float) -> bytes:
+def mdd_bytes(part: ClipPart, fps: float) -> bytes:
     """The bytes of one cache."""
     frames, points = part.vertices.shape[:2]
     times = (np.arange(frames) / fps).astype(">f4").tobytes()

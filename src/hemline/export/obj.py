@@ -7,7 +7,7 @@ import numpy as np
 from hemline.arrays import Faces, Vertices
 from hemline.files import written_together
 
-from .clip import Clip, Part
+from .clip import Clip, ClipPart
 
 
 def write_obj(path: Path, clip: Clip) -> tuple[Path, ...]:
@@ -33,12 +33,12 @@ def write_obj(path: Path, clip: Clip) -> tuple[Path, ...]:
     return tuple(names)
 
 
-def rest_obj(part: Part, clip: Clip) -> str:
+def rest_obj(part: ClipPart, clip: Clip) -> str:
     """OBJ text of a part's first frame."""
     return heading(part, clip) + vertices_text(part.vertices[0]) + faces_text(part.faces)
 
 
-def heading(part: Part, clip: Clip) -> str:
+def heading(part: ClipPart, clip: Clip) -> str:
     """Comments with the notices, and the object's name."""
     lines = [f"# {line}" for notice in clip.notices for line in notice.splitlines()]
     return "\n".join(["# hemline: metres, y up", *lines, f"o {part.name.replace(' ', '_')}", ""])

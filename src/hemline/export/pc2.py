@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .clip import Clip, Part
+from .clip import Clip, ClipPart
 from .point_cache import write_caches
 
 
@@ -22,7 +22,7 @@ def write_pc2(path: Path, clip: Clip) -> tuple[Path, ...]:
     return write_caches(path, clip, pc2_bytes)
 
 
-def pc2_bytes(part: Part, fps: float) -> bytes:
+def pc2_bytes(part: ClipPart, fps: float) -> bytes:
     """The bytes of one cache. `fps` has no place in them."""
     frames, points = part.vertices.shape[:2]
     header = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, points, 0.0, 1.0, frames)

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from hemline.files import written_together
 
-from .clip import Clip, Part
+from .clip import Clip, ClipPart
 from .obj import rest_obj
 
 
-def write_caches(path: Path, clip: Clip, content: Callable[[Part, float], bytes]) -> tuple[Path, ...]:
+def write_caches(path: Path, clip: Clip, content: Callable[[ClipPart, float], bytes]) -> tuple[Path, ...]:
     """Write a cache and an OBJ of its first frame for each part: `NAME.pc2`, `NAME.obj`, `NAME_body.pc2`, ...
 
     A cache holds positions only; the OBJ has the triangles that they belong to, with the same vertex ids.

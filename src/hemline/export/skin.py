@@ -8,9 +8,9 @@ from hemline.arrays import Float, FramesOfVertices, Vertices
 from hemline.errors import BadInput
 from hemline.meshes import RigidBones, rigid_bones, weighted
 
-from .clip import Clip, Skeleton, Skin
+from .clip import Clip, ClipSkeleton, SkinWeights
 
-BONES = 60
+DEFAULT_BONES = 60
 """Bones of a garment, unless asked otherwise."""
 MOST_BONES = 256
 """More would not fit the one byte that engines keep for a bone's number."""
@@ -19,7 +19,7 @@ _SAMPLES, _PASSES = 1500, 3
 """Vertices that bones are looked for in, and rounds of weights and transforms."""
 
 
-def skinned(clip: Clip, bones: int = BONES) -> Clip:
+def skin_clip(clip: Clip, bones: int = DEFAULT_BONES) -> Clip:
     """The clip with a skin: bones whose linear blend skinning moves the garment about as it moved.
 
     Bones are found in a sample of the vertices; then all vertices get their weights, and the rest shape that fits
@@ -42,7 +42,7 @@ def skinned(clip: Clip, bones: int = BONES) -> Clip:
     found = weighted(found, frames[0], frames, influences=_INFLUENCES, travels=True)
     rest = _best_rest(found, frames)
     errors = 1000 * np.linalg.norm(found.vertices(rest) - frames, axis=2)
-    return replace(clip, skin=Skin(_skeleton(found, rest, clip.name), float(errors.mean()), float(errors.max())))
+    return replace(clip, skin=SkinWeights(_skeleton(found, rest, clip.name), float(errors.mean()), float(errors.max())))
 
 
 def check_bones(bones: int) -> None:
@@ -52,7 +52,7 @@ def check_bones(bones: int) -> None:
         BadInput: None, or more than 256.
     """
     if not 1 <= bones <= MOST_BONES:
-        raise BadInput(f"a skin has 1 to {MOST_BONES} bones", bones, f"give such a number, or none for {BONES}")
+        raise BadInput(f"a skin has 1 to {MOST_BONES} bones", bones, f"give such a number, or none for {DEFAULT_BONES}")
 
 
 def _best_rest(bones: RigidBones, frames: FramesOfVertices) -> Vertices:
@@ -67,13 +67,13 @@ def _best_rest(bones: RigidBones, frames: FramesOfVertices) -> Vertices:
     return np.linalg.solve(square + near, (along + frames[0] @ near)[..., None])[..., 0]
 
 
-def _skeleton(bones: RigidBones, rest: Vertices, name: str) -> Skeleton:
+def _skeleton(bones: RigidBones, rest: Vertices, name: str) -> ClipSkeleton:
     """Each bone a root, at the middle of the vertices that follow it."""
     shares = bones.weights + 1e-9  # a bone that nothing follows is in the middle of all
     joints = (shares.T @ rest) / shares.sum(0)[:, None]
     indices = np.argsort(-bones.weights, axis=1, kind="stable")[:, :_INFLUENCES]
     weights: Float[np.ndarray, "verts influences"] = np.take_along_axis(bones.weights, indices, axis=1)
-    return Skeleton(
+    return ClipSkeleton(
         joints=joints.astype(np.float32),
         parents=np.full(len(joints), -1, np.int32),
         transforms=np.concatenate([bones.turns, bones.shifts[..., None]], axis=-1),

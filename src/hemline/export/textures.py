@@ -15,12 +15,12 @@ from hemline.version import VERSION
 from .clip import Clip
 from .shading import unit_normals
 
-LARGEST = 8192
+LARGEST_TEXTURE = 8192
 """Side of the largest texture that common graphics hardware reads [pixels]."""
-_WIDTHS = (256, 512, 1024, 2048, 4096, LARGEST)
+_WIDTHS = (256, 512, 1024, 2048, 4096, LARGEST_TEXTURE)
 _SHADERS = {".shader": "unity.shader", ".gdshader": "godot.gdshader", ".hlsl": "unreal.hlsl", ".glsl": "three.glsl"}
 """Ending of the file beside the textures, and where its text is."""
-_MOST = 0xFFFF
+_LARGEST_NUMBER = 0xFFFF
 
 
 def write_textures(path: Path, clip: Clip) -> tuple[Path, ...]:
@@ -81,7 +81,7 @@ class _Layout:
                 return cls(frames, width, rows)
         got = f"{frames} frames of {vertices} vertices"
         cure = "cut the clip with --seconds, or play fewer vertices with --detail"
-        raise BadInput(f"a texture has {LARGEST} x {LARGEST} places at most", got, cure)
+        raise BadInput(f"a texture has {LARGEST_TEXTURE} x {LARGEST_TEXTURE} places at most", got, cure)
 
     def filled(self, numbers: UInt[np.ndarray, "frames places 3"]) -> UInt[np.ndarray, "height width 3"]:
         """A picture of three channels."""
@@ -99,9 +99,9 @@ def _positions(vertices: FramesOfVertices, layout: _Layout) -> tuple[dict, np.nd
     """What the table says of the picture, and the picture: high bytes above low bytes."""
     frames, count = vertices.shape[:2]
     path = vertices.mean(axis=1, dtype=np.float64)
-    places, low, size = _numbers(vertices - path[:, None], _MOST)
-    ways, path_low, path_size = _numbers(path, _MOST * (_MOST + 1))
-    marks = np.stack(np.divmod(ways, _MOST + 1), axis=1)
+    places, low, size = _numbers(vertices - path[:, None], _LARGEST_NUMBER)
+    ways, path_low, path_size = _numbers(path, _LARGEST_NUMBER * (_LARGEST_NUMBER + 1))
+    marks = np.stack(np.divmod(ways, _LARGEST_NUMBER + 1), axis=1)
     numbers = layout.filled(np.concatenate([places, marks], axis=1).astype(np.uint16))
     picture = np.concatenate([numbers >> 8, numbers & 255]).astype(np.uint8)
     table = {"frames": frames, "vertices": count, "width": layout.width, "rows": layout.rows}

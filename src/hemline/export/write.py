@@ -7,7 +7,7 @@ from pathlib import Path
 from hemline.errors import BadInput, BadOutput
 from hemline.export.glb.glb import write_glb
 from hemline.export.usd.usd import write_usd
-from hemline.export.vrm.vrm import ENDING
+from hemline.export.vrm.vrm import VRM_ENDING
 from hemline.files import check_writable
 from hemline.pictures import AUTO
 
@@ -32,13 +32,13 @@ FORMATS: dict[str, Callable[..., tuple[Path, ...]]] = {
 }
 """What writes each ending."""
 
-PAGE = ".html"
+PAGE_ENDING = ".html"
 """Ending of a page, which the room `web` writes."""
-SKINNED = (".glb", ".usdc")
+SKINNED_ENDINGS = (".glb", ".usdc")
 """Formats that hold a garment as a skinned mesh."""
-QUANTIZED = (".glb",)
+QUANTIZED_ENDINGS = (".glb",)
 """Formats that can be written in fewer bytes a number."""
-_SIZES = {write_still: (640, 640), write_moving: (480, 480)}
+_PICTURE_SIZES = {write_still: (640, 640), write_moving: (480, 480)}
 
 
 def write(
@@ -70,8 +70,8 @@ def write(
     path = Path(path)
     check_format(path, skinned=clip.skin is not None, quantized=quantized)
     writer = FORMATS[path.suffix.lower()]
-    if writer in _SIZES:
-        writer = partial(writer, view=view, size=size or _SIZES[writer])
+    if writer in _PICTURE_SIZES:
+        writer = partial(writer, view=view, size=size or _PICTURE_SIZES[writer])
     if quantized:
         writer = partial(writer, quantized=True)
     return writer(path, clip)
@@ -86,16 +86,16 @@ def check_format(path: str | Path, *, skinned: bool = False, quantized: bool = F
     """
     path = Path(path)
     ending = path.suffix.lower()
-    if ending == ENDING:
+    if ending == VRM_ENDING:
         cure = f"write one with 'hemline character MODEL -o {path.name}'"
-        raise BadOutput(f"{ENDING} holds a character at rest and no motion", path.name, cure)
-    if ending == PAGE:
+        raise BadOutput(f"{VRM_ENDING} holds a character at rest and no motion", path.name, cure)
+    if ending == PAGE_ENDING:
         cure = f"write one with 'hemline page MODEL -o {path.name}'"
-        raise BadOutput(f"{PAGE} is a page that plays models, no clip", path.name, cure)
+        raise BadOutput(f"{PAGE_ENDING} is a page that plays models, no clip", path.name, cure)
     if ending not in FORMATS:
         raise BadOutput(f"cannot write {path}", f"the ending '{path.suffix}'", f"choose one of {' '.join(FORMATS)}")
-    if skinned and ending not in SKINNED:
-        raise BadInput("the format holds no skinned garment", path.name, f"choose one of {' '.join(SKINNED)}")
-    if quantized and ending not in QUANTIZED:
-        raise BadInput("the format cannot be quantised", path.name, f"choose {' '.join(QUANTIZED)}")
+    if skinned and ending not in SKINNED_ENDINGS:
+        raise BadInput("the format holds no skinned garment", path.name, f"choose one of {' '.join(SKINNED_ENDINGS)}")
+    if quantized and ending not in QUANTIZED_ENDINGS:
+        raise BadInput("the format cannot be quantised", path.name, f"choose {' '.join(QUANTIZED_ENDINGS)}")
     check_writable(path)

@@ -8,7 +8,7 @@ from hemline.meshes import ClosestTree, edges
 _ROUNDS = 12
 
 
-def smoothed_field(
+def smooth_field(
     field: Float[np.ndarray, "verts 3"], faces: Faces, trust: Float[np.ndarray, " verts"], stiffness: float
 ) -> Float[np.ndarray, "verts 3"]:
     """Vectors at vertices made smooth over the mesh: argmin_d sum_i t_i |d_i - f_i|^2 + s sum_edges |d_i - d_j|^2.
@@ -30,7 +30,7 @@ def smoothed_field(
     return splu(system.tocsc()).solve(field * trust[:, None])
 
 
-def cleared(vertices: Vertices, tree: ClosestTree, clearance: float, *, fixed: Mask | None = None) -> np.ndarray:
+def push_out_of_body(vertices: Vertices, tree: ClosestTree, clearance: float, *, fixed: Mask | None = None) -> np.ndarray:
     """Move vertices that are inside, or closer than the clearance, outward along the body's normal.
 
     Args:

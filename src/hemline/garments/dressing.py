@@ -8,7 +8,7 @@ import numpy as np
 from hemline.arrays import Faces, Float, Vertices
 from hemline.meshes import ClosestTree
 
-from .clearance import cleared, smoothed_field
+from .clearance import push_out_of_body, smooth_field
 from .pins import Pins
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def body_tree(shaped: "ShapedBody") -> ClosestTree:
     return ClosestTree(np.asarray(shaped.vertices, np.float64), shaped.body.faces)
 
 
-def dressed_vertices(
+def dress_vertices(
     vertices: Vertices,
     faces: Faces,
     rest_edges: Float[np.ndarray, "faces 2 2"],
@@ -61,6 +61,6 @@ def dressed_vertices(
     way[pins.vertices] = at_pins - vertices[pins.vertices]
     trust[pinned] = 1e6
     spacing = float(np.sqrt(np.linalg.norm(rest_edges, axis=1)).mean()) ** 2
-    smooth = smoothed_field(way, faces, trust, (_NEAR / spacing) ** 2 / 4)
+    smooth = smooth_field(way, faces, trust, (_NEAR / spacing) ** 2 / 4)
     smooth[pinned] = way[pinned]
-    return cleared(vertices + smooth, after, CLEARANCE, fixed=pinned)
+    return push_out_of_body(vertices + smooth, after, CLEARANCE, fixed=pinned)

@@ -13,8 +13,8 @@ from hemline.errors import BadGarment, BadInput
 from hemline.files import content_hash, read_tensors, write_tensors
 from hemline.motions.motion import JOINT_NAMES
 
-from .checked import check_chains, check_pieces, checked_mesh, checked_pins
-from .dressing import dressed_vertices
+from .validation import check_chains, check_pieces, validate_mesh, validate_pins
+from .dressing import dress_vertices
 from .material import Material
 from .pieces import Piece, face_pieces, layered
 from .pins import Pins
@@ -69,8 +69,8 @@ class Garment:
         object.__setattr__(self, "chains", tuple(tuple(int(each) for each in chain) for chain in self.chains))
         object.__setattr__(self, "notes", tuple(str(note) for note in self.notes))
         what = f"garment '{self.name}'"
-        vertices, faces, rest_edges = checked_mesh(what, self.vertices, self.faces, self.rest_edges)
-        pins = checked_pins(what, self.pins, len(vertices))
+        vertices, faces, rest_edges = validate_mesh(what, self.vertices, self.faces, self.rest_edges)
+        pins = validate_pins(what, self.pins, len(vertices))
         check_chains(self.chains, len(vertices), what)
         check_pieces(what, self.pieces, self.material, faces, len(vertices))
         for name, value in (("vertices", vertices), ("faces", faces), ("rest_edges", rest_edges), ("pins", pins)):
@@ -231,7 +231,7 @@ class Garment:
         if self.is_on(shaped):
             return self
         made_on = shaped.body.shaped(self.body_betas)
-        vertices = dressed_vertices(self.vertices, self.faces, self.rest_edges, self.pins, made_on, shaped)
+        vertices = dress_vertices(self.vertices, self.faces, self.rest_edges, self.pins, made_on, shaped)
         worn = replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))
         return worn.layered() if self.pieces else worn
 

@@ -110,7 +110,7 @@ class MirrorImage:
 
     @classmethod
     def on(cls, points: Points, faces: Faces) -> "MirrorImage | None":
-        """Find them, across the plane x = 0; None where more than `FARTHEST_ASIDE` of them lie `MOST_STEPS` from the garment.
+        """Find them, across the plane x = 0; None where more than `ASIDE` of them lie `FARTHEST_BODY` from the garment.
 
         They are vertices where the mesh is symmetric (`partners`), else what of the garment is closest to them.
 

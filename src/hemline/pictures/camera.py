@@ -107,8 +107,8 @@ def frame_points(
         raise BadInput("nothing to look at", "no finite point", "give vertices that are numbers")
     x, y, z = axes @ points.T
     half = (1 - 2 * margin) * np.tan(0.5 * field_of_view)
-    centre_x, distance_x = _nearest(x, z, half * size[0] / size[1])
-    centre_y, distance_y = _nearest(y, z, half)
+    centre_x, distance_x = _fit_axis(x, z, half * size[0] / size[1])
+    centre_y, distance_y = _fit_axis(y, z, half)
     distance = max(distance_x, distance_y, z.max() + 0.05)
     eye = np.array([centre_x, centre_y, distance]) @ axes
     target = np.array([centre_x, centre_y, float(np.median(z))]) @ axes
@@ -143,18 +143,18 @@ def frame_clip(
         return [frame_points(np.concatenate(list(frames)), view, size=size, margin=margin)] * len(frames)
     middles = np.array([0.5 * (np.min(points, axis=0) + np.max(points, axis=0)) for points in frames], np.float64)
     middles[:, 1] = 0
-    path = _smoothed(middles, sigma=0.25 * fps)
+    path = _smooth(middles, sigma=0.25 * fps)
     corners = np.concatenate([points - step for points, step in zip(frames, path, strict=True)])
     camera = frame_points(corners, view, size=size, margin=margin)
     return [camera.moved(step) for step in path]
 
 
-def _nearest(across: np.ndarray, towards: np.ndarray, tangent: float) -> tuple[float, float]:
+def _fit_axis(across: np.ndarray, towards: np.ndarray, tangent: float) -> tuple[float, float]:
     high, low = (across + tangent * towards).max(), (-across + tangent * towards).max()
     return 0.5 * (high - low), 0.5 * (high + low) / tangent
 
 
-def _smoothed(path: np.ndarray, sigma: float) -> np.ndarray:
+def _smooth(path: np.ndarray, sigma: float) -> np.ndarray:
     reach = int(np.ceil(3 * sigma))
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(sigma, 1e-9)) ** 2)
     padded = np.pad(path, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd") if len(path) > reach else None

@@ -9,8 +9,8 @@ from hemline.errors import BadInput
 
 from .camera import frame_points
 from .draw import surface_of
-from .images import captioned, write_png
-from .render import Picture, Surface, render
+from .images import add_caption, write_png
+from .render import Picture, ShadedSurface, render
 
 _VIEWS = ("three_quarter", "back_three_quarter")
 _SCALE = np.array([(0.90, 0.90, 0.87), (0.98, 0.80, 0.38), (0.85, 0.26, 0.16), (0.32, 0.02, 0.14)])
@@ -40,10 +40,10 @@ def compare(
         BadInput: `ours` and `truth` differ in shape, or hold NaN.
         BadOutput: The path cannot be written.
     """
-    write_png(path, compared(ours, truth, faces, body=body, size=size))
+    write_png(path, comparison(ours, truth, faces, body=body, size=size))
 
 
-def compared(
+def comparison(
     ours: Vertices,
     truth: Vertices | None,
     faces: Faces,
@@ -66,7 +66,7 @@ def compared(
         error_mm = 1e3 * np.linalg.norm(ours - truth, axis=1)
         limit_mm = max(1.0, float(np.percentile(error_mm, 99)))
         colours, faces = scale_colours(error_mm / limit_mm), np.asarray(faces, np.int32)
-        coloured = Surface(ours, faces, inside=(1.0, 1.0, 1.0), sheen=0.0, colours=colours)
+        coloured = ShadedSurface(ours, faces, inside=(1.0, 1.0, 1.0), sheen=0.0, colours=colours)
         caption = f"mean {error_mm.mean():.1f}, p95 {np.percentile(error_mm, 95):.1f}, max {error_mm.max():.1f} mm"
         columns = [("truth", surface_of(truth, faces, "truth")), *columns, (caption, coloured)]
     points = np.concatenate([surface.vertices for surface in [*under, *(surface for _, surface in columns)]])
@@ -75,7 +75,7 @@ def compared(
     for view in _VIEWS:
         camera = frame_points(points, view, size=size)
         rows.append([render([*under, surface], camera, size, ground=ground) for _, surface in columns])
-    rows[-1] = [captioned(picture, caption) for picture, (caption, _) in zip(rows[-1], columns, strict=True)]
+    rows[-1] = [add_caption(picture, caption) for picture, (caption, _) in zip(rows[-1], columns, strict=True)]
     if truth is not None:
         rows[0][-1] = _with_scale(rows[0][-1], limit_mm)
     return np.concatenate([np.concatenate(row, axis=1) for row in rows], axis=0)

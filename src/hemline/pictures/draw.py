@@ -9,10 +9,10 @@ from hemline.arrays import AnyFaces, AnyVertices, Faces, Vertices
 
 from .camera import frame_points
 from .images import side_by_side, write_png
-from .render import BODY, CLOTH, TRUTH, Picture, Surface, check_surface, render
+from .render import BODY, CLOTH, TRUTH, Picture, ShadedSurface, check_surface, render
 from .view import AUTO, clearest_view
 
-_NAMED = {"cloth": CLOTH, "body": BODY, "truth": TRUTH}
+_NAMED_COLOURS = {"cloth": CLOTH, "body": BODY, "truth": TRUTH}
 
 
 def picture_of(
@@ -36,7 +36,7 @@ def picture_of(
     surfaces = [surface_of(*mesh) for mesh in meshes]
     points = np.concatenate([surface.vertices for surface in surfaces])
     height = float(np.nanmin(points[:, 1])) if isinstance(ground, str) else ground
-    views = [_named(each, meshes, surfaces) for each in ([view] if isinstance(view, str) else view)]
+    views = [_view_name(each, meshes, surfaces) for each in ([view] if isinstance(view, str) else view)]
     pictures = [render(surfaces, frame_points(points, each, size=size), size, ground=height) for each in views]
     return side_by_side(pictures)
 
@@ -63,7 +63,7 @@ def draw(
     write_png(path, picture_of(meshes, view, size=size, ground=ground))
 
 
-def _named(view: str, meshes: Sequence[tuple[AnyVertices, AnyFaces, object]], surfaces: Sequence[Surface]) -> str:
+def _view_name(view: str, meshes: Sequence[tuple[AnyVertices, AnyFaces, object]], surfaces: Sequence[ShadedSurface]) -> str:
     """The view's own name, or that from which most of the garment is seen."""
     if view != AUTO:
         return view
@@ -80,14 +80,14 @@ def _named(view: str, meshes: Sequence[tuple[AnyVertices, AnyFaces, object]], su
     return clearest_view([(cloth, bodies) if cloth else (bodies, [])])
 
 
-def surface_of(vertices: Vertices, faces: Faces, colour: str | tuple[float, float, float]) -> Surface:
+def surface_of(vertices: Vertices, faces: Faces, colour: str | tuple[float, float, float]) -> ShadedSurface:
     """A surface in a colour, where `"cloth"`, `"body"` and `"truth"` name the usual ones."""
-    rgb = _NAMED[colour] if isinstance(colour, str) else colour
+    rgb = _NAMED_COLOURS[colour] if isinstance(colour, str) else colour
     body = colour == "body"
-    return Surface(
+    return ShadedSurface(
         np.asarray(vertices, np.float32),
         np.asarray(faces, np.int32),
         rgb,
         sheen=0.0 if body else 0.08,
-        inside=(0.9, 0.35, 0.9) if body else Surface.inside,
+        inside=(0.9, 0.35, 0.9) if body else ShadedSurface.inside,
     )

@@ -72,11 +72,11 @@ def side_by_side(pictures: Sequence[Picture], captions: Sequence[str] = ()) -> P
     if len(heights) != 1 or len(captions) not in (0, len(pictures)):
         got = f"{len(pictures)} pictures of heights {sorted(heights)} and {len(captions)} captions"
         raise BadInput("pictures do not fit in one row", got, "give pictures of equal height, captions for all or none")
-    labelled = [captioned(*pair) for pair in zip(pictures, captions, strict=True)] if captions else list(pictures)
+    labelled = [add_caption(*pair) for pair in zip(pictures, captions, strict=True)] if captions else list(pictures)
     return np.concatenate(labelled, axis=1)
 
 
-def captioned(picture: Picture, text: str) -> Picture:
+def add_caption(picture: Picture, text: str) -> Picture:
     """The picture with one line of text at its lower left."""
     from PIL import Image, ImageDraw, ImageFont
 

@@ -84,7 +84,7 @@ def box_blur(image, radius, sums, blurred_out):
 
 
 @kernel(inline="always")
-def sampled(image, x, y):
+def bilinear(image, x, y):
     """Bilinear value of an image at continuous pixel coordinates; 0 outside."""
     height, width = image.shape
     x, y = x - np.float32(0.5), y - np.float32(0.5)
@@ -98,7 +98,7 @@ def sampled(image, x, y):
 
 
 @kernel(inline="always")
-def lit_share(shadow, x, y, nearness):
+def light_fraction(shadow, x, y, nearness):
     """Share of light that arrives: 3 x 3 comparisons with the shadow map around a point."""
     height, width = shadow.shape
     i, j = int(x), int(y)
@@ -140,7 +140,7 @@ def shade_ground(rays, eye, ground, light_map, blurred, colours, fade_centre, pi
                     tile = 2 + odd
                     u = light_map[0, 0] * px + light_map[0, 1] * ground[0] + light_map[0, 2] * pz + light_map[0, 3]
                     v = light_map[1, 0] * px + light_map[1, 1] * ground[0] + light_map[1, 2] * pz + light_map[1, 3]
-                    shadow = sampled(blurred, u, v)
+                    shadow = bilinear(blurred, u, v)
             for k in range(3):
                 sky = colours[1, k] + (colours[0, k] - colours[1, k]) * up
                 floor = colours[tile, k] * (np.float32(1.0) - np.float32(0.55) * shadow)
@@ -229,7 +229,7 @@ def shade(
                     u = light_map[0, 0] * ox + light_map[0, 1] * oy + light_map[0, 2] * oz + light_map[0, 3]
                     v = light_map[1, 0] * ox + light_map[1, 1] * oy + light_map[1, 2] * oz + light_map[1, 3]
                     w = light_map[2, 0] * ox + light_map[2, 1] * oy + light_map[2, 2] * oz + light_map[2, 3]
-                    key *= lit_share(shadow, u, v, w + bias)
+                    key *= light_fraction(shadow, u, v, w + bias)
                 else:
                     key = zero
                 fill = max(zero, nx * lights[1, 0] + ny * lights[1, 1] + nz * lights[1, 2])

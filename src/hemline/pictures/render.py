@@ -29,14 +29,14 @@ _TO_KEY_LIGHT, _TO_FILL_LIGHT = (0.75, 1.35, 0.5), (-0.8, 0.25, 0.55)
 _SKY_LIGHT, _FLOOR_LIGHT = (0.50, 0.54, 0.60), (0.24, 0.22, 0.20)
 _BACKGROUND = ((0.90, 0.92, 0.94), (0.975, 0.975, 0.97), (0.91, 0.905, 0.895), (0.86, 0.855, 0.845))
 """Sky at the top, horizon, light tile, dark tile (sRGB)."""
-_BIAS = 0.006
+_SHADOW_BIAS = 0.006
 """How far off a surface its shadow is looked up [m]."""
-_TILE = 0.5
+_TILE_SIZE = 0.5
 """Edge of a ground tile [m]."""
 
 
 @dataclass(frozen=True)
-class Surface:
+class ShadedSurface:
     """One mesh as it is to be painted.
 
     Attributes:
@@ -57,7 +57,7 @@ class Surface:
 
 
 def render(
-    surfaces: Sequence[Surface],
+    surfaces: Sequence[ShadedSurface],
     camera: Camera,
     size: tuple[int, int] = (640, 640),
     *,
@@ -82,11 +82,11 @@ def render(
     for surface in surfaces:
         check_surface(surface)
     width, height = size
-    vertices = _joined([surface.vertices for surface in surfaces], np.float32)
+    vertices = _join([surface.vertices for surface in surfaces], np.float32)
     starts = np.cumsum([0] + [len(surface.vertices) for surface in surfaces])[:-1]
-    faces = _joined([surface.faces + start for surface, start in zip(surfaces, starts, strict=True)], np.int32)
+    faces = _join([surface.faces + start for surface, start in zip(surfaces, starts, strict=True)], np.int32)
     face_surfaces = np.repeat(np.arange(len(surfaces), dtype=np.int32), [len(surface.faces) for surface in surfaces])
-    colours = linear(_joined([_vertex_colours(surface) for surface in surfaces], np.float32))
+    colours = linear(_join([_vertex_colours(surface) for surface in surfaces], np.float32))
     inside = np.array([(*surface.inside, surface.sheen) for surface in surfaces], np.float32).reshape(-1, 4)
     normals = np.empty_like(vertices)
     kernels.accumulate_normals(vertices, faces, normals)
@@ -115,7 +115,7 @@ def render(
         lights,
         light_map,
         shadow,
-        np.float32(_BIAS),
+        np.float32(_SHADOW_BIAS),
         faces_seen,
         background,
         picture,
@@ -176,24 +176,24 @@ def _shade_ground(camera, ground, box, light_map, shadow, background) -> None:
     corner = -back + (0.5 - 0.5 * width) * pixel * right + (0.5 * height - 0.5) * pixel * up
     rays = np.array([corner, right * pixel, -up * pixel, np.zeros(3)], np.float32)
     extent = float((box[1] - box[0]).max())
-    floor = np.array([ground or 0.0, _TILE, 0.0 if ground is None else 1.6 * extent + 1.0], np.float32)
+    floor = np.array([ground or 0.0, _TILE_SIZE, 0.0 if ground is None else 1.6 * extent + 1.0], np.float32)
     middle = 0.5 * (box[0] + box[1])
     colours = linear(np.array(_BACKGROUND, np.float32))
     eye = np.array(camera.eye, np.float32)
     kernels.shade_ground(rays, eye, floor, light_map, occupied, colours, middle, background)
 
 
-def _joined(arrays: list[np.ndarray], dtype: type) -> np.ndarray:
+def _join(arrays: list[np.ndarray], dtype: type) -> np.ndarray:
     return np.ascontiguousarray(np.concatenate([np.zeros((0, 3), dtype), *arrays]), dtype)
 
 
-def _vertex_colours(surface: Surface) -> np.ndarray:
+def _vertex_colours(surface: ShadedSurface) -> np.ndarray:
     if surface.colours is not None:
         return np.asarray(surface.colours, np.float32)
     return np.tile(np.array(surface.colour, np.float32), (len(surface.vertices), 1))
 
 
-def check_surface(surface: Surface) -> None:
+def check_surface(surface: ShadedSurface) -> None:
     """Refuse a surface that cannot be painted.
 
     Raises:

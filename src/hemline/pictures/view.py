@@ -12,10 +12,10 @@ from .camera import view_axes
 AUTO = "auto"
 """In place of a view's name: the one from which most of the garment is seen."""
 
-PREFERRED = ("three_quarter", "front", "back_three_quarter", "back", "side")
+PREFERRED_VIEWS = ("three_quarter", "front", "back_three_quarter", "back", "side")
 """Views in the order in which they are taken where they show alike."""
 
-ALIKE = 0.75
+SIMILAR_AREA = 0.75
 """Share of the largest area seen from which on a view shows as much."""
 
 _GRID = 96
@@ -27,7 +27,7 @@ Mesh = tuple[AnyVertices, AnyFaces]
 def clearest_view(frames: Sequence[tuple[Sequence[Mesh], Sequence[Mesh]]]) -> str:
     """The name of the view from which most of a garment is seen, over some frames.
 
-    Of the views that show at least three quarters of what the best one does, the first in `PREFERRED`.
+    Of the views that show at least three quarters of what the best one does, the first in `PREFERRED_VIEWS`.
 
     Args:
         frames: In each frame the meshes of the garment, and those that may hide it.
@@ -38,11 +38,11 @@ def clearest_view(frames: Sequence[tuple[Sequence[Mesh], Sequence[Mesh]]]) -> st
         >>> clearest_view([([chest], [wall])])
         'front'
     """
-    areas = {name: sum(seen_area(*frame, name) for frame in frames) for name in PREFERRED}
-    return next(name for name in PREFERRED if areas[name] >= ALIKE * max(areas.values()))
+    areas = {name: sum(visible_area(*frame, name) for frame in frames) for name in PREFERRED_VIEWS}
+    return next(name for name in PREFERRED_VIEWS if areas[name] >= SIMILAR_AREA * max(areas.values()))
 
 
-def seen_area(cloth: Sequence[Mesh], others: Sequence[Mesh], view: str) -> float:
+def visible_area(cloth: Sequence[Mesh], others: Sequence[Mesh], view: str) -> float:
     """Area of the picture that cloth fills, seen from far away in the direction of a view [m^2].
 
     Args:

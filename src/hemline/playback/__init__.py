@@ -13,7 +13,7 @@ from .player.own_mesh import own_mesh as own_mesh
 from .player.player import Player as Player
 from .player.player import PlayerState as PlayerState
 from .record import record as record
-from .redress import redressed as redressed
+from .redress import redress_take as redress_take
 
 __all__ = [
     "Evaluation",
@@ -29,5 +29,5 @@ __all__ = [
     "pixels_of",
     "play",
     "record",
-    "redressed",
+    "redress_take",
 ]

@@ -8,7 +8,7 @@ from hemline.animators.terms import terms_of
 from hemline.arrays import AnyFaces, AnyVertices, Float, Int, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.errors import BadInput
-from hemline.export import BoundMesh, Character
+from hemline.export import BoundMesh, DressedCharacter
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
 from hemline.motions.terms import as_stated
 from hemline.playback.player.player import Player
@@ -16,14 +16,14 @@ from hemline.playback.player.player import Player
 from .springs import capsules_of, chain_weights, spring_chains
 
 CLOTH, SKIN = (0.72, 0.23, 0.17), (0.70, 0.68, 0.66)
-_SETTLING = 4.0
+_SETTLING_SECONDS = 4.0
 """Time that the garment gets to settle in the T-pose [s]."""
 _INFLUENCES = 4
 Weights = tuple[Int[np.ndarray, "_verts 4"], Float[np.ndarray, "_verts 4"]]
 """Bones that each vertex follows, and by how much."""
 
 
-def character(animator: Animator | Wearable, body: ShapedBody) -> Character:
+def character(animator: Animator | Wearable, body: ShapedBody) -> DressedCharacter:
     """A body that stands in the T-pose, its garment settled, with the chains of the model as spring bones.
 
     Args:
@@ -36,20 +36,20 @@ def character(animator: Animator | Wearable, body: ShapedBody) -> Character:
     if not isinstance(animator, AnimatorRopes):
         cure = "name one of kind 'ropes', such as cape or skirt"
         raise BadInput("spring bones are made of rope chains", f"a model of kind '{animator.name}'", cure)
-    posed = _standing(body)
-    vertices = _settled(animator, posed)
+    posed = _t_pose(body)
+    vertices = _settle(animator, posed)
     ropes, capsules = animator.ropes, capsules_of(posed)
     chains, capsules = spring_chains(ropes, ropes.embedded(vertices), capsules)
     garment = animator.garment
     carried = posed.transforms[np.repeat(chains.joints, np.diff(chains.offsets))]
     transforms, places = np.concatenate([posed.transforms, carried]), np.concatenate([posed.joints, chains.bones])
     worn = chain_weights(ropes, garment.vertices)
-    skin = _largest(body.body.weight_indices, body.body.weights)
-    cloth = _bound(garment.name, vertices, garment.faces, CLOTH, worn, transforms, places)
-    flesh = _bound("body", posed.vertices, posed.faces, SKIN, skin, np.asarray(posed.transforms), posed.joints)
+    skin = _largest_weights(body.body.weight_indices, body.body.weights)
+    cloth = _bind_mesh(garment.name, vertices, garment.faces, CLOTH, worn, transforms, places)
+    flesh = _bind_mesh("body", posed.vertices, posed.faces, SKIN, skin, np.asarray(posed.transforms), posed.joints)
     licence = body.body.licence
     notices = as_stated((licence, *terms_of(animator)))
-    return Character(
+    return DressedCharacter(
         name=garment.name,
         joint_names=JOINT_NAMES,
         joints=posed.joints,
@@ -61,27 +61,27 @@ def character(animator: Animator | Wearable, body: ShapedBody) -> Character:
     )
 
 
-def _standing(body: ShapedBody) -> PosedBody:
+def _t_pose(body: ShapedBody) -> PosedBody:
     still = np.zeros((JOINT_COUNT, 4), np.float32)
     still[:, 0] = 1.0
     floor = body.posed(Pose(still, np.zeros(3, np.float32))).vertices[:, 1].min()
     return body.posed(Pose(still, np.array([0.0, -floor, 0.0], np.float32)))
 
 
-def _settled(animator: Animator, posed: PosedBody) -> Vertices:
+def _settle(animator: Animator, posed: PosedBody) -> Vertices:
     player = Player.prepare(animator, posed.shaped)
-    _, frame = player.step(player.start(posed.pose, pre_roll=_SETTLING), posed.pose, 1 / 30)
+    _, frame = player.step(player.start(posed.pose, pre_roll=_SETTLING_SECONDS), posed.pose, 1 / 30)
     return frame.vertices
 
 
-def _largest(bones: np.ndarray, weights: np.ndarray) -> Weights:
+def _largest_weights(bones: np.ndarray, weights: np.ndarray) -> Weights:
     """Each vertex's largest four."""
     order = np.argsort(-weights, axis=1, kind="stable")[:, :_INFLUENCES]
     bones, weights = (np.take_along_axis(each, order, axis=1) for each in (bones, weights))
     return bones, weights / weights.sum(axis=1, keepdims=True)
 
 
-def _bound(
+def _bind_mesh(
     name: str,
     vertices: AnyVertices,
     faces: AnyFaces,

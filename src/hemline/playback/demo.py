@@ -11,8 +11,8 @@ import numpy as np
 
 from hemline import animators, bodies, datasets, export, garments, motions, sim
 from hemline.errors import MissingExtra
-from hemline.export.clip import Part
-from hemline.export.images import painted
+from hemline.export.clip import ClipPart
+from hemline.export.images import render_frames
 from hemline.files import written_whole
 from hemline.pictures import write_webp
 from hemline.playback.player.frame import Frame
@@ -36,10 +36,10 @@ SHAPES = {"mean": (), "tall": (1.5, -1.0), "small": (-1.0, 1.0)}
 SHIRT_SECONDS = 3.0
 """Of the dance, for the T-shirt."""
 
-APART = 1.2
+SPACING = 1.2
 """Distance between them in the picture [m]."""
 
-SCENE = (960, 480)
+PICTURE_SIZE = (960, 480)
 """Width and height of it [pixels]."""
 
 
@@ -58,7 +58,7 @@ def demo(folder: Path, *, say: Say) -> dict[str, Any]:
     folder.mkdir(parents=True, exist_ok=True)
     say("playing the shipped cape on the shipped run")
     cape = animators.load("cape")
-    figures = {"cape": _played(folder, cape, motions.load("run"), say)}
+    figures = {"cape": _play_cape(folder, cape, motions.load("run"), say)}
     say(f"playing the shipped T-shirt on a dance, on {len(SHAPES)} bodies")
     return _report(folder, figures | _on_three_bodies(folder, say), say)
 
@@ -95,16 +95,16 @@ def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any
     animator.save(folder / "cape-light.safetensors")
     held_out = motions.load(dataset.split("test")[0].clip)
     say(f"3/4 animate, 4/4 evaluate on {held_out.name}, which the fit did not see")
-    return _report(folder, {"cape": _played(folder, animator, held_out, say, truth=dataset)}, say)
+    return _report(folder, {"cape": _play_cape(folder, animator, held_out, say, truth=dataset)}, say)
 
 
-def _played(
+def _play_cape(
     folder: Path, animator: Any, motion: motions.Motion, say: Say, *, truth: datasets.Dataset | None = None
 ) -> dict[str, Any]:
     """`cape.glb` and `cape.webp`, on the mean body."""
-    figures, clip = _recorded(animator, bodies.load(animator.body_name).shaped(), motion, truth=truth, run_in=RUN_IN)
+    figures, clip = _evaluate_and_record(animator, bodies.load(animator.body_name).shaped(), motion, truth=truth, run_in=RUN_IN)
     for ending in ("glb", "webp"):
-        _written(folder / f"cape.{ending}", clip, say)
+        _write(folder / f"cape.{ending}", clip, say)
     return figures
 
 
@@ -114,11 +114,11 @@ def _on_three_bodies(folder: Path, say: Say) -> dict[str, Any]:
     body, found, clips = bodies.load(shirt.body_name), {}, []
     motion = dance[: round(SHIRT_SECONDS * dance.fps)]
     for name, betas in SHAPES.items():
-        found[f"tshirt {name}"], clip = _recorded(shirt, body.shaped(betas), motion)
-        _written(folder / f"tshirt-{name}.glb", clip, say)
+        found[f"tshirt {name}"], clip = _evaluate_and_record(shirt, body.shaped(betas), motion)
+        _write(folder / f"tshirt-{name}.glb", clip, say)
         clips.append(clip)
     scene = _side_by_side(clips)
-    pictures = list(painted(scene, view="front", size=SCENE, frames=range(scene.frame_count)))
+    pictures = list(render_frames(scene, view="front", size=PICTURE_SIZE, frames=range(scene.frame_count)))
     write_webp(folder / "tshirt.webp", pictures, scene.fps)
     say(str(folder / "tshirt.webp"))
     return found
@@ -126,9 +126,9 @@ def _on_three_bodies(folder: Path, say: Say) -> dict[str, Any]:
 
 def _side_by_side(clips: list[export.Clip]) -> export.Clip:
     """One scene of all, so that it shows how large they are beside each other."""
-    away = [np.array([APART * number, 0.0, 0.0], np.float32) for number in range(len(clips))]
+    away = [np.array([SPACING * number, 0.0, 0.0], np.float32) for number in range(len(clips))]
 
-    def joined(parts: list[Part]) -> tuple[np.ndarray, np.ndarray]:
+    def joined(parts: list[ClipPart]) -> tuple[np.ndarray, np.ndarray]:
         starts = np.cumsum([0, *(part.vertices.shape[1] for part in parts[:-1])])
         vertices = [part.vertices + shift for part, shift in zip(parts, away, strict=True)]
         faces = [part.faces + start for part, start in zip(parts, starts, strict=True)]
@@ -140,7 +140,7 @@ def _side_by_side(clips: list[export.Clip]) -> export.Clip:
     return export.Clip(vertices, faces, clips[0].fps, body_vertices, body_faces)
 
 
-def _recorded(
+def _evaluate_and_record(
     animator: Any,
     body: bodies.ShapedBody,
     motion: motions.Motion,
@@ -157,7 +157,7 @@ def _recorded(
     return evaluation.figures, clip
 
 
-def _written(path: Path, clip: export.Clip, say: Say) -> None:
+def _write(path: Path, clip: export.Clip, say: Say) -> None:
     for written in export.write(path, clip):
         say(str(written))
 

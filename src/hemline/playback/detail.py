@@ -14,16 +14,16 @@ from hemline.meshes import ClosestTree
 
 DETAILS = (1.0, 0.5, 0.25, 0.1)
 """Levels that are measured, and that an example may use."""
-FULL_BODY = 0.5
+FULL_BODY_DETAIL = 0.5
 """Down to this detail cloth is kept out of the full body; below, out of a coarser one that holds it in."""
-LEAST_BODY = 0.2
+LEAST_BODY_DETAIL = 0.2
 """Share of the body's vertices, at the lowest levels: a tenth would let cloth 7 mm deep into the full one."""
-FARTHEST = 99.0
+ERROR_PERCENTILE = 99.0
 """The error of a level is at most so much at this percentage of the vertices."""
 
 
 @dataclass(frozen=True, eq=False)
-class WornLevel:
+class LevelOnBody:
     """One level of an animator on a body."""
 
     animator: Animator
@@ -35,7 +35,7 @@ class WornLevel:
     """How far its triangles are from the full garment that hangs at rest, at 99 in 100 vertices at most [m]."""
 
 
-def worn_at(animator: Animator, body: ShapedBody, detail: float) -> WornLevel:
+def level_on_body(animator: Animator, body: ShapedBody, detail: float) -> LevelOnBody:
     """A level of an animator on a body.
 
     Args:
@@ -48,9 +48,9 @@ def worn_at(animator: Animator, body: ShapedBody, detail: float) -> WornLevel:
     """
     level = level_of(animator, detail)
     if not isinstance(level, Level):
-        return WornLevel(level, level.garment, body, 0.0)
-    collider = body if detail >= FULL_BODY else coarser_body(body, max(detail, LEAST_BODY))
-    return WornLevel(level, _bound(level.garment, body, collider), collider, _error(level, body))
+        return LevelOnBody(level, level.garment, body, 0.0)
+    collider = body if detail >= FULL_BODY_DETAIL else coarser_body(body, max(detail, LEAST_BODY_DETAIL))
+    return LevelOnBody(level, _bind_pins(level.garment, body, collider), collider, _error(level, body))
 
 
 def level_of(animator: Animator, detail: float) -> Animator:
@@ -58,10 +58,10 @@ def level_of(animator: Animator, detail: float) -> Animator:
 
     Args:
         animator: A fitted animator, full or at any level.
-        detail: As for `worn_at`.
+        detail: As for `level_on_body`.
 
     Raises:
-        BadInput: As `worn_at`.
+        BadInput: As `level_on_body`.
     """
     if not 0 < detail <= 1:
         raise BadInput("a level of detail is above 0 and at most 1", f"detail = {detail}", "use 1, 0.5, 0.25 or 0.1")
@@ -124,7 +124,7 @@ def detail_for(
     return min((detail for detail in seen if seen[detail] <= pixels), default=max(seen))
 
 
-def _bound(garment: Garment, body: ShapedBody, collider: ShapedBody) -> Garment:
+def _bind_pins(garment: Garment, body: ShapedBody, collider: ShapedBody) -> Garment:
     """The garment with its pins on the skin bound to a coarser body, in the same places at rest."""
     pins = garment.pins
     skin = pins.joints < 0
@@ -144,4 +144,4 @@ def _error(level: Level, body: ShapedBody) -> float:
     full = level.full
     vertices = full.step(full.start(posed), posed, 1 / 30)[1].astype(np.float64)
     tree = ClosestTree(vertices[level.kept], level.garment.faces)
-    return float(np.percentile(tree.closest(vertices).distances, FARTHEST))
+    return float(np.percentile(tree.closest(vertices).distances, ERROR_PERCENTILE))

@@ -9,7 +9,7 @@ from hemline.bodies.body import ShapedBody
 from hemline.collide import Guarantee
 from hemline.errors import BadInput
 from hemline.motions.motion import Motion
-from hemline.playback.player.elapsed import LONGEST
+from hemline.playback.player.time_step import LONGEST_STEP
 from hemline.playback.player.frame import Frame
 from hemline.playback.player.layers import THICKNESS_MM
 from hemline.playback.player.player import Player
@@ -66,7 +66,7 @@ def play(
     player = Player.prepare(animator, body, placed=True, thickness_mm=thickness_mm, **options)
     motion = motion if placed else body.placed(motion)
     rate = motion.fps if fps is None else fps
-    steps = 1 if truth is not None else math.ceil(1 / (rate * LONGEST))
+    steps = 1 if truth is not None else math.ceil(1 / (rate * LONGEST_STEP))
     motion = motion if steps * rate == motion.fps else motion.resampled(steps * rate)
     motion = body.untangled_motion(motion) if untangle else motion
     if truth is not None and len(truth) != len(motion):

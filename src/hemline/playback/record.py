@@ -8,7 +8,7 @@ from hemline.animators.terms import garment_terms
 from hemline.arrays import Faces, FramesOfVertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.datasets import Take
-from hemline.export import Clip, Skeleton
+from hemline.export import Clip, ClipSkeleton
 from hemline.garments.garment import Garment
 from hemline.motions.motion import JOINT_NAMES, Motion
 from hemline.motions.terms import as_stated
@@ -49,7 +49,7 @@ def record(
     return _clip(np.stack(cloth), garment_faces, bodies, motion, fps, garment_name, tuple(terms))
 
 
-def recorded_take(take: Take, garment: Garment, body: ShapedBody, *, lead_in: bool = False) -> Clip:
+def record_take(take: Take, garment: Garment, body: ShapedBody, *, lead_in: bool = False) -> Clip:
     """A simulated take as a clip, with the body it was simulated against.
 
     Args:
@@ -77,7 +77,7 @@ def _clip(
     shaped = bodies[0].shaped
     body = shaped.body
     skeleton = (
-        Skeleton(
+        ClipSkeleton(
             shaped.joints,
             body.parents,
             np.stack([posed.transforms for posed in bodies]),

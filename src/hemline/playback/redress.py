@@ -11,7 +11,7 @@ from hemline.playback.player.frame import Frame
 from hemline.playback.player.player import Player
 
 
-def redressed(animator: Animator, take: Take, body: ShapedBody) -> Iterator[Frame]:
+def redress_take(animator: Animator, take: Take, body: ShapedBody) -> Iterator[Frame]:
     """A simulated clip on a body of another shape, frame by frame, without its lead-in.
 
     What the cloth did on the body that it was simulated on is kept, swing and wrinkles; the animator adds what the

@@ -9,12 +9,12 @@ from hemline.animators.ropes import Ropes
 from hemline.arrays import Float, Int, Nodes, Vertices
 from hemline.bodies.body import PosedBody
 from hemline.collide.primitives.proxy import BodyProxy
-from hemline.export import Capsules, SpringChains
+from hemline.export import CapsuleColliders, SpringChains
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, PARENTS
 
-FRAME = 1 / 60
+FRAME_SECONDS = 1 / 60
 """A spring bone's numbers are per frame; ours are for this one [s]."""
-UPRIGHT = 0.5
+DOWNWARD_FRACTION = 0.5
 """Share of the weight that pulls downwards whatever the body does; the rest pulls along the drape and turns with it."""
 _SPEED = 1.0
 """Speed through the air at which its drag, which grows with the square, is taken [m/s]."""
@@ -22,7 +22,7 @@ _THINNEST = 0.005
 _TRUNK = ("pelvis", "spine1", "spine2", "spine3")
 
 
-def spring_chains(ropes: Ropes, nodes: Nodes, capsules: Capsules) -> tuple[SpringChains, Capsules]:
+def spring_chains(ropes: Ropes, nodes: Nodes, capsules: CapsuleColliders) -> tuple[SpringChains, CapsuleColliders]:
     r"""The chains with a spring bone's numbers, and the capsules thin enough that no bone begins inside one.
 
     A spring bone moves its end by $(1 - D)\,\Delta x + \Delta t\,(S\,r + G\,g)$ a frame and puts it back on the sphere
@@ -50,7 +50,7 @@ def spring_chains(ropes: Ropes, nodes: Nodes, capsules: Capsules) -> tuple[Sprin
     lengths = np.where(depth > 0, np.linalg.norm(np.diff(bones, axis=0, prepend=bones[:1]), axis=1), 0.0)
     near_root = constants.root_damping * np.exp(1.0 - below)
     rate = constants.drag + constants.air_drag * _SPEED + (constants.parent_damping + near_root) / below
-    weight = float(np.linalg.norm(constants.gravity)) * FRAME
+    weight = float(np.linalg.norm(constants.gravity)) * FRAME_SECONDS
     free = depth > 0
     away = distances(capsules, bones[free])
     radii = np.maximum(np.minimum(capsules.radii, away.min(axis=0)), _THINNEST)
@@ -61,9 +61,9 @@ def spring_chains(ropes: Ropes, nodes: Nodes, capsules: Capsules) -> tuple[Sprin
         bones=bones,
         offsets=offsets,
         joints=np.array([_trunk(joint) for joint in ropes.chains.chain_joints.tolist()], np.int32),
-        stiffness=(1 - UPRIGHT) * weight + near_root * lengths,
-        gravity=np.full(len(bones), UPRIGHT * weight),
-        drag=1 - np.exp(-rate * FRAME),
+        stiffness=(1 - DOWNWARD_FRACTION) * weight + near_root * lengths,
+        gravity=np.full(len(bones), DOWNWARD_FRACTION * weight),
+        drag=1 - np.exp(-rate * FRAME_SECONDS),
         radii=kept,
     )
     return chains, replace(capsules, radii=radii)
@@ -76,19 +76,19 @@ def _trunk(joint: int) -> int:
     return joint
 
 
-def capsules_of(posed: PosedBody) -> Capsules:
+def capsules_of(posed: PosedBody) -> CapsuleColliders:
     """The rounded cones that ropes collide with, each as a capsule of its mean radius, in a pose."""
     proxy, transforms = BodyProxy.fit(posed.shaped), np.asarray(posed.transforms, np.float64)[:, None]
     turns = transforms[proxy.joints, 0]
     starts, ends = (
         np.einsum("prc,pc->pr", turns[..., :3], proxy.shapes[:, at : at + 3]) + turns[..., 3] for at in (0, 3)
     )
-    return Capsules(proxy.joints, starts, ends, proxy.shapes[:, 6:8].mean(axis=1))
+    return CapsuleColliders(proxy.joints, starts, ends, proxy.shapes[:, 6:8].mean(axis=1))
 
 
-def distances(capsules: Capsules, points: Nodes) -> Float[np.ndarray, "nodes capsules"]:
+def distances(capsules: CapsuleColliders, points: Nodes) -> Float[np.ndarray, "nodes capsules"]:
     """Distance of points to the axes [m]."""
-    return _beside(points, capsules.starts, capsules.ends)[0]
+    return _distance_to_segments(points, capsules.starts, capsules.ends)[0]
 
 
 def chain_weights(ropes: Ropes, vertices: Vertices) -> tuple[Int[np.ndarray, "verts 4"], Float[np.ndarray, "verts 4"]]:
@@ -109,11 +109,11 @@ def chain_weights(ropes: Ropes, vertices: Vertices) -> tuple[Int[np.ndarray, "ve
     beside = np.empty((len(chains.offsets) - 1, len(vertices)))
     along = np.empty_like(beside)
     for chain, (start, last) in enumerate(pairwise(chains.offsets.tolist())):
-        away, share = _beside(vertices, nodes[start : last - 1], nodes[start + 1 : last])
+        away, share = _distance_to_segments(vertices, nodes[start : last - 1], nodes[start + 1 : last])
         rope = away.argmin(axis=1)
         beside[chain], along[chain] = away[every, rope], rope + share[every, rope]
     one = beside.argmin(axis=0)
-    other = _nearer_neighbour(beside, one, _closed(ropes))
+    other = _nearer_neighbour(beside, one, _is_ring(ropes))
     near, far = beside[one, every], beside[other, every]
     of_one = np.where(other == one, 1.0, far / np.maximum(near + far, 1e-12))
     weights = np.zeros((len(vertices), JOINT_COUNT + len(nodes) - int(chains.offsets[0])))
@@ -127,7 +127,7 @@ def chain_weights(ropes: Ropes, vertices: Vertices) -> tuple[Int[np.ndarray, "ve
     return bones.astype(np.int32), largest / largest.sum(axis=1, keepdims=True)
 
 
-def _beside(
+def _distance_to_segments(
     points: Float[np.ndarray, "points 3"], starts: Float[np.ndarray, "lines 3"], ends: Float[np.ndarray, "lines 3"]
 ) -> tuple[Float[np.ndarray, "points lines"], Float[np.ndarray, "points lines"]]:
     """Distance of points to stretches of line, and where along each the nearest place is, from 0 to 1."""
@@ -137,7 +137,7 @@ def _beside(
     return np.linalg.norm(to - share[..., None] * way, axis=-1), share
 
 
-def _closed(ropes: Ropes) -> bool:
+def _is_ring(ropes: Ropes) -> bool:
     """Whether the last chain is a neighbour of the first one."""
     chain = np.searchsorted(ropes.chains.offsets, ropes.chains.pairs, side="right") - 1
     return bool((np.abs(chain[:, 0] - chain[:, 1]) > 1).any())

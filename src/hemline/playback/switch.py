@@ -18,7 +18,7 @@ def nearest_vertices(garment: Garment, other: Garment) -> Int[np.ndarray, " vert
     return np.asarray(KDTree(other.vertices).query(garment.vertices)[1])
 
 
-def switched_whole(
+def transfer_whole_cloth(
     cloth: WholeCloth, other: WholeCloth, state: WholeState, nearest: Int[np.ndarray, " verts"]
 ) -> WholeState:
     """The state of one level of a garment as that of another; samples look for the skin anew.
@@ -29,7 +29,7 @@ def switched_whole(
         state: The state.
         nearest: As `nearest_vertices`.
     """
-    there = _numbers(other.worn.order)[nearest[cloth.worn.order]]
+    there = _inverse_order(other.on_body.order)[nearest[cloth.on_body.order]]
     shifts = np.einsum("vk,vkx->vx", other.coarse.weights, state.shifts[other.coarse.weight_ids])
     return replace(
         cloth.start(),
@@ -39,7 +39,7 @@ def switched_whole(
     )
 
 
-def switched_projector(
+def transfer_projector(
     projector: Projector | LayeredProjector,
     other: Projector | LayeredProjector,
     state: ProjectorState | LayersState,
@@ -57,12 +57,12 @@ def switched_projector(
     """
     if not (isinstance(projector, Projector) and isinstance(state, ProjectorState)):
         return projector.start()
-    there = _numbers(other.worn.order)[nearest[projector.worn.order]]
+    there = _inverse_order(other.on_body.order)[nearest[projector.on_body.order]]
     begun = projector.start()
     return replace(begun, offsets=state.offsets[there], lively=np.ones_like(begun.lively))
 
 
-def _numbers(order: Int[np.ndarray, " verts"]) -> Int[np.ndarray, " verts"]:
+def _inverse_order(order: Int[np.ndarray, " verts"]) -> Int[np.ndarray, " verts"]:
     numbers = np.empty_like(order)
     numbers[order] = np.arange(len(order))
     return numbers

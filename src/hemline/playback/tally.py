@@ -16,7 +16,7 @@ from hemline.playback.player.frame import Frame
 
 CROSSINGS_EVERY = 10
 """Frames from one count of cloth through cloth, and of skin through cloth, to the next."""
-ABOVE = 0.001
+PROBE_HEIGHT = 0.001
 """How far above the skin it is asked whether that is inside another part of the body [m]."""
 
 
@@ -128,7 +128,7 @@ class Tally:
     def _add_through(self, frame: Frame) -> None:
         """Skin that looks out of the cloth, what is inside another part of the body apart."""
         body, cloth = frame.body, (frame.vertices, self.animator.garment.faces)
-        over = body.vertices[self._covered] + ABOVE * body.normals[self._covered]
+        over = body.vertices[self._covered] + PROBE_HEIGHT * body.normals[self._covered]
         buried = inside(body.vertices, body.faces, over)
         skin = body.vertices, body.normals, self._covered
         self._add("through", metrics.skin_through_percent(*cloth, *skin, buried))

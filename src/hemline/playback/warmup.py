@@ -58,7 +58,7 @@ def _any_garment() -> None:
     for name in ("lag", "live", "swingar"):
         model = animators.load(name)
         assert isinstance(model, animators.Wearable)
-        _warm(model.worn_by(garments.load("tshirt-light"), body))
+        _warm(model.animator_for(garments.load("tshirt-light"), body))
 
 
 def _warm(animator: Animator | animators.Wearable) -> None:

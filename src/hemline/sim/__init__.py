@@ -1,12 +1,12 @@
 """The offline simulator: the ground truth that everything else is fitted to and measured against."""
 
-from .cloth.joined import joined as joined
+from .cloth.join import join_sheets as join_sheets
 from .cloth.sheet import Elastic as Elastic
 from .cloth.sheet import Sheet as Sheet
 from .cloth.sheet import make_sheet as make_sheet
 from .cloth.wind import Gusts as Gusts
-from .contact.body.surface import Skin as Skin
-from .contact.body.surface import Surface as Surface
+from .contact.body.surface import MovingSkin as MovingSkin
+from .contact.body.surface import BodySurface as BodySurface
 from .rest.rest import Rest as Rest
 from .rest.sensitivities import Sensitivities as Sensitivities
 from .rest.settle import rest_drape as rest_drape
@@ -18,7 +18,7 @@ from .step.state import ClothState as ClothState
 from .step.state import Scene as Scene
 from .step.stepper import Stepper as Stepper
 from .takes.anchors import Anchor as Anchor
-from .takes.anchors import Posed as Posed
+from .takes.anchors import PosedTakes as PosedTakes
 from .takes.anchors import produce_anchors as produce_anchors
 from .takes.anchors import produce_posed as produce_posed
 from .takes.database import Database as Database
@@ -39,16 +39,16 @@ __all__ = [
     "Database",
     "Elastic",
     "Gusts",
-    "Posed",
+    "PosedTakes",
     "Rest",
     "Scene",
     "Sensitivities",
     "Sheet",
     "SimSettings",
-    "Skin",
+    "MovingSkin",
     "Stepper",
-    "Surface",
-    "joined",
+    "BodySurface",
+    "join_sheets",
     "make_database",
     "make_sheet",
     "produce",

@@ -7,7 +7,7 @@ from .pairs import pairs_of as pairs_of
 from .server import Viewer as Viewer
 from .study import QUESTIONS as QUESTIONS
 from .study import Study as Study
-from .summary import Row as Row
-from .summary import summarised as summarised
+from .summary import SummaryRow as SummaryRow
+from .summary import summarise as summarise
 
-__all__ = ["QUESTIONS", "Answer", "Pair", "Row", "Study", "Viewer", "pairs_of", "read_answers", "summarised"]
+__all__ = ["QUESTIONS", "Answer", "Pair", "SummaryRow", "Study", "Viewer", "pairs_of", "read_answers", "summarise"]

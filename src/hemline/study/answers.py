@@ -12,7 +12,7 @@ from typing import Any
 
 from hemline.errors import BadAnswer, BadInput
 
-from .appending import locked
+from .appending import open_locked
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ _FORMULA = tuple("=+-@\t\r\n\uff1d\uff0b\uff0d\uff20")
 """With these letters, of which the last four are wide ones, spreadsheets let a formula begin."""
 
 
-def checked_code(participant: Any) -> str:
+def normalise_code(participant: Any) -> str:
     """A participant's code in capitals, without blanks around it: `p1` is the `P1` who comes back.
 
     Raises:
@@ -105,7 +105,7 @@ def read_answers(path: str | Path) -> list[Answer]:
     except OSError as reason:
         cure = "name a CSV that 'hemline compare A B --blind' wrote"
         raise BadInput(f"cannot read {path}", reason.strerror or reason, cure) from reason
-    return _parsed(path, content)[0]
+    return _parse(path, content)[0]
 
 
 def add_answer(path: str | Path, answer: Answer, allowed: Callable[[list[Answer]], None]) -> None:
@@ -120,8 +120,8 @@ def add_answer(path: str | Path, answer: Answer, allowed: Callable[[list[Answer]
         BadInput: As `read_answers`.
         BadOutput: The file cannot be written.
     """
-    with locked(path) as file:
-        answers, whole = _parsed(path, file.content)
+    with open_locked(path) as file:
+        answers, whole = _parse(path, file.content)
         allowed(answers)
         before = _line(COLUMNS) if whole == 0 else b"" if file.content[whole - 1 : whole] == b"\n" else b"\n"
         file.append(whole, before + _line(asdict(answer).values()))
@@ -133,7 +133,7 @@ def _line(cells: Iterable[object]) -> bytes:
     return text.getvalue().encode()
 
 
-def _parsed(path: str | Path, content: bytes) -> tuple[list[Answer], int]:
+def _parse(path: str | Path, content: bytes) -> tuple[list[Answer], int]:
     """Answers, and how many bytes hold them whole."""
     end = content.rfind(b"\n") + 1
     lines = _lines(path, content[:end])

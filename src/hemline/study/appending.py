@@ -41,7 +41,7 @@ class Appendable:
 
 
 @contextmanager
-def locked(path: str | Path) -> Iterator[Appendable]:
+def open_locked(path: str | Path) -> Iterator[Appendable]:
     """Open a file for appending, made where there is none, and keep others out until the block ends.
 
     Raises:

@@ -11,7 +11,7 @@ _MAGIC = {".webm": (0, b"\x1a\x45\xdf\xa3"), ".mp4": (4, b"ftyp")}
 _AGAIN = "make the clip again, as with 'hemline animate MODEL -m MOTION -o clip.webp'"
 
 
-def measured(path: Path, content: bytes) -> dict[str, object]:
+def measure_clip(path: Path, content: bytes) -> dict[str, object]:
     """Size [pixels], length [s] and repeats of a moving picture; nothing of a video, which the browser measures.
 
     Args:
@@ -38,7 +38,7 @@ def _picture(path: Path, content: bytes) -> dict[str, object]:
     kind = path.suffix[1:].upper()
     try:
         with Image.open(io.BytesIO(content), formats=[kind]) as picture:
-            milliseconds = [_shown_for(frame) for frame in ImageSequence.Iterator(picture)]
+            milliseconds = [_duration_ms(frame) for frame in ImageSequence.Iterator(picture)]
             repeats = "endless" if picture.info.get("loop") == 0 else str(picture.info.get("loop", "none"))
             size = f"{picture.size[0]} x {picture.size[1]} pixels"
     except Exception as reason:  # Pillow raises many kinds on damaged files
@@ -48,6 +48,6 @@ def _picture(path: Path, content: bytes) -> dict[str, object]:
     return {"size": size, "length": f"{sum(milliseconds) / 1e3:.3f} s", "number of repeats": repeats}
 
 
-def _shown_for(frame) -> float:
+def _duration_ms(frame) -> float:
     frame.load()
     return float(frame.info.get("duration", 0))

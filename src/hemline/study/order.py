@@ -9,7 +9,7 @@ from .pairs import Pair
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownPair:
     """A pair as a participant sees it.
 
     Args:
@@ -21,7 +21,7 @@ class Shown:
     a_left: bool
 
 
-def shown_to(participant: str, pairs: Sequence[Pair], seed: int) -> list[Shown]:
+def order_for(participant: str, pairs: Sequence[Pair], seed: int) -> list[ShownPair]:
     """All pairs in the order of a participant: drawn by hashing, so that no version of Python shows another one.
 
     Sides are counterbalanced: A is on the left in half of a participant's pairs (for an odd number, in one more or one
@@ -39,4 +39,4 @@ def shown_to(participant: str, pairs: Sequence[Pair], seed: int) -> list[Shown]:
     coin = drawn("first side")[0] % 2
     by_side = sorted(pairs, key=lambda pair: drawn("side", pair.name))
     a_left = {pair.name: (rank + coin) % 2 == 0 for rank, pair in enumerate(by_side)}
-    return [Shown(pair, a_left[pair.name]) for pair in sorted(pairs, key=lambda pair: drawn("order", pair.name))]
+    return [ShownPair(pair, a_left[pair.name]) for pair in sorted(pairs, key=lambda pair: drawn("order", pair.name))]

@@ -10,7 +10,7 @@ from typing import Literal
 from hemline.errors import BadInput, HemlineWarning
 
 from .answers import check_cell
-from .clip_files import KINDS, measured
+from .clip_files import KINDS, measure_clip
 
 Side = Literal["A", "B"]
 
@@ -59,7 +59,7 @@ def pairs_of(paths: Sequence[str | Path]) -> tuple[Pair, ...]:
     if not paths or len(paths) % 2:
         raise BadInput("clips are compared in twos", f"{len(paths)} paths", "name A and B, two files or two folders")
     twos = [(Path(a), Path(b)) for a, b in zip(paths[::2], paths[1::2], strict=True)]
-    pairs = [_checked(*two) for a, b in twos for two in _files_of(a, b)]
+    pairs = [_make_pair(*two) for a, b in twos for two in _files_of(a, b)]
     names = [pair.name for pair in pairs]
     for name in names:
         if names.count(name) > 1:
@@ -105,11 +105,11 @@ def _check_name(path: Path) -> None:
         check_cell(what, text)
 
 
-def _checked(a: Path, b: Path) -> Pair:
+def _make_pair(a: Path, b: Path) -> Pair:
     for path in (a, b):
         _check_name(path)
     contents = [_read(path) for path in (a, b)]
-    measures = [measured(path, content) for path, content in zip((a, b), contents, strict=True)]
+    measures = [measure_clip(path, content) for path, content in zip((a, b), contents, strict=True)]
     kinds = [path.suffix.lower() for path in (a, b)]
     if kinds[0] != kinds[1]:
         raise BadInput(f"{a} and {b} must be of one kind", " and ".join(kinds), "write both in the same format")

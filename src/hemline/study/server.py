@@ -20,7 +20,7 @@ from .pairs import Pair, Side
 from .study import Item, Study
 from .timed_reads import TimedReads
 
-HEARD_WITHIN = 10.0
+REQUEST_TIMEOUT = 10.0
 """How long a request may take to arrive [s]."""
 _PAGE = {
     "/": ("viewer.html", "text/html; charset=utf-8"),
@@ -142,7 +142,7 @@ class _Handler(BaseHTTPRequestHandler):
     def setup(self) -> None:
         """Read no longer than a request may take."""
         super().setup()
-        self.rfile = io.BufferedReader(TimedReads(self.connection, HEARD_WITHIN))
+        self.rfile = io.BufferedReader(TimedReads(self.connection, REQUEST_TIMEOUT))
 
     def do_GET(self) -> None:
         path = self._entered()

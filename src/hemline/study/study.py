@@ -12,9 +12,9 @@ from typing import Any
 from hemline.errors import BadAnswer, BadInput
 from hemline.files import check_writable
 
-from .answers import POINTS, Answer, add_answer, check_cell, checked_code, read_answers
-from .appending import locked
-from .order import Shown, shown_to
+from .answers import POINTS, Answer, add_answer, check_cell, normalise_code, read_answers
+from .appending import open_locked
+from .order import ShownPair, order_for
 from .pairs import Pair
 
 QUESTIONS = (
@@ -23,7 +23,7 @@ QUESTIONS = (
     "Which agent looks more like a real person?",
 )
 """What the participants of Wu et al. 2021 (Section 4.8) were asked about each scenario."""
-_LONGEST = 1e7
+_LONGEST_ANSWER = 1e7
 """What no answer takes [s]."""
 
 
@@ -41,7 +41,7 @@ class Item:
     """
 
     number: int
-    shown: Shown
+    shown: ShownPair
     question: str
     token: str
 
@@ -82,7 +82,7 @@ class Study:
             check_cell("a question", question)
         check_writable(self.answers)
         if self.answers.exists():
-            with locked(self.answers):
+            with open_locked(self.answers):
                 pass  # it can be written
         self._check(self.given())
 
@@ -96,7 +96,7 @@ class Study:
 
     def items(self, participant: str) -> list[Item]:
         """All that a participant is asked, in their order."""
-        shown = shown_to(participant, self.pairs, self.seed)
+        shown = order_for(participant, self.pairs, self.seed)
         both = [(each, question) for each in shown for question in self.questions]
         return [Item(number, *one, self._token(participant, *one)) for number, one in enumerate(both)]
 
@@ -107,7 +107,7 @@ class Study:
             BadAnswer: The code is none.
             BadInput: The CSV was damaged meanwhile.
         """
-        return self._following(checked_code(participant), self.given())
+        return self._following(normalise_code(participant), self.given())
 
     def answer(self, participant: Any, token: Any, point: Any, seconds: Any) -> None:
         """Write down an answer, at once.
@@ -123,11 +123,11 @@ class Study:
             BadInput: The CSV was damaged meanwhile.
             BadOutput: The CSV cannot be written; nothing was.
         """
-        code = checked_code(participant)
+        code = normalise_code(participant)
         if isinstance(point, bool) or not isinstance(point, int) or not 1 <= point <= POINTS:
             raise BadAnswer("an answer must be on the scale", repr(point)[:60], f"choose from 1 to {POINTS}")
         timed = isinstance(seconds, int | float) and not isinstance(seconds, bool)
-        if not timed or not 0 <= seconds < _LONGEST:
+        if not timed or not 0 <= seconds < _LONGEST_ANSWER:
             raise BadAnswer("seconds must be a number of at least 0", repr(seconds)[:60], "load the page again")
         sent = token.encode(errors="replace") if isinstance(token, str) else b""
         item = next((item for item in self.items(code) if hmac.compare_digest(item.token.encode(), sent)), None)
@@ -163,7 +163,7 @@ class Study:
         items = self.items(code)
         return next((item for item in items if (code, item.shown.pair.name, item.question) not in done), None)
 
-    def _token(self, code: str, shown: Shown, question: str) -> str:
+    def _token(self, code: str, shown: ShownPair, question: str) -> str:
         what = [self.seed, code, shown.pair.name, shown.pair.contents, shown.a_left, question]
         return hmac.digest(self._secret, json.dumps(what).encode(), "sha256").hex()[:32]
 

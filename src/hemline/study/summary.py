@@ -11,7 +11,7 @@ from .answers import NEUTRAL, POINTS, Answer
 
 
 @dataclass(frozen=True)
-class Row:
+class SummaryRow:
     """Answers to one question, about one pair or all of them; below 4 A is better, above 4 B.
 
     Args:
@@ -37,7 +37,7 @@ class Row:
     p: float | None
 
 
-def summarised(answers: Sequence[Answer]) -> list[Row]:
+def summarise(answers: Sequence[Answer]) -> list[SummaryRow]:
     """Statistics by question: a row for each pair, then, where there are several, one for all.
 
     A participant's answers are not independent of each other. So the row for all pairs tests the participants' means.
@@ -64,7 +64,7 @@ def summarised(answers: Sequence[Answer]) -> list[Row]:
     return rows
 
 
-def _row(question: str, pair: str | None, answers: Sequence[Answer]) -> Row:
+def _row(question: str, pair: str | None, answers: Sequence[Answer]) -> SummaryRow:
     chosen = np.array([answer.preference for answer in answers])
     people = np.array([answer.participant for answer in answers])
     means = np.array([chosen[people == one].mean() for one in dict.fromkeys(people.tolist())])
@@ -75,4 +75,4 @@ def _row(question: str, pair: str | None, answers: Sequence[Answer]) -> Row:
         from scipy.stats import ttest_1samp
 
         t, p = np.array(ttest_1samp(means, NEUTRAL)).tolist()
-    return Row(question, pair, len(means), counts, float(means.mean()), deviation, t, len(means) - 1, p)
+    return SummaryRow(question, pair, len(means), counts, float(means.mean()), deviation, t, len(means) - 1, p)

@@ -10,8 +10,8 @@ from hemline.arrays import Vertices
 from hemline.bodies.lead_in import between
 from hemline.garments.garment import Garment
 from hemline.meshes import ClosestTree, crossing_edges
-from hemline.sim import Scene, SimSettings, Skin
-from hemline.sim.rest.sewing import sewn, stretch
+from hemline.sim import Scene, SimSettings, MovingSkin
+from hemline.sim.rest.sewing import sew, largest_stretch
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState
@@ -76,9 +76,9 @@ def grown(
     positions = garment.vertices.astype(np.float64)
     girth = _girth(thin, alignment, positions)
     state = dressed.stepper.start(positions)
-    stretched, crossed = stretch(dressed.sheet, positions), len(crossing_edges(garment.vertices, garment.faces))
+    stretched, crossed = largest_stretch(dressed.sheet, positions), len(crossing_edges(garment.vertices, garment.faces))
     at_first = _scene(thin.at(girth).posed(alignment.pose))
-    state = sewn(dressed.sheet, state, lambda now: dressed.stepper.advance(now, SEAM_STEP, lambda _: at_first)[0])
+    state = sew(dressed.sheet, state, lambda now: dressed.stepper.advance(now, SEAM_STEP, lambda _: at_first)[0])
     turned = alignment.pose.hash != shaped.rest_pose.hash
     frames = FRAMES if girth < 1 or turned else 0
 
@@ -109,7 +109,7 @@ def _girth(thin: ThinBody, alignment: Alignment, positions: Vertices) -> float:
 
 
 def _scene(posed: "PosedBody") -> Scene:
-    return Scene(np.zeros((0, 3)), Skin(posed.vertices, posed.normals))
+    return Scene(np.zeros((0, 3)), MovingSkin(posed.vertices, posed.normals))
 
 
 def _frame(dressed: DressedBody, state: ClothState, scene_at: Callable[[float], Scene]) -> ClothState:

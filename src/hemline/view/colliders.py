@@ -9,7 +9,7 @@ RINGS, AROUND = 6, 16
 """Rings of each end of a cone, from its tip to where the side begins; vertices of a ring."""
 
 
-def rounded_cones(proxy: BodyProxy, transforms: Transforms) -> tuple[Vertices, Faces]:
+def cone_surfaces(proxy: BodyProxy, transforms: Transforms) -> tuple[Vertices, Faces]:
     r"""The surface of each cone: of the end a where its normal n has $n \cdot u \le (r_a - r_b) / l$, else of b.
 
     Args:

@@ -11,9 +11,9 @@ from hemline.meshes import edge_strains
 from hemline.metrics import vertex_errors_mm
 from hemline.playback import Frame
 
-SHOWN = ("finished", "before the projection", "the animator's own")
+STAGES = ("finished", "before the projection", "the animator's own")
 """What can be shown of a frame."""
-WORST = 5
+WORST_COUNT = 5
 """Frames that are listed for each measure."""
 
 
@@ -22,9 +22,9 @@ def cloth_of(frame: Frame, shown: str) -> Vertices:
 
     Args:
         frame: A frame.
-        shown: One of `SHOWN`.
+        shown: One of `STAGES`.
     """
-    return (frame.vertices, frame.held, frame.animated)[SHOWN.index(shown)]
+    return (frame.vertices, frame.held, frame.animated)[STAGES.index(shown)]
 
 
 def stretches(vertices: Vertices, garment: Garment) -> Float[np.ndarray, " faces"]:
@@ -37,13 +37,13 @@ def errors(vertices: Vertices, truth: Vertices, garment: Garment) -> Float[np.nd
     return vertex_errors_mm(vertices, truth)[garment.faces].mean(axis=1)
 
 
-def marked(vertices: Vertices, frame: Frame) -> Mask:
+def inside_body(vertices: Vertices, frame: Frame) -> Mask:
     """Which vertices are inside the body of a frame [winding number above 0.5]."""
     return inside(frame.body.vertices, frame.body.faces, vertices)
 
 
 @dataclass(frozen=True)
-class Judged:
+class FrameMeasures:
     """A frame's measures."""
 
     index: int
@@ -53,7 +53,7 @@ class Judged:
     """Vertices inside the body before the projection."""
 
 
-def judged(index: int, frame: Frame, garment: Garment) -> Judged:
+def measure_frame(index: int, frame: Frame, garment: Garment) -> FrameMeasures:
     """Measure a frame.
 
     Args:
@@ -62,17 +62,17 @@ def judged(index: int, frame: Frame, garment: Garment) -> Judged:
         garment: What is worn.
     """
     worst = float(stretches(frame.vertices, garment).max())
-    return Judged(index, worst, int(np.count_nonzero(marked(frame.held, frame))))
+    return FrameMeasures(index, worst, int(np.count_nonzero(inside_body(frame.held, frame))))
 
 
-def worst_frames(every: list[Judged]) -> list[tuple[int, str]]:
+def worst_frames(every: list[FrameMeasures]) -> list[tuple[int, str]]:
     """The frames with the largest stretch, then those with most vertices inside: their numbers, and what is wrong.
 
     Args:
         every: Frames that were measured.
     """
-    long = sorted(every, key=lambda each: -each.stretch)[:WORST]
-    deep = sorted((each for each in every if each.inside), key=lambda each: -each.inside)[:WORST]
+    long = sorted(every, key=lambda each: -each.stretch)[:WORST_COUNT]
+    deep = sorted((each for each in every if each.inside), key=lambda each: -each.inside)[:WORST_COUNT]
     return [(each.index, f"frame {each.index}: an edge {each.stretch:.0f} % too long") for each in long] + [
         (each.index, f"frame {each.index}: {each.inside} inside before the projection") for each in deep
     ]

@@ -11,19 +11,19 @@ from typing import Any, Self
 
 import numpy as np
 
-from . import asked, words
+from . import validate, html_text
 from .bands import STRETCH
 from .downloads import ENDINGS, clip_of, file_of
-from .measures import SHOWN, Judged, judged, worst_frames
-from .pace import Pace
+from .measures import STAGES, FrameMeasures, measure_frame, worst_frames
+from .frame_throttle import FrameThrottle
 from .panel import BETA, BREEZE, NONE_YET, OWN, SPEEDS, Panel
 from .scene import BODIES, PAINTS, Look, Scene
-from .server import served
-from .shelf import Choice, Shelf
-from .shift import Shift
-from .source import Played
+from .server import start_server
+from .catalog import Choice, Catalog
+from .body_shift import BodyShift
+from .source import PlayedClip
 from .stage import Stage
-from .wishes import Wishes
+from .requests import Requests
 
 SAID_EVERY = 0.25
 """Time from one line of figures to the next [s]."""
@@ -34,7 +34,7 @@ QUIET = 0.5
 IDLE, SOON, LATE = 0.1, 0.004, 0.1
 """How long it waits for wishes where nothing moves, and for a browser; how much lost time is made up for [s]."""
 LOOKS: dict[str, tuple[str, ...] | None] = dict.fromkeys(Look.__dataclass_fields__)
-LOOKS |= {"shown": SHOWN, "paint": tuple(PAINTS), "body": BODIES}
+LOOKS |= {"shown": STAGES, "paint": tuple(PAINTS), "body": BODIES}
 """The names that each part of a look can have; None: it is on or off."""
 
 
@@ -63,7 +63,7 @@ class Page:
 
     def __init__(
         self,
-        shelf: Shelf,
+        shelf: Catalog,
         choice: Choice | None = None,
         *,
         port: int = 0,
@@ -72,15 +72,15 @@ class Page:
     ):
         self.shelf, self.choice, self.report = shelf, choice or shelf.first(), report
         self.playing, self.speed, self.trouble = playing, 1.0, ""
-        self.wishes, self._ended, self._turn = Wishes(), threading.Event(), threading.Lock()
-        self._held: tuple[np.ndarray, Shift] | None = None
-        self._judged: list[Judged] | None = None
+        self.wishes, self._ended, self._turn = Requests(), threading.Event(), threading.Lock()
+        self._held: tuple[np.ndarray, BodyShift] | None = None
+        self._judged: list[FrameMeasures] | None = None
         self._worst: dict[str, int] = {}
         self._wind = 0.0, 0.0
         self._swings_until = self._slid = self._said = 0.0
-        self._server, self.door = served(port, report)
+        self._server, self.door = start_server(port, report)
         self.url = self.door.url
-        self.pace, self._stale = Pace(self._server), True
+        self.pace, self._stale = FrameThrottle(self._server), True
         try:
             self.stage, self.look = Stage(shelf.source(self.choice)), Look()
             self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
@@ -162,7 +162,7 @@ class Page:
         try:
             do()
         except Exception as error:
-            self.trouble = words.one_line(error)
+            self.trouble = html_text.one_line(error)
             self.report(self.trouble)
             if not wish:
                 self.playing, self._judged = False, None
@@ -179,7 +179,7 @@ class Page:
     def _fulfil(self, name: str, value: Any) -> None:
         if name in LOOKS:
             known = LOOKS[name]
-            checked = asked.switch(name, value) if known is None else asked.one_of(f"choice for '{name}'", value, known)
+            checked = validate.check_switch(name, value) if known is None else validate.check_choice(f"choice for '{name}'", value, known)
             self.look = replace(self.look, **{name: checked})
             self._legend()
         else:
@@ -209,50 +209,50 @@ class Page:
 
     def _wish_frame(self, index: Any) -> None:
         last = self.stage.count - 1
-        index = int(asked.number("the number of a frame", index, (0, last)))
+        index = int(validate.check_number("the number of a frame", index, (0, last)))
         self._slid = time.perf_counter()
         self.stage.go(index)
 
     def _wish_speed(self, speed: Any) -> None:
-        self.speed = float(asked.one_of("speed", speed, SPEEDS))
+        self.speed = float(validate.check_choice("speed", speed, SPEEDS))
 
     def _wish_model(self, model: Any) -> None:
-        model = asked.one_of("garment", model, self.shelf.model_names)
+        model = validate.check_choice("garment", model, self.shelf.model_names)
         self._choose(replace(self.choice, model=model, material=None))
 
     def _wish_clip(self, clip: Any) -> None:
-        self._choose(replace(self.choice, clip=asked.one_of("motion", clip, self.shelf.clip_names)))
+        self._choose(replace(self.choice, clip=validate.check_choice("motion", clip, self.shelf.clip_names)))
 
     def _wish_betas(self, betas: Any) -> None:
         body = self.stage.source.body
-        betas = asked.numbers("the shape of a body", betas, len(body.betas), (-BETA, BETA))
+        betas = validate.check_numbers("the shape of a body", betas, len(body.betas), (-BETA, BETA))
         self.stage.reshape(body.body.shaped(betas))
         self.choice = replace(self.choice, betas=betas)
 
     def _wish_material(self, material: Any) -> None:
-        material = asked.one_of("material", material, self.shelf.materials(self.choice))
+        material = validate.check_choice("material", material, self.shelf.materials(self.choice))
         self._choose(replace(self.choice, material=material))
 
     def _wish_wind(self, wind: Any) -> None:
-        left, forward = asked.numbers("wind", wind, 2, (-BREEZE, BREEZE))
+        left, forward = validate.check_numbers("wind", wind, 2, (-BREEZE, BREEZE))
         self.stage.blow((left, 0.0, forward))
         self._wind = left, forward
         self._swings_until = time.perf_counter() + SWINGS
 
     def _wish_grip(self, held: Any) -> None:
-        self.scene.held = asked.switch("the grip", held)
+        self.scene.held = validate.check_switch("the grip", held)
         here = self.stage.frame.body.joints[0].astype(np.float64)
         self._held = (here, self.stage.shift) if held else None
 
     def _wish_hand(self, place: Any) -> None:
-        at, turn = asked.place(place)
+        at, turn = validate.check_place(place)
         if self._held is not None:
             here, before = self._held
             self.stage.drag(before.dragged(here, at, turn))
             self._swings_until = time.perf_counter() + SWINGS
 
     def _wish_back(self, _: None) -> None:
-        self.stage.drag(Shift())
+        self.stage.drag(BodyShift())
         self._swings_until = time.perf_counter() + SWINGS
 
     def _wish_look(self, _: None) -> None:
@@ -260,14 +260,14 @@ class Page:
         self.stage.go(0)
 
     def _wish_worst(self, row: Any) -> None:
-        row = asked.one_of("frame", row, (NONE_YET, *self._worst))
+        row = validate.check_choice("frame", row, (NONE_YET, *self._worst))
         if row != NONE_YET:
             self.playing = False
             self.stage.go(self._worst[row])
 
     def _wish_save(self, wanted: tuple[str, Any]) -> None:
         """Frames are gathered here and written aside, so that playing goes on."""
-        ending, client = asked.one_of("kind of file", wanted[0], ENDINGS), wanted[1]
+        ending, client = validate.check_choice("kind of file", wanted[0], ENDINGS), wanted[1]
         clip = clip_of(self.stage)
         name = f"{self.stage.source.garment.name}-{self.stage.source.motion.name or 'clip'}.{ending}"
 
@@ -275,7 +275,7 @@ class Page:
             try:
                 client.send_file_download(name, file_of(clip, ending))
             except Exception as error:
-                self.trouble = words.one_line(error)
+                self.trouble = html_text.one_line(error)
                 self.report(self.trouble)
 
         threading.Thread(target=write, daemon=True).start()
@@ -289,7 +289,7 @@ class Page:
     def _renew(self) -> None:
         """What depends on model and clip."""
         source = self.stage.source
-        fixed = not isinstance(source, Played) or source.take is not None
+        fixed = not isinstance(source, PlayedClip) or source.take is not None
         self.scene.look_from(self.stage)
         self.panel.of_body(None if fixed else source.body)
         self.panel.windy(self.shelf.windy(self.choice))
@@ -304,7 +304,7 @@ class Page:
         """Measure this frame, and ask for the next one; at the end list the worst."""
         assert self._judged is not None
         stage = self.stage
-        self._judged.append(judged(stage.index, stage.frame, stage.source.garment))
+        self._judged.append(measure_frame(stage.index, stage.frame, stage.source.garment))
         if stage.index + 1 < stage.count:
             stage.next()
             return
@@ -318,7 +318,7 @@ class Page:
         scale, note = PAINTS[self.look.paint], ""
         if scale not in (None, STRETCH) and self.stage.truth is None:
             note = "There is no simulation of this clip here: choose a take."
-        self.panel.legend.content = words.legend(() if scale is None else scale.legend, note)
+        self.panel.legend.content = html_text.legend(() if scale is None else scale.legend, note)
 
     def _say(self, *, now: bool = False) -> None:
         """Figures, a few times a second."""
@@ -337,9 +337,9 @@ class Page:
             f"frame {stage.index} of {stage.count - 1}, made in {total}",
             f"the browser shows {pictures} a second, {late:.0f} ms after they are sent" if pictures else "paused",
         )
-        panel.said.content = words.lines(rows, first_bold=True, trouble=self.trouble)
+        panel.said.content = html_text.lines(rows, first_bold=True, trouble=self.trouble)
         times = ((name, f"{ms:.2f}") for name, ms in spans.items())
-        panel.times.content, panel.times.visible = words.table(("stage", "ms"), times), bool(spans)
+        panel.times.content, panel.times.visible = html_text.table(("stage", "ms"), times), bool(spans)
 
 
 __all__ = ["Page"]

@@ -5,10 +5,10 @@ from typing import Any
 
 from hemline.bodies import ShapedBody
 
-from . import words
-from .measures import SHOWN
+from . import html_text
+from .measures import STAGES
 from .scene import BODIES, PAINTS
-from .shelf import Choice, Shelf
+from .catalog import Choice, Catalog
 
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2")
 NONE_YET = "not looked for yet"
@@ -27,7 +27,7 @@ class Panel:
         wish: Called with the name of a wish and its value, when a hand on the page asks for something.
     """
 
-    def __init__(self, server: Any, shelf: Shelf, choice: Choice, wish: Callable[[str, Any], None]):
+    def __init__(self, server: Any, shelf: Catalog, choice: Choice, wish: Callable[[str, Any], None]):
         self._gui, self._wish = server.gui, wish
         self._hands: dict[str, Any] = {}
         gui = self._gui
@@ -40,7 +40,7 @@ class Panel:
         self.clip = self._hand("clip", gui.add_dropdown("Motion", shelf.clip_names, initial_value=choice.clip))
         self.material = self._hand("material", gui.add_dropdown("Material", (OWN,), visible=False))
         with gui.add_folder("What is shown"):
-            self._hand("shown", gui.add_dropdown("Stage", SHOWN))
+            self._hand("shown", gui.add_dropdown("Stage", STAGES))
             self._hand("paint", gui.add_dropdown("Colours", tuple(PAINTS)))
             self.legend = gui.add_html("")
             self._hand("mark", gui.add_checkbox("Red: inside the body", False))
@@ -60,7 +60,7 @@ class Panel:
             gui.add_button("Look for them").on_click(lambda _: wish("look", None))
             self.worst = self._hand("worst", gui.add_dropdown("Go to", (NONE_YET,)))
         with gui.add_folder("Download", expand_by_default=False):
-            gui.add_html(words.lines(["The frames that were played since the last change, at most 300."]))
+            gui.add_html(html_text.lines(["The frames that were played since the last change, at most 300."]))
             for ending, label in (("glb", "GLB, for Blender and engines"), ("webp", "WebP, to look at")):
                 gui.add_button(label).on_click(lambda event, ending=ending: wish("save", (ending, event.client)))
         self.times = gui.add_html("", visible=False)

@@ -12,9 +12,9 @@ from hemline.collide.primitives.proxy import BodyProxy
 from hemline.pictures import BODY, CLOTH, TRUTH, clearest_view, view_axes
 
 from .bands import COLOURS, ERROR, STRETCH, Scale, split
-from .colliders import rounded_cones
-from .measures import SHOWN, cloth_of, errors, marked, stretches
-from .source import Played
+from .colliders import cone_surfaces
+from .measures import STAGES, cloth_of, errors, inside_body, stretches
+from .source import PlayedClip
 from .stage import Stage
 
 PLAIN, BODIES = "one colour", ("solid", "see-through", "hidden")
@@ -39,7 +39,7 @@ HANDLE = 0.35
 class Look:
     """How a frame is shown."""
 
-    shown: str = SHOWN[0]
+    shown: str = STAGES[0]
     paint: str = PLAIN
     mark: bool = False
     """Whether vertices inside the body are red."""
@@ -110,7 +110,7 @@ class Scene:
             mesh.visible = part is not None
         self._show("truth", truth, truth is not None)
         self._show("truth body", frame.body.vertices, truth is not None and look.body != "hidden")
-        inside = cloth[marked(cloth, frame)] if look.mark else cloth[:0]
+        inside = cloth[inside_body(cloth, frame)] if look.mark else cloth[:0]
         self._points(inside)
         self._bones(stage, cloth, look.bones)
         self._colliders(stage, look.colliders)
@@ -177,7 +177,7 @@ class Scene:
 
     def _bones(self, stage: Stage, cloth: Vertices, visible: bool) -> None:
         source = stage.source
-        animator = source.player.animator if visible and isinstance(source, Played) else None
+        animator = source.player.animator if visible and isinstance(source, PlayedClip) else None
         if not isinstance(animator, AnimatorRopes):
             if "bones" in self._meshes:
                 self._meshes.pop("bones").remove()
@@ -196,13 +196,13 @@ class Scene:
     def _colliders(self, stage: Stage, visible: bool) -> None:
         """What the ropes of a garment collide with; the body is seen through meanwhile."""
         source, posed = stage.source, stage.frame.body
-        ropes = isinstance(source, Played) and isinstance(source.player.animator, AnimatorRopes)
+        ropes = isinstance(source, PlayedClip) and isinstance(source.player.animator, AnimatorRopes)
         if "colliders" in self._meshes and not (visible and ropes):
             self._meshes.pop("colliders").remove()
         if not (visible and ropes):
             return
         self._meshes["body"].opacity = THIN
-        vertices, faces = rounded_cones(BodyProxy.fit(posed.shaped), posed.transforms)
+        vertices, faces = cone_surfaces(BodyProxy.fit(posed.shaped), posed.transforms)
         if "colliders" in self._meshes:
             self._meshes["colliders"].vertices = vertices
         else:

@@ -17,11 +17,11 @@ from typing import Any
 from hemline.doors import HOST, WAITING, Door, TurnedAway, listening
 from hemline.errors import HemlineError, MissingExtra
 
-from .words import one_line
+from .html_text import one_line
 
-LONGEST = 1_000_000
+LONGEST_MESSAGE = 1_000_000
 """The longest message that a browser may send [bytes]."""
-HEARD_WITHIN = 10.0
+REQUEST_TIMEOUT = 10.0
 """How long a request may take to arrive [s]."""
 RULES = {
     "Cache-Control": "no-store",
@@ -40,7 +40,7 @@ CONTENT = (
 _starting = threading.Lock()
 
 
-def served(port: int, report: Callable[[str], None]) -> tuple[Any, Door]:
+def start_server(port: int, report: Callable[[str], None]) -> tuple[Any, Door]:
     """A viser server that listens on this machine, and the door before it.
 
     Args:
@@ -75,9 +75,9 @@ def served(port: int, report: Callable[[str], None]) -> tuple[Any, Door]:
         waiting: dict[Any, Any] = {}
         ours = {
             "process_request": _guard(door, inner, waiting),
-            "create_connection": _counted(sockets.ServerConnection, waiting),
-            "max_size": LONGEST,
-            "open_timeout": HEARD_WITHIN,
+            "create_connection": _limit_connections(sockets.ServerConnection, waiting),
+            "max_size": LONGEST_MESSAGE,
+            "open_timeout": REQUEST_TIMEOUT,
             "logger": _logger(report),
         }
         return plain(handler, sock=listener, **(options | ours))
@@ -96,7 +96,7 @@ def served(port: int, report: Callable[[str], None]) -> tuple[Any, Door]:
             listener.close()
             raise _unknown(viser)
     loop = server.get_event_loop()
-    loop.call_soon_threadsafe(loop.set_exception_handler, partial(_heard, report))
+    loop.call_soon_threadsafe(loop.set_exception_handler, partial(_report_exception, report))
     return server, door
 
 
@@ -117,7 +117,7 @@ def _unknown(viser: Any) -> HemlineError:
     )
 
 
-def _heard(report: Callable[[str], None], _: Any, context: dict[str, Any]) -> None:
+def _report_exception(report: Callable[[str], None], _: Any, context: dict[str, Any]) -> None:
     """A message that could be read, and asks for what there is not."""
     if context.get("exception") is not None:
         report(one_line(context["exception"]))
@@ -154,7 +154,7 @@ def _guard(door: Door, inner: Any, waiting: dict[Any, Any]) -> Any:
     return process_request
 
 
-def _counted(base: Any, waiting: dict[Any, Any]) -> Any:
+def _limit_connections(base: Any, waiting: dict[Any, Any]) -> Any:
     """Connections, of which only so many may be open that were not let in."""
 
     class Connection(base):

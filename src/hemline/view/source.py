@@ -14,21 +14,21 @@ from hemline.garments import Garment
 from hemline.motions import Motion, Pose
 from hemline.playback import Frame, Player
 
-from .wind import blown
+from .wind import with_wind
 
 NOT_PROJECTED = ProjectionReport(0, float("nan"), np.zeros(0, np.int32), np.zeros((0, 3), np.float32), None, False)
 """Of frames that come from the simulation."""
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
+class StoredFrame:
     """A frame, and all that the next one needs."""
 
     state: Any
     frame: Frame
 
 
-class Source(Protocol):
+class FrameSource(Protocol):
     """What a `Stage` asks for frames."""
 
     @property
@@ -46,11 +46,11 @@ class Source(Protocol):
         """The clip as it is played: placed on the body, at the frame rate of the stage."""
         ...
 
-    def first(self, index: int, pose: Pose) -> Kept:
+    def first(self, index: int, pose: Pose) -> StoredFrame:
         """A frame with nothing before it; `pose` is that of frame `index`, dragged where it was."""
         ...
 
-    def after(self, kept: Kept, index: int, pose: Pose) -> Kept:
+    def after(self, kept: StoredFrame, index: int, pose: Pose) -> StoredFrame:
         """The frame a time of 1 / fps after another one."""
         ...
 
@@ -60,7 +60,7 @@ class Source(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Played:
+class PlayedClip:
     """Frames of a player. Those from the clip's start on are those of `hemline.play`, bit for bit."""
 
     player: Player
@@ -83,7 +83,7 @@ class Played:
             take: Its truth, whose poses are played as they are.
         """
         player = Player.prepare(animator, body, placed=True)
-        return cls(player, clip, _placed(body, clip, fps) if take is None else take.motion, take)
+        return cls(player, clip, _place_clip(body, clip, fps) if take is None else take.motion, take)
 
     @property
     def body(self) -> ShapedBody:
@@ -95,14 +95,14 @@ class Played:
         """The garment that is shown."""
         return self.player.garment
 
-    def first(self, index: int, pose: Pose) -> Kept:
+    def first(self, index: int, pose: Pose) -> StoredFrame:
         """The garment settled in a pose, as at the start of a clip."""
         dt = 1 / self.motion.fps
-        return Kept(*self.player.step(self.player.start(pose, dt=dt), pose, dt))
+        return StoredFrame(*self.player.step(self.player.start(pose, dt=dt), pose, dt))
 
-    def after(self, kept: Kept, index: int, pose: Pose) -> Kept:
+    def after(self, kept: StoredFrame, index: int, pose: Pose) -> StoredFrame:
         """The next frame."""
-        return Kept(*self.player.step(kept.state, pose, 1 / self.motion.fps))
+        return StoredFrame(*self.player.step(kept.state, pose, 1 / self.motion.fps))
 
     def truth(self, index: int) -> Vertices | None:
         """Of the take [m]."""
@@ -115,18 +115,18 @@ class Played:
 
     def reshaped(self, body: ShapedBody) -> Self:
         """The same on a body of another shape; the garment of settled states is kept, others are put on anew."""
-        motion = _placed(body, self.clip, self.motion.fps)
+        motion = _place_clip(body, self.clip, self.motion.fps)
         if self.settled:
             return replace(self, player=replace(self.player, body=body, collider=body), motion=motion)
         return replace(self, player=Player.prepare(self.player.animator, body, placed=True), motion=motion)
 
     def blown(self, wind: tuple[float, float, float]) -> Self:
         """The same in another wind [m/s], from the next frame on."""
-        return replace(self, player=replace(self.player, animator=blown(self.player.animator, wind)))
+        return replace(self, player=replace(self.player, animator=with_wind(self.player.animator, wind)))
 
 
 @dataclass(frozen=True, eq=False)
-class Simulated:
+class SimulatedClip:
     """Frames of a take, as they were simulated."""
 
     take: Take
@@ -139,12 +139,12 @@ class Simulated:
         """The very poses of the simulation."""
         return self.take.motion
 
-    def first(self, index: int, pose: Pose) -> Kept:
+    def first(self, index: int, pose: Pose) -> StoredFrame:
         """A frame of the take."""
         cloth = self.take.vertices[index]
-        return Kept(None, Frame(cloth, cloth, cloth, self.body.posed(self.motion[index]), NOT_PROJECTED, {}))
+        return StoredFrame(None, Frame(cloth, cloth, cloth, self.body.posed(self.motion[index]), NOT_PROJECTED, {}))
 
-    def after(self, kept: Kept, index: int, pose: Pose) -> Kept:
+    def after(self, kept: StoredFrame, index: int, pose: Pose) -> StoredFrame:
         """A frame of the take."""
         return self.first(index, pose)
 
@@ -153,7 +153,7 @@ class Simulated:
         return None
 
 
-def _placed(body: ShapedBody, clip: Motion, fps: float) -> Motion:
+def _place_clip(body: ShapedBody, clip: Motion, fps: float) -> Motion:
     """As `hemline.play` does it: placed, then at the frame rate."""
     placed = body.placed(clip)
     return placed if fps == placed.fps else placed.resampled(fps)

@@ -8,10 +8,10 @@ from hemline.errors import BadInput
 from hemline.motions import Pose
 from hemline.playback import Frame
 
-from .shift import Shift
-from .source import Kept, Played, Source
+from .body_shift import BodyShift
+from .source import StoredFrame, PlayedClip, FrameSource
 
-KEPT = 300
+STORED_FRAMES = 300
 """Frames that are kept to go back to, about one megabyte each for the cape."""
 
 
@@ -36,11 +36,11 @@ class Stage:
         (2, (3150, 3))
     """
 
-    def __init__(self, source: Source):
+    def __init__(self, source: FrameSource):
         self.source = source
-        self.shift = self.hand = Shift()
+        self.shift = self.hand = BodyShift()
         self.index = self.goal = 0
-        self._kept: dict[int, Kept] = {}
+        self._kept: dict[int, StoredFrame] = {}
         self._begin(0)
 
     @property
@@ -125,7 +125,7 @@ class Stage:
         self.goal = self.index
         self._keep(self.index, self.source.after(self._kept[self.index], self.index, self._pose(self.index)))
 
-    def drag(self, hand: Shift) -> None:
+    def drag(self, hand: BodyShift) -> None:
         """Where the body is dragged to; in the next frames it follows, at the speed of a body.
 
         Args:
@@ -146,7 +146,7 @@ class Stage:
         before = self._kept.get(self.index - 1)
         if source.settled and before is not None:
             _, moved = source.player.reshaped(before.state, body)
-            self._kept = {self.index: self.source.after(Kept(moved, before.frame), self.index, self._pose(self.index))}
+            self._kept = {self.index: self.source.after(StoredFrame(moved, before.frame), self.index, self._pose(self.index))}
             self.goal = self.index
         else:
             self._begin(self.index)
@@ -156,8 +156,8 @@ class Stage:
         self.source = self._played("wind").blown(wind)
         self._forget()
 
-    def _played(self, what: str) -> Played:
-        if not isinstance(self.source, Played):
+    def _played(self, what: str) -> PlayedClip:
+        if not isinstance(self.source, PlayedClip):
             raise BadInput(f"{what} changes where a model plays", "a simulated take", "choose a model")
         return self.source
 
@@ -173,10 +173,10 @@ class Stage:
         self._kept = {index: self.source.first(index, self._pose(index))}
         self.index = self.goal = index
 
-    def _keep(self, index: int, kept: Kept) -> None:
+    def _keep(self, index: int, kept: StoredFrame) -> None:
         self._kept[index] = kept
         self.index = index
-        if len(self._kept) > KEPT:
+        if len(self._kept) > STORED_FRAMES:
             del self._kept[self.known.start]
 
     def _forget(self) -> None:

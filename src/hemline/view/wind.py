@@ -12,7 +12,7 @@ def takes_wind(animator: Animator) -> bool:
     return isinstance(animator, AnimatorLive | AnimatorRopes)
 
 
-def blown(animator: Animator, wind: tuple[float, float, float]) -> Animator:
+def with_wind(animator: Animator, wind: tuple[float, float, float]) -> Animator:
     """The same animator in a wind; its States go on with it. Unchanged where it knows none.
 
     Args:

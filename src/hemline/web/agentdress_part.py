@@ -8,10 +8,10 @@ from hemline.bodies import ShapedBody
 from hemline.collide import EdgeLimits
 from hemline.errors import BadInput
 
-from .parts import Part, differences, short_numbers
+from .parts import PagePart, differences, short_numbers
 
 
-def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> Part:
+def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> PagePart:
     """All tables of the model; the page makes of them what a shape does.
 
     Args:
@@ -47,4 +47,4 @@ def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> Part:
         "decay_seconds": config.decay_seconds,
         "beta_range": list(model.beta_range),
     } | config.blending
-    return Part(arrays, metadata)
+    return PagePart(arrays, metadata)

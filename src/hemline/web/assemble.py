@@ -18,7 +18,7 @@ _MODULES = {
     "three/OrbitControls.js": "OrbitControls.js",
 }
 """Names by which modules import three.js, and its files."""
-PARTS = "hemline-"
+PARTS_PREFIX = "hemline-"
 """How the name of a folder of parts begins; twelve digits follow, which depend on all that the page holds."""
 
 
@@ -45,7 +45,7 @@ def one_file(title: str, data: bytes) -> bytes:
         data: What it plays, zipped.
     """
     modules = json.dumps(_sources(), sort_keys=True).encode()
-    held = {"modules": zipped(modules), "contents": data, "kernels": zipped((_PAGE / "kernels.wasm").read_bytes())}
+    held = {"modules": gzip_bytes(modules), "contents": data, "kernels": gzip_bytes((_PAGE / "kernels.wasm").read_bytes())}
     scripts = [
         f'<script type="application/octet-stream" id="{name}">{base64.b64encode(content).decode()}</script>'
         for name, content in held.items()
@@ -67,13 +67,13 @@ def folder_page(title: str, data: bytes) -> FolderPage:
     parts |= {f"three/{name}": (_PAGE / "three" / name).read_bytes() for name in (*_MODULES.values(), "LICENSE")}
     parts |= {"contents.bin": data, "kernels.wasm": (_PAGE / "kernels.wasm").read_bytes()}
     digest = sha256()
-    for name, content in (("index.html", _index(title, PARTS)), *sorted(parts.items())):
+    for name, content in (("index.html", _index(title, PARTS_PREFIX)), *sorted(parts.items())):
         digest.update(f"{name} {len(content)}\n".encode() + content)
-    place = PARTS + digest.hexdigest()[:12]
+    place = PARTS_PREFIX + digest.hexdigest()[:12]
     return FolderPage(_index(title, place), place, parts)
 
 
-def zipped(content: bytes) -> bytes:
+def gzip_bytes(content: bytes) -> bytes:
     """Zip bytes; equal bytes give equal ones."""
     return gzip.compress(content, 9, mtime=0)
 
@@ -81,7 +81,7 @@ def zipped(content: bytes) -> bytes:
 def _index(title: str, place: str) -> bytes:
     imports = {"hemline/": f"./{place}/js/"} | {name: f"./{place}/three/{file}" for name, file in _MODULES.items()}
     maps = f'<script type="importmap">{json.dumps({"imports": imports})}</script>'
-    boot = _filled(_text("boot_folder.js"), {"parts": f"./{place}"})
+    boot = _fill(_text("boot_folder.js"), {"parts": f"./{place}"})
     return _html(title, f'{maps}\n<script type="module">\n{boot}</script>')
 
 
@@ -98,10 +98,10 @@ def _sources() -> dict[str, str]:
 
 def _html(title: str, boot: str) -> bytes:
     held = {"title": escape(title), "style": _text("page.css"), "boot": boot}
-    return _filled(_text("page.html"), held).encode("utf-8", "replace")  # a title from undecodable bytes has "?"
+    return _fill(_text("page.html"), held).encode("utf-8", "replace")  # a title from undecodable bytes has "?"
 
 
-def _filled(template: str, held: Mapping[str, str]) -> str:
+def _fill(template: str, held: Mapping[str, str]) -> str:
     """Fill in what a template names in double braces, once: braces in what is filled in stay as they are."""
     return re.sub(r"\{\{(\w+)\}\}", lambda found: held[found[1]], template)
 

@@ -15,10 +15,10 @@ from hemline.motions import Motion
 
 from .agentdress_part import agentdress_part
 from .body_part import body_part
-from .parts import Part
+from .parts import PagePart
 from .ropes_part import ropes_part
 
-FPS = 30.0
+CLIP_FPS = 30.0
 """Frames a second of the clips of a page."""
 
 
@@ -59,7 +59,7 @@ def page_contents(
         arrays |= {f"models.{index}.{name}": array for name, array in part.arrays.items()}
     told = []
     for index, (name, clip) in enumerate(clips.items()):
-        clip = clip.resampled(FPS)
+        clip = clip.resampled(CLIP_FPS)
         arrays |= {f"clips.{index}.rotations": clip.rotations, f"clips.{index}.translations": clip.translations}
         told.append({"name": name, "fps": clip.fps, "leg_length": clip.leg_length})
     metadata = {
@@ -71,7 +71,7 @@ def page_contents(
     return PageContents(arrays, metadata)
 
 
-def _part(name: str, model: Animator | Wearable, body: ShapedBody) -> Part:
+def _part(name: str, model: Animator | Wearable, body: ShapedBody) -> PagePart:
     if isinstance(model, AnimatorRopes):
         return ropes_part(model, body)
     if isinstance(model, AnimatorAgentDress):

@@ -16,7 +16,7 @@ from hemline.files.atomic import make_names_lasting
 from hemline.files.waiting import held, release
 
 from .assemble import FolderPage
-from .written_list import INDEX, LIST, WrittenList, hash_of, is_file, is_written_index, part_folders, remove_written
+from .file_list import INDEX, LIST, FileList, hash_of, is_file, is_our_index, part_folders, remove_listed
 
 
 def check_page_folder(path: Path) -> None:
@@ -32,12 +32,12 @@ def check_page_folder(path: Path) -> None:
     check_folder(path)
     index = path / INDEX
     try:
-        if os.path.lexists(index) and not is_written_index(folder):
+        if os.path.lexists(index) and not is_our_index(folder):
             changed = "a page of somebody else, of an older hemline, or one that was changed"
             got = changed if is_file(index) else "a link, or no file"
             raise BadOutput(f"{index} is not as hemline wrote it", got, "move it away, or name another folder")
     except OSError as error:
-        raise _failed(path, error) from error
+        raise _output_error(path, error) from error
 
 
 def write_page_folder(path: Path, page: FolderPage) -> tuple[Path, ...]:
@@ -49,13 +49,13 @@ def write_page_folder(path: Path, page: FolderPage) -> tuple[Path, ...]:
     Raises:
         BadOutput: As `check_page_folder`; or another hemline is writing a page there, or links lie where parts must.
     """
-    folder, listed = Path(os.path.realpath(path)), WrittenList.of(page)
+    folder, listed = Path(os.path.realpath(path)), FileList.of(page)
     place, contents = folder / page.place, {LIST: listed.as_bytes()} | dict(page.parts)
     try:
-        with _made(folder), _alone(folder):
+        with _create_folder(folder), _lock_folder(folder):
             check_page_folder(path)
             earlier = {each: old for each, old in part_folders(folder).items() if each != place}
-            with _made_for_parts(place, listed):
+            with _create_part_folders(place, listed):
                 with written_together([place / name for name in contents], waiting_in=folder) as temporaries:
                     for temporary, content in zip(temporaries, contents.values(), strict=True):
                         temporary.write_bytes(content)
@@ -65,14 +65,14 @@ def write_page_folder(path: Path, page: FolderPage) -> tuple[Path, ...]:
                     temporary.write_bytes(page.index)
             for each, old in earlier.items():
                 with suppress(OSError):  # the new page is there; the next one tries again
-                    remove_written(each, old)
+                    remove_listed(each, old)
     except OSError as error:
-        raise _failed(path, error) from error
+        raise _output_error(path, error) from error
     return tuple(sorted([path / INDEX, *(path / page.place / name for name in contents)]))
 
 
 @contextmanager
-def _made(folder: Path) -> Iterator[None]:
+def _create_folder(folder: Path) -> Iterator[None]:
     """Make a folder; where the work in it fails, folders that were made and are empty go again."""
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
@@ -88,7 +88,7 @@ def _made(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _alone(folder: Path) -> Iterator[None]:
+def _lock_folder(folder: Path) -> Iterator[None]:
     """Keep other hemlines from writing a page into a folder, or refuse where one does."""
     try:
         lock = held(folder)
@@ -102,7 +102,7 @@ def _alone(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _made_for_parts(place: Path, listed: WrittenList) -> Iterator[None]:
+def _create_part_folders(place: Path, listed: FileList) -> Iterator[None]:
     """Make the folders of the parts; where the work fails before `index.html` leads to them, parts that are new go."""
     new = not place.exists()
     folders = [place, *(place / name for name in sorted({name.split("/")[0] for name in listed.parts if "/" in name}))]
@@ -117,10 +117,10 @@ def _made_for_parts(place: Path, listed: WrittenList) -> Iterator[None]:
         index = place.parent / INDEX
         if new and not (is_file(index) and hash_of(index) == listed.index):
             with suppress(OSError):
-                remove_written(place, listed)
+                remove_listed(place, listed)
         raise
 
 
-def _failed(path: Path, error: OSError) -> BadOutput:
+def _output_error(path: Path, error: OSError) -> BadOutput:
     cure = "name a folder that can be made and written to"
     return BadOutput(f"cannot write {path}", error.strerror or error, cure)

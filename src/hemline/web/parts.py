@@ -11,7 +11,7 @@ from hemline.learning.packed_basis import PackedBasis
 
 
 @dataclass(frozen=True)
-class Part:
+class PagePart:
     """One model in a page.
 
     Attributes:

@@ -8,13 +8,13 @@ from hemline.bodies import ShapedBody
 from hemline.collide.primitives.primitive_kernels import ROUND_CONE
 from hemline.errors import BadInput
 
-from .parts import Part, basis_arrays, nearest_skin, short_numbers
+from .parts import PagePart, basis_arrays, nearest_skin, short_numbers
 
 _CHAINS = ("offsets", "lengths", "rest_spans", "rest_directions", "chain_joints", "pairs", "pair_spans", "balance")
 _DERIVED = ("rest_tensions", "rest_loads", "inverse_masses", "margins", "across", "kinematic", "parents")
 
 
-def ropes_part(model: AnimatorRopes, body: ShapedBody) -> Part:
+def ropes_part(model: AnimatorRopes, body: ShapedBody) -> PagePart:
     """Chains, networks and bases as they are; rest drape, roots and colliders as `start` puts them on this body.
 
     Args:
@@ -55,4 +55,4 @@ def ropes_part(model: AnimatorRopes, body: ShapedBody) -> Part:
         "faces": short_numbers(model.garment.faces, len(state.rest)),
         "nearest": nearest_skin(state.rest, body.vertices),
     }
-    return Part(arrays, metadata)
+    return PagePart(arrays, metadata)

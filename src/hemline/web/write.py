@@ -6,11 +6,11 @@ from hemline.errors import BadOutput
 from hemline.files import check_writable, written_whole
 from hemline.files.tensors import tensor_bytes
 
-from .assemble import folder_page, one_file, zipped
+from .assemble import folder_page, one_file, gzip_bytes
 from .contents import PageContents
 from .folder import check_page_folder, write_page_folder
 
-ENDING = ".html"
+PAGE_ENDING = ".html"
 MEGABYTE = 1_000_000
 
 
@@ -24,7 +24,7 @@ def check_page(path: str | Path) -> None:
         BadOutput: Another ending, or it cannot be written, or the folder's `index.html` is not hemline's.
     """
     path = Path(path)
-    if path.suffix.lower() == ENDING:
+    if path.suffix.lower() == PAGE_ENDING:
         check_writable(path)
     elif path.suffix and not path.is_dir():
         raise BadOutput(
@@ -55,8 +55,8 @@ def write_page(
     """
     path = Path(path)
     check_page(path)
-    data = zipped(tensor_bytes(contents.arrays, contents.metadata))
-    if path.suffix.lower() == ENDING:
+    data = gzip_bytes(tensor_bytes(contents.arrays, contents.metadata))
+    if path.suffix.lower() == PAGE_ENDING:
         content = one_file(title, data)
         _check_size(len(content), most_mb)
         with written_whole(path) as temporary:

@@ -31,7 +31,7 @@ def worn() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def model(garments: np.ndarray, faces: np.ndarray, betas: np.ndarray, components: int = 6) -> DrapeShapeModel:
     poisson = Poisson.of(garments[0], faces)
-    return DrapeShapeModel.fitted(poisson, garments, betas, components=components, ridge=0.2, squares=True)
+    return DrapeShapeModel.fit(poisson, garments, betas, components=components, ridge=0.2, squares=True)
 
 
 def test_gradients_of_a_garment_lead_back_to_it():
@@ -48,9 +48,9 @@ def test_with_all_components_and_free_weights_fitted_garments_come_back(by_area)
     garments, betas = garments[:5], betas[:5]
     poisson = Poisson.of(garments[0], faces)
     options = {"ridge": 1e-12, "squares": True, "by_area": by_area}
-    found = DrapeShapeModel.fitted(poisson, garments, betas, components=4, **options)
+    found = DrapeShapeModel.fit(poisson, garments, betas, components=4, **options)
     np.testing.assert_allclose(found.at(betas), garments, atol=1e-7)
-    fewer = DrapeShapeModel.fitted(poisson, garments, betas, components=1, **options)
+    fewer = DrapeShapeModel.fit(poisson, garments, betas, components=1, **options)
     assert np.abs(fewer.at(betas) - garments).max() > 1e-3
 
 

@@ -47,7 +47,7 @@ def mean_mm(one, other):
 def skinned(pose):
     """The rest garment, skinned: the baseline."""
     rest = made.formula(made.body().rest_pose, ())
-    return made.binding().posed(made.body().posed(pose).transforms, made.base(), rest)
+    return made.binding().skin(made.body().posed(pose).transforms, made.base(), rest)
 
 
 def test_poses_that_nobody_settled_are_nearer_than_skinning(model):
@@ -78,7 +78,7 @@ def test_shapes_are_told_in_every_pose(model, betas):
         pose = made.random_pose(number)
         truth = made.settled(pose, betas)
         transforms = made.body().body.shaped(np.asarray(betas, np.float32)).posed(pose).transforms
-        without = made.binding().posed(transforms, made.base(), made.formula(pose, ()))
+        without = made.binding().skin(transforms, made.base(), made.formula(pose, ()))
         assert mean_mm(worn(model, pose, betas), truth) < 0.35 * mean_mm(without, truth)
 
 
@@ -88,7 +88,7 @@ def test_at_an_anchor_the_shape_model_of_that_anchor_speaks(dataset):
     anchors = AnchorSet.of(dataset)
     betas = np.array([[0.6, -1.3]])
     for number in (0, 7):
-        own = ShapeModel.fitted(
+        own = ShapeModel.fit(
             anchors.offsets[number].reshape(len(anchors.betas), -1).astype(np.float64),
             anchors.betas,
             components=5,
@@ -100,7 +100,7 @@ def test_at_an_anchor_the_shape_model_of_that_anchor_speaks(dataset):
         nearest = np.zeros((model.tables.regions.shape[1], len(model.tables.rotations)), np.float32) + 9
         nearest[:, number] = 0
         tables = model.tables
-        with_shape = model._mixed(nearest, state.effects) - model._mixed(nearest, still.effects)
+        with_shape = model._basis_coefficients(nearest, state.effects) - model._basis_coefficients(nearest, still.effects)
         digits = tables.basis.digits.reshape(-1, 3, with_shape.shape[1])
         found = np.einsum("vg,gk,vik->vi", tables.regions, with_shape, digits)
         wanted = (own.at(betas) - own.at(np.zeros((1, 2))))[0].reshape(-1, 3)
@@ -179,11 +179,11 @@ def test_the_kernel_equals_plain_numpy(dataset):
     posed = made.body().body.shaped(np.float32([0.8, -1.1])).posed(pose)
     state = model.start(posed)
     after, vertices = model.step(state, posed, 1 / 30)
-    tables, mixed = model.tables, model._mixed(after.distances, state.effects)
+    tables, mixed = model.tables, model._basis_coefficients(after.distances, state.effects)
     digits = tables.basis.digits.reshape(-1, 3, mixed.shape[1])
     offsets = tables.offset + np.einsum("vg,gk,vik->vi", tables.regions, mixed, digits)
     binding = Binding(tables.indices, tables.weights, tables.nearest)
-    plain = binding.posed(posed.transforms, state.rest, offsets)
+    plain = binding.skin(posed.transforms, state.rest, offsets)
     away = plain - posed.vertices[tables.nearest]
     normals = np.einsum("vij,vj->vi", binding.rotations(posed.transforms), posed.shaped.normals[tables.nearest])
     height = np.einsum("vi,vi->v", away, normals)
@@ -209,7 +209,7 @@ def test_what_regions_make_of_a_pose_equals_plain_numpy(dataset, way, posing):
     shape = np.einsum("gs,gsk->gk", weights, np.broadcast_to(effects, (len(weights), *effects.shape[1:])))
     basis = model.tables.basis
     plain = np.concatenate([pose, shape], axis=1)[:, basis.modes] * basis.scales
-    np.testing.assert_allclose(model._mixed(distances, effects, posing=posing), plain, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(model._basis_coefficients(distances, effects, posing=posing), plain, rtol=1e-5, atol=1e-9)
 
 
 def test_distances_of_a_frame_are_those_of_the_fit(model):
@@ -286,7 +286,7 @@ def test_fewer_poses_keep_the_bodies_that_are_in_them(tmp_path):
     for number in range(12):
         data.add(made.anchor(made.anchored(made.random_pose(number % 8)), made.random_body(number)))
     anchors = AnchorSet.of(data)
-    some = anchors.only(np.array([2, 0]), np.array([3, 1]))
+    some = anchors.subset(np.array([2, 0]), np.array([3, 1]))
     rotations = np.concatenate([some.rotations, some.single_rotations])
     whole = np.concatenate([anchors.rotations, anchors.single_rotations])
     assert list(some.other_poses) == sorted(some.other_poses) and len(some.other_poses) < 12

@@ -18,7 +18,7 @@ from hemline.garments.material import MATERIALS, Material
 from hemline.motions import Pose
 from hemline.playback import Player
 from hemline.sim import rest_drape
-from hemline.view.shelf import Choice, Shelf
+from hemline.view.catalog import Choice, Catalog
 from hemline.web.agentdress_part import agentdress_part
 from tests.animators import dressed_by_formula as made
 
@@ -52,7 +52,7 @@ def extra(pose: Pose, material: Material) -> np.ndarray:
 def laid(pose: Pose, material: Material, betas=()) -> np.ndarray:
     shaped = made.body().body.shaped(np.asarray(betas, np.float32))
     offsets = made.formula(pose, betas) + extra(pose, material)
-    return made.binding().posed(shaped.posed(pose).transforms, made.base(), offsets).astype(np.float32)
+    return made.binding().skin(shaped.posed(pose).transforms, made.base(), offsets).astype(np.float32)
 
 
 def settled(pose: Pose, material: Material, betas=()) -> np.ndarray:
@@ -60,7 +60,7 @@ def settled(pose: Pose, material: Material, betas=()) -> np.ndarray:
     shaped = made.body().body.shaped(np.asarray(betas, np.float32))
     lifted = made.anchored(pose)
     offsets = made.formula(lifted, betas) + extra(lifted, material)
-    return made.binding().posed(shaped.posed(pose).transforms, made.base(), offsets).astype(np.float32)
+    return made.binding().skin(shaped.posed(pose).transforms, made.base(), offsets).astype(np.float32)
 
 
 def draped(folder, material, numbers, garment=None):
@@ -217,9 +217,9 @@ def test_who_knows_of_materials():
 def test_live_simulates_the_material_that_it_is_told():
     body = made.body()
     sheet = garments.load("skirt-light")
-    told = animators.load("live").in_material("paper").worn_by(sheet, body)
+    told = animators.load("live").in_material("paper").animator_for(sheet, body)
     assert told.garment.material == MATERIALS["paper"]
-    plain = animators.load("live").worn_by(sheet, body)
+    plain = animators.load("live").animator_for(sheet, body)
     assert mean_mm(told.rest, plain.rest) > 1
 
 
@@ -231,7 +231,7 @@ def test_a_garment_of_several_pieces_keeps_their_materials():
 
 def test_the_viewer_offers_the_materials_of_the_model_and_puts_them_on(model, anchors):
     clip = motions.load("walk")[:6]
-    shelf = Shelf({"shirt": lambda: model, "plain": lambda: KIND.fit(anchors, STILL)}, {"walk": lambda: clip})
+    shelf = Catalog({"shirt": lambda: model, "plain": lambda: KIND.fit(anchors, STILL)}, {"walk": lambda: clip})
     assert shelf.materials(Choice("shirt", "walk")) == ("jersey", "denim", "silk")
     assert shelf.materials(Choice("plain", "walk")) == ()
     source = shelf.source(Choice("shirt", "walk", material="silk"))

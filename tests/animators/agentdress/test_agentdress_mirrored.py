@@ -66,7 +66,7 @@ def test_each_drape_is_followed_by_its_mirror_image_in_the_mirrored_pose():
     body, partner = bodies.load("anny24"), partners(garment.vertices, garment.faces)
     tpose = body.shaped().posed(made.tpose())
     rest = garment.vertices + random.normal(0, 0.003, garment.vertices.shape)
-    binding = Binding.of(Binding.of(rest, garment.faces, tpose).posed(tpose.transforms, rest), garment.faces, tpose)
+    binding = Binding.of(Binding.of(rest, garment.faces, tpose).skin(tpose.transforms, rest), garment.faces, tpose)
     numbers = range(6)
     poses = [made.anchored(made.random_pose(number)) for number in numbers]
     betas = np.array([[0.0, 0.0], [1.5, -1.0]])
@@ -86,7 +86,7 @@ def test_each_drape_is_followed_by_its_mirror_image_in_the_mirrored_pose():
         together=np.arange(6),
     )
     both = add_mirror_images(plain, MirrorImage.on(garment.vertices, garment.faces), rest_too=True)
-    assert both.together.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
+    assert both.groups.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
     np.testing.assert_array_equal(both.offsets[::2], offsets)
     told = [(2 * n + 1, betas[s], both.offsets[2 * n + 1, s], offsets[n, s]) for n in range(4) for s in range(2)]
     told += [(2 * n + 9, betas[0], both.single_offsets[2 * n + 1], plain.single_offsets[n]) for n in range(2)]
@@ -97,7 +97,7 @@ def test_each_drape_is_followed_by_its_mirror_image_in_the_mirrored_pose():
             body.shaped(shape.astype(np.float32)).posed(Pose(rotations[at], tpose.pose.translation)).transforms
             for at in (pose - 1, pose)
         )
-        mirrored = binding.posed(here, rest, before)[partner] * SIGNS
+        mirrored = binding.skin(here, rest, before)[partner] * SIGNS
         truth = binding.offsets(there, rest, mirrored)
         missed, plain_missed = (np.linalg.norm(truth - each, axis=1).mean() for each in (found, before))
         assert missed < 0.1 * plain_missed
@@ -134,12 +134,12 @@ def test_of_two_ways_to_mirror_the_one_that_misses_less_is_taken(dataset):
     axes = np.repeat(axes, regions.shape[1], axis=0)
     image = mirror_image(garment)
     each = [
-        PoseModelFit.fitted(add_mirror_images(anchors, image, rest_too=way), axes, regions, MIRRORED).left_out_mm
+        PoseModelFit.search(add_mirror_images(anchors, image, rest_too=way), axes, regions, MIRRORED).left_out_mm
         for way in (False, True)
     ]
     assert best_pose_fit(anchors, image, axes, regions, MIRRORED).left_out_mm == min(each) < max(each)
     plain = best_pose_fit(anchors, None, axes, regions, PLAIN)
-    assert len(plain.rotations) == len(anchors.together)
+    assert len(plain.rotations) == len(anchors.groups)
 
 
 def test_a_garment_that_is_wider_on_one_side_has_no_mirror_image():

@@ -22,7 +22,7 @@ def test_regions_share_each_vertex():
 def test_offsets_and_posing_are_each_other_s_inverse():
     pose = made.random_pose(55)
     transforms, offsets = made.body().posed(pose).transforms, made.formula(pose, ())
-    there = made.binding().posed(transforms, made.base(), offsets)
+    there = made.binding().skin(transforms, made.base(), offsets)
     np.testing.assert_allclose(made.binding().offsets(transforms, made.base(), there), offsets, atol=1e-9)
 
 
@@ -31,14 +31,14 @@ def test_what_is_carried_is_what_skinning_carries_nearest():
     poses = [made.random_pose(number) for number in range(5)]
     transforms = np.array([made.body().posed(pose).transforms for pose in poses], np.float64)
     binding, random = made.binding(), np.random.default_rng(0)
-    plain = np.array([binding.posed(each, made.base()) for each in transforms])
-    np.testing.assert_allclose(binding.carried(transforms, plain), made.base(), atol=1e-9)
+    plain = np.array([binding.skin(each, made.base()) for each in transforms])
+    np.testing.assert_allclose(binding.fit_rest(transforms, plain), made.base(), atol=1e-9)
     added = plain + random.normal(scale=0.01, size=plain.shape)
-    found = binding.carried(transforms, added)
+    found = binding.fit_rest(transforms, added)
 
     def missed(rest):
         return sum(
-            ((binding.posed(each, rest) - there) ** 2).sum() for each, there in zip(transforms, added, strict=True)
+            ((binding.skin(each, rest) - there) ** 2).sum() for each, there in zip(transforms, added, strict=True)
         )
 
     for _ in range(3):
@@ -69,7 +69,7 @@ def test_the_shape_model_is_a_ridge_regression_with_a_free_constant():
     """By another route: least squares with rows for the ridge."""
     random = np.random.default_rng(0)
     betas, garments = random.normal(size=(17, 4)), random.normal(size=(17, 60))
-    model = ShapeModel.fitted(garments, betas, components=5, ridge=0.2)
+    model = ShapeModel.fit(garments, betas, components=5, ridge=0.2)
     left, sizes, right = np.linalg.svd(garments - garments.mean(axis=0), full_matrices=False)
     features = np.hstack([betas, betas**2, np.ones((17, 1))])
     penalty = np.sqrt(0.2) * np.eye(9)
@@ -81,7 +81,7 @@ def test_the_shape_model_is_a_ridge_regression_with_a_free_constant():
     wanted = garments.mean(axis=0) + np.hstack([at, at**2, np.ones((3, 1))]) @ weights @ right[:5]
     np.testing.assert_allclose(model.at(at), wanted, atol=1e-10)
     assert model.explained == pytest.approx((sizes[:5] ** 2).sum() / (sizes**2).sum())
-    plain = ShapeModel.fitted(garments, betas, components=5, ridge=0.2, squares=False)
+    plain = ShapeModel.fit(garments, betas, components=5, ridge=0.2, squares=False)
     np.testing.assert_allclose(plain.at(at) + plain.at(-at), 2 * plain.at(0 * at), atol=1e-10)
 
 
@@ -95,7 +95,7 @@ def test_what_is_left_out_is_what_a_fit_without_it_misses():
         kept = together != together[out]
         part = fit_kernel(distances[np.ix_(kept, [0], kept)], outputs[kept], together[kept], width=1.3, ridge=1e-2)
         told = kernel(distances[out, 0, kept], 1.3) @ part.weights[0]
-        np.testing.assert_allclose(outputs[out] - told, whole.left_out[0, out], atol=1e-9)
+        np.testing.assert_allclose(outputs[out] - told, whole.leave_one_out[0, out], atol=1e-9)
 
 
 def test_weights_are_those_of_the_paper():

@@ -10,7 +10,7 @@ from hemline.animators.agentdress.fit.fit import fit
 from hemline.cli.main import main
 from hemline.errors import BadInput
 from hemline.motions.motion import Motion
-from hemline.playback import redressed
+from hemline.playback import redress_take
 from tests.animators import dressed_by_formula as made
 
 BETAS = (1.5, -0.8)
@@ -49,7 +49,7 @@ def test_a_simulated_garment_is_nearer_to_the_truth_than_the_pose_model_and_than
         pose = made.random_pose(number)
         truth, posed = made.settled(pose, BETAS), on(BETAS).posed(pose)
         _, played = model.step(model.start(posed), posed, 1 / 30)
-        skinned = made.binding().posed(posed.transforms, made.base())
+        skinned = made.binding().skin(posed.transforms, made.base())
         given = redress(model, pose, made.settled(pose)), played, skinned
         missed.append([np.linalg.norm(each - truth, axis=1).mean() for each in given])
     simulated, played, skinned = np.mean(missed, axis=0)
@@ -106,7 +106,7 @@ def taken(tmp_path):
 def test_a_take_is_shown_on_another_body_without_its_lead_in(model, taken):
     _, take = taken
     body = on(BETAS)
-    frames = list(redressed(model, take, body))
+    frames = list(redress_take(model, take, body))
     assert len(frames) == 3
     for frame, index in zip(frames, (1, 2, 3), strict=True):
         placed = body.placed(take.motion)[index]
@@ -122,7 +122,7 @@ def test_export_shows_a_take_on_another_body(model, taken, capsys):
     asked = ["export", str(folder / "takes"), "--take", "0", "-o", str(folder / "out.npz")]
     assert main([*asked, "--model", str(folder / "shirt.safetensors"), "--betas", "1.5", "-0.8"]) == 0
     written = np.load(folder / "out.npz")
-    wanted = np.stack([frame.vertices for frame in redressed(model, take, on(BETAS))])
+    wanted = np.stack([frame.vertices for frame in redress_take(model, take, on(BETAS))])
     np.testing.assert_allclose(written["vertices"], wanted, atol=1e-4)  # shapes in half precision
     capsys.readouterr()
     assert main([*asked, "--betas", "1"]) == 2

@@ -112,11 +112,11 @@ def test_where_weights_are_least_no_bone_would_lower_the_cost():
 def test_an_anchor_plays_as_it_lies_and_a_rigid_garment_follows_its_bone():
     bodies = [posed(number) for number in (1, 2)]
     worn = np.array([made.settled(made.random_pose(number)) for number in (1, 2)], np.float64)
-    start = made.binding().shares()
+    start = made.binding().dense_weights()
     derivatives = [
         np.einsum("vb,jb,javi->javi", start, _descendants(), rigid_derivatives(b, w)) for b, w in zip(bodies, worn, strict=True)
     ]
-    rigging = Rigging.fitted(bodies, worn, derivatives, start, 1e-2)
+    rigging = Rigging.fit(bodies, worn, derivatives, start, 1e-2)
     for anchor in range(2):
         blend = np.zeros((len(start), 2))
         blend[:, anchor] = 1

@@ -44,7 +44,7 @@ def told(found, changes, distances, betas):
 def without(changes, pose):
     """The bodies that are in other poses."""
     kept = changes.poses != pose
-    return ShapeChanges(changes.poses[kept], changes.where[kept], changes.outputs[kept], changes.together[kept])
+    return ShapeChanges(changes.poses[kept], changes.where[kept], changes.outputs[kept], changes.groups[kept])
 
 
 def by_the_book(one, other):
@@ -95,18 +95,18 @@ def test_what_a_pose_would_miss_is_what_a_fit_without_it_misses(problem):
     whole = fit_shape_kernel(distances, changes, width=WIDTH, ridge=RIDGE)
     paired = fit_shape_kernel(distances, replace(changes, together=changes.poses // 2), width=WIDTH, ridge=RIDGE)
     pair = np.isin(changes.poses, (2, 3))
-    others = ShapeChanges(*(each[~pair] for each in (changes.poses, changes.where, changes.outputs, changes.together)))
+    others = ShapeChanges(*(each[~pair] for each in (changes.poses, changes.where, changes.outputs, changes.groups)))
     part = fit_shape_kernel(distances, others, width=WIDTH, ridge=RIDGE)
     for out in (2, 3):
         there = np.flatnonzero(changes.poses == out)
         said = told(part, others, distances[out], changes.where[there])
-        np.testing.assert_allclose(changes.outputs[there] - said, paired.left_out[:, there], atol=1e-10)
+        np.testing.assert_allclose(changes.outputs[there] - said, paired.leave_one_out[:, there], atol=1e-10)
     for out in (0, 6):
         part = fit_shape_kernel(distances, without(changes, out), width=WIDTH, ridge=RIDGE)
         there = np.flatnonzero(changes.poses == out)
         assert len(there) > 1
         said = told(part, without(changes, out), distances[out], changes.where[there])
-        np.testing.assert_allclose(changes.outputs[there] - said, whole.left_out[:, there], atol=1e-10)
+        np.testing.assert_allclose(changes.outputs[there] - said, whole.leave_one_out[:, there], atol=1e-10)
 
 
 def test_of_widths_and_ridges_the_best_in_poses_left_out_is_taken(problem):
@@ -114,7 +114,7 @@ def test_of_widths_and_ridges_the_best_in_poses_left_out_is_taken(problem):
     random = np.random.default_rng(1)
     # what a shape adds depends smoothly on the first coordinate, which both regions see
     slope = np.cos(distances[0, 1])[changes.poses, None] * changes.where[:, :1]
-    smooth = ShapeChanges(changes.poses, changes.where, slope, changes.together)
+    smooth = ShapeChanges(changes.poses, changes.where, slope, changes.groups)
     basis = np.linalg.qr(random.normal(size=(12, 1)))[0].T
     regions = np.full((4, 2), 0.5)
     _, missed_mm = best_shape_kernel(distances, smooth, basis, regions)
@@ -122,7 +122,7 @@ def test_of_widths_and_ridges_the_best_in_poses_left_out_is_taken(problem):
     for width in SHAPE_WIDTHS:
         for ridge in SHAPE_RIDGES:
             other = fit_shape_kernel(distances, smooth, width=width, ridge=ridge)
-            both = other.left_out.mean(axis=0).reshape(-1)
+            both = other.leave_one_out.mean(axis=0).reshape(-1)
             error = 1e3 * np.mean([np.linalg.norm(each * basis.reshape(4, 3), axis=1).mean() for each in both])
             assert missed_mm <= error + 1e-9
 
@@ -143,7 +143,7 @@ def test_samples_of_poses_are_repeated_with_them():
     random = np.random.default_rng(3)
     samples = ShapeSamples(np.int32([0, 0, 2]), random.normal(size=(3, 2)), random.normal(size=(1, 3, 4)), np.eye(2))
     effects = samples.effects(np.array([0.5, -1.0]))
-    again = samples.repeated(np.array([2, 0, 2])).effects(np.array([0.5, -1.0]))
+    again = samples.select_poses(np.array([2, 0, 2])).effects(np.array([0.5, -1.0]))
     np.testing.assert_allclose(again, effects[:, [2, 0, 2]], atol=1e-6)
 
 

@@ -92,7 +92,7 @@ def test_packed_it_is_the_rigging_that_was_fitted(dataset, model):
     )
     held, found = rigged(with_rigging(fitted)), unpacked(with_rigging(fitted))
     moved = found.transforms[:, 0, :, 3] - fitted.rigging.transforms[:, 0, :, 3]
-    np.testing.assert_allclose(found.worn - moved[:, None], fitted.rigging.worn, atol=1e-5)
+    np.testing.assert_allclose(found.worn - moved[:, None], fitted.rigging.vertices, atol=1e-5)
     np.testing.assert_allclose(found.weights, fitted.rigging.weights, atol=1 / WEIGHT_SUM)
     assert sum(array.nbytes for array in held.arrays().values()) < ANCHORS * (22 * held.worn.shape[1] + 1200) + 100
 
@@ -120,7 +120,7 @@ def test_poses_that_nobody_settled_are_nearer_than_skinning_on_any_shape(model):
         for number in range(100, 108):
             pose = made.random_pose(number)
             truth, rest = made.settled(pose, betas), made.formula(made.body().rest_pose, ())
-            skinned = made.binding().posed(posed(pose, betas).transforms, made.base(), rest)
+            skinned = made.binding().skin(posed(pose, betas).transforms, made.base(), rest)
             ours.append(np.linalg.norm(worn(model, pose, betas) - truth, axis=1).mean())
             theirs.append(np.linalg.norm(skinned - truth, axis=1).mean())
         assert np.mean(ours) < 0.8 * np.mean(theirs)
@@ -138,11 +138,11 @@ def test_its_figures_are_those_of_rigging(dataset, model):
 
 def test_without_poses_beside_the_anchors_each_is_told_by_the_others(dataset, model):
     anchors, rows = AnchorSet.of(dataset), rows_with_derivatives(dataset)
-    beside = anchors.only(np.arange(ANCHORS), np.empty(0, int))
+    beside = anchors.subset(np.arange(ANCHORS), np.empty(0, int))
     found = RiggedAnchors.at(dataset, rows, model, beside, 1e-2)
     pose = made.anchored(made.random_pose(2))
     (number,) = np.flatnonzero((found.rotations == pose.rotations).all(axis=(1, 2)))
-    others = found.only(np.delete(np.arange(ANCHORS), number))
+    others = found.subset(np.delete(np.arange(ANCHORS), number))
     lies = model._binding.offsets(posed(pose).transforms, model.tables.rest, made.laid(pose))
     missed = 1e3 * np.linalg.norm(others(pose) - lies, axis=1).mean()
     assert found._left_out_mm()[number] == pytest.approx(missed, rel=1e-3)

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hemline import garments
-from hemline.animators.coarse.features.descriptor import REACH, Descriptor, eigenvectors
+from hemline.animators.coarse.features.descriptor import AFFINITY_RADIUS, Descriptor, eigenvectors
 from hemline.errors import BadMesh, HemlineWarning
 from tests.animators.swingar.swingar_samples import sheet
 
@@ -27,7 +27,7 @@ def test_neither_rigid_motion_nor_the_order_of_vertices_changes_it(name):
     moved, faces = turned(garment.vertices, garment.faces)
     other = Descriptor.of(moved, faces)
     assert np.abs(found.eigenvalues - other.eigenvalues).max() < 1e-3
-    assert np.all(np.diff(found.eigenvalues) <= 0) and found.padded == 0
+    assert np.all(np.diff(found.eigenvalues) <= 0) and found.padding == 0
     assert found.eigenvalues.sum() == pytest.approx(256, rel=1e-4)  # the trace: each point is like itself
 
 
@@ -44,7 +44,7 @@ def test_bending_leaves_it_and_scaling_does_not():
 def test_two_points_have_the_eigenvalues_of_a_matrix_of_two():
     triangle = np.array([[0, 0, 0], [0.2, 0, 0], [0.1, 0.01, 0]], np.float32)
     found = Descriptor.of(triangle, np.array([[0, 1, 2]], np.int32), size=2)
-    near = np.exp(-((0.2 / REACH) ** 2) / 2)
+    near = np.exp(-((0.2 / AFFINITY_RADIUS) ** 2) / 2)
     assert found.eigenvalues == pytest.approx([1 + near, 1 - near], rel=1e-4)
     assert sorted(found.samples.tolist()) == [0, 1]
 
@@ -63,7 +63,7 @@ def test_a_small_mesh_is_filled_up_and_says_so():
     vertices, faces = sheet(5, 6)
     with pytest.warns(HemlineWarning, match="filled up with zeros; got 30 vertices"):
         found = Descriptor.of(vertices, faces)
-    assert found.padded == 226 == np.sum(found.eigenvalues == 0) and np.all(np.diff(found.eigenvalues) <= 0)
+    assert found.padding == 226 == np.sum(found.eigenvalues == 0) and np.all(np.diff(found.eigenvalues) <= 0)
 
 
 def test_a_mesh_without_triangles_is_refused():

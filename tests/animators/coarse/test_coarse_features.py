@@ -8,9 +8,9 @@ import pytest
 
 from hemline import bodies, garments, motions
 from hemline.animators.coarse.features.mirror import dynamic_mirror, static_mirror
-from hemline.animators.coarse.features.soft_weights import BREADTH, LEAST, soft_weights
+from hemline.animators.coarse.features.soft_weights import BLUR_FRACTION, MIN_BLUR, soft_weights
 from hemline.animators.coarse.features.trail import Trail
-from hemline.animators.coarse.proxy_on_body import BEGUN, DYNAMIC, POINTS, STATIC, TRAILS, Cells, ProxyOnBody
+from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, DYNAMIC_COUNT, FEATURE_JOINTS, STATIC_COUNT, TRAIL_COUNT, Cells, ProxyOnBody
 from hemline.garments import coarser_garment
 from hemline.learning.mirror import mirrored_motion
 from hemline.motions.motion import Pose
@@ -36,8 +36,8 @@ def clip():
 def told(made, motion):
     trail = Trail.start(made, made.shaped.posed(motion[0]))
     for frame in range(1, len(motion)):
-        trail = trail.stepped(made, made.shaped.posed(motion[frame]), 1 / motion.fps)
-    return trail, trail.told(made, made.shaped.posed(motion[len(motion) - 1]))
+        trail = trail.advance(made, made.shaped.posed(motion[frame]), 1 / motion.fps)
+    return trail, trail.features(made, made.shaped.posed(motion[len(motion) - 1]))
 
 
 def test_a_body_that_was_always_at_rest_tells_only_what_is_near():
@@ -45,12 +45,12 @@ def test_a_body_that_was_always_at_rest_tells_only_what_is_near():
     trail = Trail.start(proxy(), posed)
     np.testing.assert_allclose(trail.skinned, proxy().rest, atol=1e-5)
     np.testing.assert_allclose(trail.turns, np.tile([1, 0, 0, 0], (len(trail.turns), 1)), atol=1e-6)
-    found = trail.told(proxy(), posed)
-    assert found.shape == (len(proxy().rest), DYNAMIC)
-    gravity = found[:, 2 * TRAILS + 3 : 2 * TRAILS + 6]
-    np.testing.assert_allclose(found[:, : 2 * TRAILS + 3], 0, atol=1e-6)
+    found = trail.features(proxy(), posed)
+    assert found.shape == (len(proxy().rest), DYNAMIC_COUNT)
+    gravity = found[:, 2 * TRAIL_COUNT + 3 : 2 * TRAIL_COUNT + 6]
+    np.testing.assert_allclose(found[:, : 2 * TRAIL_COUNT + 3], 0, atol=1e-6)
     np.testing.assert_allclose(gravity, np.tile([0, -0.5 / np.sqrt(2), 0], (len(gravity), 1)), atol=1e-6)
-    np.testing.assert_allclose(found[:, -3 * len(POINTS) :], 0, atol=1e-6)
+    np.testing.assert_allclose(found[:, -3 * len(FEATURE_JOINTS) :], 0, atol=1e-6)
 
 
 def test_a_turned_and_moved_world_tells_the_same():
@@ -65,7 +65,7 @@ def test_a_turned_and_moved_world_tells_the_same():
     np.testing.assert_allclose(rotate(yaw, one.skinned) + shift, other.skinned, atol=2e-5)
     # of two cones that are equally near, either may be the nearest
     assert (np.abs(first - second) < 2e-3).mean() > 0.999
-    assert np.abs(first[:, : 2 * TRAILS]).mean() > 0.01
+    assert np.abs(first[:, : 2 * TRAIL_COUNT]).mean() > 0.01
 
 
 def test_vectors_are_told_in_the_turned_frame():
@@ -73,7 +73,7 @@ def test_vectors_are_told_in_the_turned_frame():
     back = np.swapaxes(to_matrix(trail.turns.astype(np.float64)), 1, 2)
     apart = np.einsum("vij,vj->vi", back, (trail.carried - trail.skinned).astype(np.float64))
     limited = apart / np.sqrt(1 + (apart**2).sum(axis=1, keepdims=True) / 0.25)
-    np.testing.assert_allclose(found[:, 2 * TRAILS : 2 * TRAILS + 3], limited, atol=1e-5)
+    np.testing.assert_allclose(found[:, 2 * TRAIL_COUNT : 2 * TRAIL_COUNT + 3], limited, atol=1e-5)
 
 
 def test_the_mirrored_garment_in_the_mirrored_motion_is_told_what_the_mirror_says():
@@ -95,7 +95,7 @@ def test_the_mirrored_garment_in_the_mirrored_motion_is_told_what_the_mirror_say
     assert np.abs(mirrored - plain).mean() > 0.04
     order, sign = static_mirror()
     assert np.abs(other.static - made.static[:, order] * sign).mean() < 0.006
-    assert other.static.shape[1] == STATIC
+    assert other.static.shape[1] == STATIC_COUNT
 
 
 def test_how_a_garment_lay_is_mirrored_with_it():
@@ -103,11 +103,11 @@ def test_how_a_garment_lay_is_mirrored_with_it():
     posed = body().posed(body().rest_pose)
     trail, way = Trail.start(proxy(), posed), np.float32([0.05, -0.02, 0.03])
     flip = np.float32([-1, 1, 1])
-    one = trail.begun(trail.skinned + way).told(proxy(), posed)
-    other = trail.begun(trail.skinned + flip * way).told(proxy(), posed)
+    one = trail.with_beginning(trail.skinned + way).features(proxy(), posed)
+    other = trail.with_beginning(trail.skinned + flip * way).features(proxy(), posed)
     order, sign = dynamic_mirror()
-    np.testing.assert_allclose(other[:, -BEGUN:], (one[:, order] * sign)[:, -BEGUN:], atol=1e-5)
-    np.testing.assert_allclose(one[:, -BEGUN:], np.tile([*way, 1], (len(one), 1)), atol=1e-5)
+    np.testing.assert_allclose(other[:, -BEGINNING_COUNT:], (one[:, order] * sign)[:, -BEGINNING_COUNT:], atol=1e-5)
+    np.testing.assert_allclose(one[:, -BEGINNING_COUNT:], np.tile([*way, 1], (len(one), 1)), atol=1e-5)
 
 
 def test_mirrors_undo_themselves():
@@ -123,7 +123,7 @@ def test_soft_weights_are_the_gaussian_mean_of_the_skin():
     np.add.at(shares, (np.arange(len(shares))[:, None], body().body.weight_indices), body().body.weights)
     for vertex, point in enumerate(rest.astype(np.float64)):
         squared = ((body().vertices - point) ** 2).sum(axis=1)
-        breadth = max(LEAST, BREADTH * np.sqrt(squared.min()))
+        breadth = max(MIN_BLUR, BLUR_FRACTION * np.sqrt(squared.min()))
         weights = np.exp((squared.min() - squared) / (2 * breadth**2)) @ shares
         np.testing.assert_allclose(found[vertex], weights / weights.sum(), atol=2e-3)
     np.testing.assert_allclose(found.sum(axis=1), 1, atol=1e-6)
@@ -144,9 +144,9 @@ def test_what_is_near_is_told_by_the_distance_to_the_cones(far):
     motion = clip()
     posed = body().posed(Pose(motion.rotations[10], motion.translations[10] + np.float32([far, 0, 0])))
     trail = Trail.start(proxy(), posed)
-    found = trail.told(proxy(), posed)
+    found = trail.features(proxy(), posed)
     nearest = 1 - BodyProxy.fit(body()).distances(trail.skinned, posed.transforms)[0] / 0.3
-    near = found[:, 2 * TRAILS + 6 : 2 * TRAILS + 26 : 4].max(axis=1)
+    near = found[:, 2 * TRAIL_COUNT + 6 : 2 * TRAIL_COUNT + 26 : 4].max(axis=1)
     seen = nearest > 0.01
     assert seen.sum() > 50
     np.testing.assert_allclose(near[seen], nearest[seen], atol=1e-4)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hemline.animators.coarse.features.feature_kernels import remember
-from hemline.animators.coarse.features.memory import LAGS, SWINGS, Step
+from hemline.animators.coarse.features.memory import LAGS, SWINGS, FilterStep
 
 ROWS = len(LAGS) + 2 * len(SWINGS) + 1
 
@@ -20,7 +20,7 @@ def walked(times, follow=path):
     memory = np.zeros((1, ROWS, 3), np.float32)
     for k in range(1, len(times)):
         dt = times[k] - times[k - 1]
-        step, after = Step.of(dt), np.empty_like(memory)
+        step, after = FilterStep.of(dt), np.empty_like(memory)
         remember(points[k - 1], points[k], np.float32(dt), step.lags, step.swings, memory, after)
         memory = after
     return memory[0]

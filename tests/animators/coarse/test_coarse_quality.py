@@ -30,9 +30,9 @@ def _along(proxy, take, vertices):
     trail = Trail.start(proxy, proxy.shaped.posed(take.motion[0]))
     for frame in range(1, len(take.motion)):
         posed = proxy.shaped.posed(take.motion[frame])
-        trail = trail.stepped(proxy, posed, 1 / take.motion.fps)
+        trail = trail.advance(proxy, posed, 1 / take.motion.fps)
         if not take.lead_in[frame]:
-            yield trail.turned_back(vertices[frame]), trail
+            yield trail.local_offsets(vertices[frame]), trail
 
 
 @pytest.mark.slow
@@ -41,7 +41,7 @@ def test_shipped_weights_swing_as_the_simulation_does(name, unseen):
     take, dress, truth = unseen
     model, body = animators.load(name), bodies.load("anny24").shaped(BETAS)
     assert isinstance(model, CoarseWearable) and "dress-100" not in model.weights.relatives.names
-    worn = model.worn_by(dress, body)
+    worn = model.animator_for(dress, body)
     state = worn.start(body.posed(take.motion[0]))
     played = [take.vertices[0]]
     for frame in range(1, len(take.motion)):
@@ -59,11 +59,11 @@ def test_shipped_weights_swing_as_the_simulation_does(name, unseen):
 @pytest.mark.slow
 def test_another_garment_of_the_kind_is_among_the_most_similar_ones():
     """Of the garments that `lag` was fitted to, by which the reach of the descriptor was not chosen."""
-    from hemline.animators.coarse.features.descriptor import compressed
+    from hemline.animators.coarse.features.descriptor import compress_eigenvalues
 
     known = animators.load("lag").weights.relatives
     kinds = np.array([next(part for part in name.split("-") if part != "slim") for name in known.names])
-    values = compressed(known.eigenvalues)
+    values = compress_eigenvalues(known.eigenvalues)
     apart = np.linalg.norm(values[:, None] - values[None], axis=2)
     np.fill_diagonal(apart, np.inf)
     counted = np.isin(kinds, ("top", "dress", "skirt", "trousers", "jumpsuit"))

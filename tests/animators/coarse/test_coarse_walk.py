@@ -9,8 +9,8 @@ import pytest
 
 from hemline import bodies
 from hemline.animators import lag
-from hemline.animators.coarse.features.seen import Seen
-from hemline.animators.coarse.fit.walk import Walk, walked
+from hemline.animators.coarse.features.seen import PelvisFrame
+from hemline.animators.coarse.fit.walk import TakeWalk, walk_takes
 from hemline.animators.coarse.model import CoarseAnimator
 from hemline.animators.coarse.relatives import Relatives
 from hemline.animators.coarse.weights import Weights
@@ -40,7 +40,7 @@ def data(tmp_path_factory):
 @pytest.fixture(scope="module")
 def frames(data, tmp_path_factory):
     folder = tmp_path_factory.mktemp("frames")
-    (worn,), (takes,) = walked(data, data.clips(), Walk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
+    (worn,), (takes,) = walk_takes(data, data.clips(), TakeWalk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
     return worn, [data.take(each) for each in takes], folder
 
 
@@ -63,21 +63,21 @@ def test_the_truth_is_that_of_the_take_by_either_way(frames):
     body = bodies.load("anny24").shaped()
     for row in range(len(worn)):
         take, frame = takes[worn.take[row]], int(worn.frame[row])
-        seen = Seen.of(take.motion[frame])
-        np.testing.assert_allclose(seen.out(worn.truth[row]), take.vertices[frame], atol=1e-5)
+        seen = PelvisFrame.of(take.motion[frame])
+        np.testing.assert_allclose(seen.to_world(worn.truth[row]), take.vertices[frame], atol=1e-5)
         # and from skinning, by weights and transforms as a network is given them
         blended = np.einsum("vj,jab->vab", worn.skin, worn.transforms[row])
         skinned = np.einsum("vab,vb->va", blended[:, :, :3], worn.fit[:, 3:6]) + blended[:, :, 3]
-        there = skinned + rotate(worn.turns[row].astype(float), worn.apart[row].astype(float))
+        there = skinned + rotate(worn.turns[row].astype(float), worn.displacements[row].astype(float))
         np.testing.assert_allclose(there, worn.truth[row], atol=2e-3)  # half precision
-        assert np.allclose(worn.joints[row], seen.into(body.posed(take.motion[frame]).joints), atol=1e-5)
+        assert np.allclose(worn.joints[row], seen.to_local(body.posed(take.motion[frame]).joints), atol=1e-5)
 
 
 @dataclass
 class Recorder:
     """A network that leaves cloth where skinning puts it, and notes what it is told."""
 
-    told: list[np.ndarray] = field(default_factory=list)
+    features: list[np.ndarray] = field(default_factory=list)
 
     def prepared(self, proxy: Any) -> None:
         return None
@@ -86,7 +86,7 @@ class Recorder:
         return None
 
     def moved(self, prepared: Any, proxy: Any, trail: Any, history: Any, posed: Any) -> tuple[None, np.ndarray]:
-        self.told.append(trail.told(proxy, posed))
+        self.features.append(trail.features(proxy, posed))
         return None, trail.skinned
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -109,26 +109,26 @@ def test_a_network_is_told_the_same_as_in_play(data, frames):
     for frame in range(1, len(take.motion)):
         state, _ = worn_by.step(state, body.posed(take.motion[frame]), 1 / take.motion.fps)
     for row in np.flatnonzero(worn.take == number):
-        np.testing.assert_allclose(worn.told[row], recorder.told[worn.frame[row] - 1], atol=1e-3)
+        np.testing.assert_allclose(worn.features[row], recorder.features[worn.frame[row] - 1], atol=1e-3)
 
 
 def test_what_is_there_is_kept_and_what_is_damaged_is_made_again(data, frames, tmp_path):
     folder = shutil.copytree(frames[2], tmp_path / "frames")  # a file that is mapped must not become shorter
     (path,) = folder.glob("*.safetensors")
     before, content = path.stat().st_mtime_ns, path.read_bytes()
-    walked(data, data.clips(), Walk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
+    walk_takes(data, data.clips(), TakeWalk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
     assert path.stat().st_mtime_ns == before
     path.write_bytes(content[: len(content) // 2])
-    walked(data, data.clips(), Walk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
+    walk_takes(data, data.clips(), TakeWalk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
     assert path.read_bytes() == content
-    walked(data, data.clips(), Walk(SIZE, 6), folder, jobs=1, tell=lambda *_: None)
+    walk_takes(data, data.clips(), TakeWalk(SIZE, 6), folder, jobs=1, tell=lambda *_: None)
     assert len(list(folder.glob("*.safetensors"))) == 2
 
 
 def test_takes_without_a_frame_that_is_wanted_are_refused(data, tmp_path):
     led = [each for each in data.clips() if each.row.clip == "led into"]
     with pytest.raises(BadDataset, match="a take must have a frame to learn from"):
-        walked(data, led, Walk(SIZE, 1000), tmp_path, jobs=1, tell=lambda *_: None)
+        walk_takes(data, led, TakeWalk(SIZE, 1000), tmp_path, jobs=1, tell=lambda *_: None)
 
 
 def test_a_mirror_twice_is_what_was_and_once_skins_to_the_mirror_image(frames):
@@ -156,7 +156,7 @@ def test_a_mirror_twice_is_what_was_and_once_skins_to_the_mirror_image(frames):
 def test_the_beginning_can_be_forgotten_and_nothing_else(frames):
     worn = frames[0]
     samples = TakeSamples.of([worn], [np.ones(len(worn), bool)], 16)
-    told = samples.frames(np.arange(len(worn))).told
+    told = samples.frames(np.arange(len(worn))).features
     before = told.copy()
     forget_beginning(told)
     changed = (told != before).any(axis=(0, 1))
@@ -169,7 +169,7 @@ def test_scales_are_mean_and_spread_of_what_is_learned_from(frames):
     samples = TakeSamples.of([worn], [trains], 16)
     mean, spread = samples.scales()
     rows = samples.training[:: max(1, len(samples.training) // 8)]
-    told = samples.frames(rows).told.reshape(-1, len(mean)).astype(np.float64)
+    told = samples.frames(rows).features.reshape(-1, len(mean)).astype(np.float64)
     np.testing.assert_allclose(mean, told.mean(0), atol=1e-5)
     varied = told.std(0) > 0.011
     np.testing.assert_allclose(spread[varied], told.std(0)[varied], rtol=1e-3)

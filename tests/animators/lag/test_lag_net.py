@@ -8,7 +8,7 @@ import pytest
 
 import hemline
 from hemline import animators, bodies, garments
-from hemline.animators.coarse.proxy_on_body import DYNAMIC, STATIC, Cells
+from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT, Cells
 from hemline.animators.coarse.relatives import Relatives
 from hemline.animators.coarse.wearable import CoarseWearable
 from hemline.animators.coarse.weights import Weights
@@ -23,12 +23,12 @@ WIDTH = 16
 
 
 def weights(seed: int = 0) -> Weights:
-    random, sizes = np.random.default_rng(seed), layer_sizes(STATIC + DYNAMIC, WIDTH)
+    random, sizes = np.random.default_rng(seed), layer_sizes(STATIC_COUNT + DYNAMIC_COUNT, WIDTH)
     drawn = {name: 0.2 * random.normal(size=size).astype(np.float32) for name, size in sizes.items()}
     biases = {name: 0.1 * random.normal(size=size[1]).astype(np.float32) for name, size in sizes.items()}
     known = Relatives(["a", "b", "c"], random.normal(size=(3, 256)).astype(np.float32))
     network = LagNetwork(LagNet(drawn, biases))
-    return Weights(KIND, LagConfig(width=WIDTH), network, known, {"train_mm": 2.0}, ["a licence"]).rounded()
+    return Weights(KIND, LagConfig(width=WIDTH), network, known, {"train_mm": 2.0}, ["a licence"]).as_stored()
 
 
 @pytest.fixture(scope="module")
@@ -54,13 +54,13 @@ def test_what_plays_is_the_formula_and_what_was_trained(cape):
     from hemline.animators.lag.fit.lag_training import TorchCells, TorchLagNet
 
     random, cells = np.random.default_rng(1), Cells.of(cape)
-    static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC, DYNAMIC))
-    mean, spread = random.normal(size=STATIC + DYNAMIC), random.uniform(0.5, 2, STATIC + DYNAMIC)
+    static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT))
+    mean, spread = random.normal(size=STATIC_COUNT + DYNAMIC_COUNT), random.uniform(0.5, 2, STATIC_COUNT + DYNAMIC_COUNT)
     trained = TorchLagNet(WIDTH, mean.astype(np.float32), spread.astype(np.float32), seed=4)
     with torch.no_grad():
         trained.weights["fourth"].normal_(generator=torch.Generator().manual_seed(5))
         expected = trained(torch.from_numpy(static), torch.from_numpy(told)[None], TorchCells.of(cells))[0].numpy()
-    net = trained.played()
+    net = trained.to_runtime()
     played = net.displacements(net.static(static), told, cells)
     np.testing.assert_allclose(played, expected, atol=2e-5 * np.abs(expected).max())
     np.testing.assert_allclose(played, by_formula(net, static, told, cells), atol=2e-5 * np.abs(expected).max())
@@ -71,9 +71,9 @@ def test_products_of_half_precision_come_near_to_those_of_single(cape):
     from hemline.animators.lag.fit.lag_training import TorchCells, TorchLagNet
 
     random, cells, outs = np.random.default_rng(6), TorchCells.of(Cells.of(cape)), []
-    static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC, DYNAMIC))
+    static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT))
     for precision in ("float32", "bfloat16"):
-        zero, one = np.zeros(STATIC + DYNAMIC, np.float32), np.ones(STATIC + DYNAMIC, np.float32)
+        zero, one = np.zeros(STATIC_COUNT + DYNAMIC_COUNT, np.float32), np.ones(STATIC_COUNT + DYNAMIC_COUNT, np.float32)
         net = TorchLagNet(WIDTH, zero, one, 4, precision)
         with torch.no_grad():
             net.weights["fourth"].normal_(generator=torch.Generator().manual_seed(5))
@@ -86,13 +86,13 @@ def test_a_fit_begins_at_skinning():
     pytest.importorskip("torch")
     from hemline.animators.lag.fit.lag_training import TorchLagNet
 
-    net = TorchLagNet(WIDTH, np.zeros(STATIC + DYNAMIC, np.float32), np.ones(STATIC + DYNAMIC, np.float32), 0).played()
+    net = TorchLagNet(WIDTH, np.zeros(STATIC_COUNT + DYNAMIC_COUNT, np.float32), np.ones(STATIC_COUNT + DYNAMIC_COUNT, np.float32), 0).to_runtime()
     assert (net.weights["fourth"] == 0).all() and (net.biases["fourth"] == 0).all()
 
 
 def test_the_order_of_vertices_does_not_matter(cape):
     net, random, cells = weights().network.net, np.random.default_rng(2), Cells.of(cape)
-    static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC, DYNAMIC))
+    static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT))
     order = random.permutation(len(static))
     other = Cells(cells.cell[order], cells.near[order], cells.shares[order])
     one = net.displacements(net.static(static), told, cells)
@@ -111,7 +111,7 @@ def test_it_travels_in_a_file_without_a_garment_and_with_one(cape, tmp_path):
     assert isinstance(read, animators.Wearable) and not isinstance(read, animators.Animator)
     for name, array in made.weights.arrays().items():
         np.testing.assert_array_equal(read.weights.arrays()[name], array)
-    worn = read.worn_by(cape, body)
+    worn = read.animator_for(cape, body)
     worn.save(tmp_path / "worn.safetensors")
     again = hemline.load(tmp_path / "worn.safetensors")
     motion = body.placed(hemline.motions.load("run"))
@@ -190,14 +190,14 @@ def test_the_nearest_relative_of_a_garment_of_the_fit_is_itself(cape):
 
 @pytest.mark.parametrize(("spacing", "strange"), [(1e-3, True), (10.0, False)])
 def test_a_garment_unlike_all_of_the_fit_is_warned_of(cape, capsys, spacing, strange):
-    from hemline.cli.model import say_relatives
+    from hemline.cli.model import report_relatives
     from hemline.errors import HemlineWarning
 
     known = Relatives(["a", "b"], np.array([np.zeros(256), np.full(256, spacing)], np.float32))
-    worn = CoarseWearable(replace(weights(), relatives=known)).worn_by(cape, bodies.load("anny24").shaped())
+    worn = CoarseWearable(replace(weights(), relatives=known)).animator_for(cape, bodies.load("anny24").shaped())
     if strange:
         with pytest.warns(HemlineWarning, match=r"'cape-light' is unlike all garments that lag was fitted to"):
-            say_relatives(worn)
+            report_relatives(worn)
     else:
-        say_relatives(worn)
+        report_relatives(worn)
     assert "garments of the fit most like 'cape-light': " in capsys.readouterr().err

@@ -8,7 +8,7 @@ import pytest
 import hemline
 from hemline import animators, garments
 from hemline.animators.live import KIND, Live, LiveConfig
-from hemline.animators.simulated_proxy import LEVELS
+from hemline.animators.simulated_proxy import QUALITY_LEVELS
 from hemline.cli.main import main
 from hemline.errors import BadInput, BadModel
 from hemline.files import read_tensors, write_tensors
@@ -56,11 +56,11 @@ def test_options_that_make_no_sense_are_refused(options, complaint):
 
 def test_a_budget_buys_the_best_level_that_it_can_pay():
     level = LiveConfig().level
-    assert level(500) == LEVELS["fine"] and level(1000) == LEVELS["good"]
-    assert LiveConfig(budget_ms=1000.0).level(1500) == LEVELS["fine"]
-    assert LiveConfig(budget_ms=1.0).level(1500) == LEVELS["fast"]
-    assert LiveConfig(quality="fine", budget_ms=1.0).level(1500) == LEVELS["fine"]
-    costs = [LiveConfig.cost_ms(each, 1000) for each in LEVELS.values()]
+    assert level(500) == QUALITY_LEVELS["fine"] and level(1000) == QUALITY_LEVELS["good"]
+    assert LiveConfig(budget_ms=1000.0).level(1500) == QUALITY_LEVELS["fine"]
+    assert LiveConfig(budget_ms=1.0).level(1500) == QUALITY_LEVELS["fast"]
+    assert LiveConfig(quality="fine", budget_ms=1.0).level(1500) == QUALITY_LEVELS["fine"]
+    costs = [LiveConfig.cost_ms(each, 1000) for each in QUALITY_LEVELS.values()]
     assert costs == sorted(costs, reverse=True)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from hemline import bodies, garments
 from hemline.animators.ropes.layout.layout import lay_out
-from hemline.animators.ropes.mechanics.balance import STANDARD_GRAVITY, balanced
+from hemline.animators.ropes.mechanics.balance import STANDARD_GRAVITY, drape_balance
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 
 
@@ -49,7 +49,7 @@ def test_in_the_drape_tension_weight_and_balance_cancel_at_every_node():
 def test_a_chain_that_hangs_straight_down_needs_no_balance():
     down = np.tile([0.0, -1.0, 0.0], (6, 1))
     masses = np.array([9.0, 0.1, 0.2, 0.3, 0.4, 0.5])
-    balance, tensions = balanced(np.array([0, 6], np.int32), down, masses, np.ones(6, np.bool_))
+    balance, tensions = drape_balance(np.array([0, 6], np.int32), down, masses, np.ones(6, np.bool_))
     np.testing.assert_array_equal(balance, 0)
     np.testing.assert_allclose(tensions[1:], STANDARD_GRAVITY * np.cumsum(masses[:0:-1])[::-1])
 

@@ -103,7 +103,7 @@ def behind(choice, radius, pose):
     chains, begun, thrown = started(slack=False)
     thrown = np.stack([np.zeros_like(begun[0]), np.tile([0.1, 0.2, -2.0], (len(begun[0]), 1))])
     middle = pose[0, :, :3].T @ (begun[0][9] - [0, 0, radius + chains.constants.margin + 0.002])
-    proxy = BodyProxy.made([(0, round_cone_shape(middle, middle, radius, radius))], np.zeros((1, 3)))
+    proxy = BodyProxy.from_primitives([(0, round_cone_shape(middle, middle, radius, radius))], np.zeros((1, 3)))
     constants = replace(chains.constants, position_push=choice, velocity_push=choice, friction=0.0)
     return replace(chains, constants=constants), begun, thrown, proxy.colliders
 

@@ -14,7 +14,7 @@ from hemline.animators.ropes.mechanics import tension_kernels as tension
 from hemline.animators.ropes.mechanics import turn_kernels as turns_room
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.dynamics import RopeChains
-from hemline.collide.primitives.distances import box_shape, ellipsoid_shape, round_cone_shape, rounded_cone
+from hemline.collide.primitives.distances import box_shape, ellipsoid_shape, round_cone_shape, round_cone
 from hemline.collide.primitives.proxy import BodyProxy
 
 
@@ -90,7 +90,7 @@ def test_held_ropes_are_solved_as_equations():
     np.testing.assert_allclose(wanted[1:], (np.diff(velocities, axis=0) * directions[1:]).sum(1))
     tension.solve_direct(diagonal, beside, wanted, every, every, values, active, upper)
     np.testing.assert_allclose(values[1:], np.linalg.solve(dense(diagonal, beside), wanted[1:]))
-    tension.pull(directions, inverse, values, 1.0, velocities)
+    tension.apply_tensions(directions, inverse, values, 1.0, velocities)
     assert np.abs((np.diff(velocities, axis=0) * directions[1:]).sum(1)).max() < 1e-12
 
 
@@ -183,7 +183,7 @@ def test_carried_nodes_are_skinned():
     j, pivots = 2, rng.normal(size=(4, 3))
     moved = rng.normal(size=(4, 3, 4))
     way = (moved[j] - frames[j]) @ np.append(pivots[j], 1)
-    assert frames_room.squared_jump(frames, moved, j, pivots) == pytest.approx(way @ way)
+    assert frames_room.squared_displacement(frames, moved, j, pivots) == pytest.approx(way @ way)
 
 
 def test_external_accelerations_equal_numpy():
@@ -305,7 +305,7 @@ def test_a_pushed_node_is_not_faster_along_the_surface_than_it_moved():
         normal = frames[1][0, :, :3] @ (rest * [1, 0, 1] / 0.2)
         start, velocity = before + rng.normal(0, 0.01, 3), rng.normal(0, 1, 3)
         found = velocity.copy()
-        collisions.slow_down(kind, shape[None], 0, 0, *frames, h, start, after, found)
+        collisions.limit_sliding_speed(kind, shape[None], 0, 0, *frames, h, start, after, found)
         body, flat = (after - before) / h, np.eye(3) - np.outer(normal, normal)
         assert (found - velocity) @ normal == pytest.approx(0, abs=1e-9)
         along, moved = flat @ (velocity - body), flat @ (before - start) / h
@@ -323,7 +323,7 @@ def test_first_contact_is_where_the_distance_falls_to_the_margin():
     for _ in range(200):
         start, end = rng.uniform(-1, 1, (2, 3))
         way = start + np.linspace(0, 1, 2001)[:, None] * (end - start)
-        gaps = rounded_cone(way, a, b, 0.3, 0.1)[0] - 0.01
+        gaps = round_cone(way, a, b, 0.3, 0.1)[0] - 0.01
         if gaps[0] < 1e-3:
             continue
         found = collisions.first_contact(kind, shape[None], 0, 0.01, *start, *end)
@@ -345,7 +345,7 @@ def test_measured_gaps_are_those_of_the_plain_twin_and_ways_are_never_too_short(
         axis = rng.normal(size=3)
         start = rng.normal(0, 0.3, 3)
         shapes.append(round_cone_shape(start, start + length * axis / np.linalg.norm(axis), first, second)[1])
-    proxy = BodyProxy.made([(0, (0, shape)) for shape in shapes], np.zeros((1, 3)))
+    proxy = BodyProxy.from_primitives([(0, (0, shape)) for shape in shapes], np.zeros((1, 3)))
     frames = []
     for _ in range(2):
         turn = np.linalg.qr(np.eye(3) + rng.normal(0, 0.1, (3, 3)))[0]
@@ -358,12 +358,12 @@ def test_measured_gaps_are_those_of_the_plain_twin_and_ways_are_never_too_short(
     (before,), (after,) = frames
     for _ in range(50):
         start, end = rng.normal(0, 0.4, (2, 3))
-        placed_room.measure(placed, *start, *end)
+        placed_room.measure_gaps(placed, *start, *end)
         rest, was = (end - after[:, 3]) @ after[:, :3], (start - before[:, 3]) @ before[:, :3]
         for k, shape in enumerate(shapes):
-            plain, _ = rounded_cone(rest[None], shape[:3], shape[3:6], shape[6], shape[7])
+            plain, _ = round_cone(rest[None], shape[:3], shape[3:6], shape[6], shape[7])
             assert placed[placed_room.GAP, k] == pytest.approx(plain[0], abs=1e-12)
-        assert (placed[placed_room.WAY] >= np.linalg.norm(rest - was) - 1e-12).all()
+        assert (placed[placed_room.PATH] >= np.linalg.norm(rest - was) - 1e-12).all()
 
 
 @pytest.mark.parametrize("name", ["ellipsoid", "box", "ball", "blunt cone"])
@@ -374,7 +374,7 @@ def test_a_chain_stays_outside_of_every_kind_of_primitive(name):
         "ball": round_cone_shape(np.zeros(3), np.zeros(3), 0.15, 0.15),
         "blunt cone": round_cone_shape(np.array([0, 0, 0.05]), np.zeros(3), 0.05, 0.15),
     }[name]
-    proxy = BodyProxy.made([(0, shape)], np.zeros((1, 3)))
+    proxy = BodyProxy.from_primitives([(0, shape)], np.zeros((1, 3)))
     line = np.column_stack([0.05 + 0.06 * np.arange(9), np.full(9, 0.3), np.zeros(9)])
     chains = RopeChains.free([line], RopeConstants(margin=0.002))
     x, v, tensions, touched = line, np.zeros_like(line), np.zeros(9), False

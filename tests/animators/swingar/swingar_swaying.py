@@ -31,11 +31,11 @@ class Wall:
 
     z: float
 
-    def signed(self, points: np.ndarray) -> np.ndarray:
+    def signed_distances(self, points: np.ndarray) -> np.ndarray:
         return points[:, 2] - self.z
 
     def with_gradients(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return self.signed(points), np.tile(np.float32([0, 0, 1]), (len(points), 1))
+        return self.signed_distances(points), np.tile(np.float32([0, 0, 1]), (len(points), 1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import pytest
 import hemline
 from hemline import bodies
 from hemline.animators import lag, swingar
-from hemline.animators.coarse.fit.fit import divided
+from hemline.animators.coarse.fit.fit import split_takes
 from hemline.animators.lag import KIND, LagConfig
 from hemline.animators.swingar import SwingarConfig
 from hemline.datasets import open_collection, open_dataset
@@ -49,7 +49,7 @@ def fitted(folders):
 
 
 def test_sides_share_neither_subject_nor_garment(folders):
-    sides = divided(open_collection(folders), 0.25)
+    sides = split_takes(open_collection(folders), 0.25)
     assert sum(map(len, sides.values())) == len(made.SMALL) * len(made.CLIPS)
     kinds = {name: ({e.row.subject for e in each}, {e.dataset for e in each}) for name, each in sides.items()}
     assert not kinds["train"][0] & kinds["new_clip"][0] and not kinds["train"][1] & kinds["new_garment"][1]
@@ -65,16 +65,16 @@ def test_it_learns_what_trails_on_garments_and_clips_never_seen(fitted):
 
 
 def test_garments_that_skinning_misses_less_count_more(folders, tmp_path):
-    from hemline.animators.coarse.fit.sided_frames import SidedFrames
-    from hemline.animators.coarse.fit.walk import Walk
+    from hemline.animators.coarse.fit.split_frames import SplitFrames
+    from hemline.animators.coarse.fit.walk import TakeWalk
     from hemline.animators.lag.fit.fit_lag import scales
     from hemline.animators.lag.fit.lag_samples import garment_samples
     from hemline.animators.lag.fit.lag_training import LagObjective, TorchLagNet
 
     data = open_collection(folders)
-    frames = SidedFrames.of(data, {"train": data.clips()[::4]}, Walk(QUICK.size, 4), tmp_path)
+    frames = SplitFrames.of(data, {"train": data.clips()[::4]}, TakeWalk(QUICK.size, 4), tmp_path)
     samples = garment_samples(frames, "train")
-    missed = np.array([np.linalg.norm(each.apart(), axis=2).mean() for each in samples])
+    missed = np.array([np.linalg.norm(each.displacements(), axis=2).mean() for each in samples])
     net, losses = TorchLagNet(8, *scales(samples), 0), {}
     for evenness in (0.0, 1.0):
         config = replace(QUICK, evenness=evenness, unknown=1e-9, mirrored=False, edge_weight=0.0)
@@ -146,7 +146,7 @@ def test_the_graph_network_is_played_and_read_back(graph, tmp_path):
     body, garment = bodies.load("anny24").shaped(), made.small("tshirt-light")
     motion, ends = body.placed(hemline.motions.load("walk")), []
     for each in (graph, read):
-        worn = each.worn_by(garment, body)
+        worn = each.animator_for(garment, body)
         state = worn.start(body.posed(motion[0]))
         for frame in range(1, 6):
             state, vertices = worn.step(state, body.posed(motion[frame]), 1 / motion.fps)

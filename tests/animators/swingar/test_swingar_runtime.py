@@ -8,7 +8,7 @@ import pytest
 from hemline.animators.swingar.estimator_config import EstimatorConfig, weight_shapes
 from hemline.animators.swingar.graph import Graph
 from hemline.animators.swingar.graph_inputs import skin_logits
-from hemline.animators.swingar.runtime import PlayedEstimator
+from hemline.animators.swingar.runtime import RuntimeEstimator
 from hemline.errors import BadInput, BadModel
 from tests.animators.swingar.swingar_samples import SMALL, graph_of, inputs, sheet
 
@@ -44,7 +44,7 @@ def run(estimator: Estimator, graph: Graph, given: dict[str, np.ndarray]) -> lis
     t = {name: torch.from_numpy(each) for name, each in given.items()}
     with torch.no_grad():
         garment = estimator.garment(graph, t["features"], t["descriptor"], t["skin_logits"])
-        told = (t["told"], t["turns"]) if estimator.config.told else ()
+        told = (t["told"], t["turns"]) if estimator.config.features else ()
         coarse = estimator.coarse(garment, t["motion"], t["transforms"], *told)
         found = [*coarse, estimator.corrective(garment, t["meshes"], t["joints"], t["body"])]
     return [each.numpy() for each in found]
@@ -58,11 +58,11 @@ def arrays_of(estimator: Estimator) -> dict[str, np.ndarray]:
 def test_the_twin_that_plays_is_equal(name):
     config, graph = CONFIGS[name], graph_of()
     estimator, given = made(config), inputs(CONFIGS[name], graph.vertex_count, FRAMES)
-    played = PlayedEstimator.of(config, arrays_of(estimator), "float32")
+    played = RuntimeEstimator.of(config, arrays_of(estimator), "float32")
     garment = played.garment(graph, given["features"], given["descriptor"], given["skin_logits"])
     batch = run(estimator, graph, given)
     for frame in range(FRAMES):
-        told = [given[each][frame] for each in ("told", "turns")] if config.told else []
+        told = [given[each][frame] for each in ("told", "turns")] if config.features else []
         coarse = played.coarse(garment, given["motion"][frame], given["transforms"][frame], *told)
         corrective = played.corrective(garment, *(given[each][frame] for each in ("meshes", "joints", "body")))
         for one, other in zip([*coarse, corrective], batch, strict=True):
@@ -135,13 +135,13 @@ def test_gradients_reach_all_weights_each_by_its_stage():
 def test_damaged_weights_are_refused():
     config = CONFIGS["small"]
     arrays = {name: each.astype(np.float16) for name, each in arrays_of(made(config)).items()}
-    PlayedEstimator.of(config, arrays)
+    RuntimeEstimator.of(config, arrays)
     with pytest.raises(BadModel, match="lacks array 'state.weights'"):
-        PlayedEstimator.of(config, {name: each for name, each in arrays.items() if name != "state.weights"})
+        RuntimeEstimator.of(config, {name: each for name, each in arrays.items() if name != "state.weights"})
     with pytest.raises(BadModel, match="'weight.weight' of the model must be float16"):
-        PlayedEstimator.of(replace(config, state=11), arrays)
+        RuntimeEstimator.of(replace(config, state=11), arrays)
     with pytest.raises(BadModel, match="must be finite"):
-        PlayedEstimator.of(config, arrays | {"peepholes": arrays["peepholes"] * np.float16(np.nan)})
+        RuntimeEstimator.of(config, arrays | {"peepholes": arrays["peepholes"] * np.float16(np.nan)})
 
 
 def test_a_body_without_betas_is_refused():

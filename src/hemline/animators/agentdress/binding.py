@@ -85,10 +85,10 @@ class Binding:
         self, transforms: Transforms, rest: Float[np.ndarray, "verts 3"], worn: Vertices
     ) -> Float[np.ndarray, "verts 3"]:
         """How far vertices in the world are from where skinning carries `rest`, each in its own turned frame [m]."""
-        apart = worn - self.posed(transforms, rest)
+        apart = worn - self.skin(transforms, rest)
         return np.einsum("vji,vj->vi", self.rotations(transforms), apart)
 
-    def posed(
+    def skin(
         self,
         transforms: Transforms,
         rest: Float[np.ndarray, "verts 3"],
@@ -99,7 +99,7 @@ class Binding:
         points = np.einsum("vij,vj->vi", blended[:, :, :3], rest) + blended[:, :, 3]
         return points if offsets is None else points + np.einsum("vij,vj->vi", self.rotations(transforms), offsets)
 
-    def carried(
+    def fit_rest(
         self, transforms: Float[np.ndarray, "poses joints 3 4"], worn: Float[np.ndarray, "poses verts 3"]
     ) -> Float[np.ndarray, "verts 3"]:
         """The garment in the rest pose which skinning carries nearest to what is worn in some poses (least squares).
@@ -116,7 +116,7 @@ class Binding:
             right += np.einsum("vki,vk->vi", turning, there - blended[:, :, 3])
         return np.linalg.solve(left, right[:, :, None])[:, :, 0]
 
-    def shares(self) -> Float[np.ndarray, "verts joints"]:
+    def dense_weights(self) -> Float[np.ndarray, "verts joints"]:
         """The weights as one row of all bones."""
         dense = np.zeros((len(self.weights), JOINT_COUNT))
         np.add.at(

@@ -49,7 +49,7 @@ def warn_of_extreme_betas(garment: str, fitted: BetaRange, betas: Betas) -> None
 
 def warn_of_unknown_material(garment: str, materials: Materials, material: Material) -> None:
     """Warn of a material that lies outside of all those of the fit."""
-    if materials.beyond(material):
+    if materials.is_outside(material):
         names = ", ".join((materials.own.name, *materials.known))
         what = f"the model of '{garment}' was fitted on {names}; what is stiffer, limper or smoother it has to guess"
         warnings.warn(HemlineWarning(what, material.name, "drape it in that material, too"), stacklevel=3)

@@ -11,32 +11,34 @@ class AgentDressConfig:
     """Options of the fit, and of how it plays."""
 
     pose_model: Literal["kernel", "sor"] = "kernel"
-    """What tells the garment on the mean shape: a kernel regression over the poses; or sensitivity-optimised rigging,
-    which the paper uses, and which wants a dataset that was draped with --derivatives."""
+    """Model of the garment on the mean shape: kernel regression over poses (kernel), or sensitivity-optimised rigging
+    (sor), which the paper uses and which needs a dataset made by drape --derivatives."""
     shape_components: int = positive(5)
-    """Principal components of the garment over body shapes, at rest, and of each anchor that is blended."""
+    """Number of principal components of the garment over body shapes, at rest and for each blended anchor."""
     shape_ridge: float = positive(0.2)
-    """Ridge of the regression from the shape of the body to them."""
+    """Ridge penalty of the regression from body shape to these components."""
     shape_model: Literal["kernel", "blended"] = "kernel"
-    """What the shape adds in a pose: kernel regression over pose and shape together, or, as in the paper, the shape
-    models of the nearest anchors, blended."""
+    """Model of the effect of body shape in a pose: kernel regression over pose and shape (kernel), or a blend of the
+    shape models of the nearest anchors, as in the paper (blended)."""
     pose_modes: int = positive(64)
-    """Modes of the basis in which the pose model speaks."""
+    """Number of basis modes of the pose model."""
     shape_modes: int = positive(64)
-    """Modes of the basis that all anchors share for what the shape does."""
+    """Number of basis modes of shape effects, shared by all anchors."""
     mirror: bool = True
-    """Learn from the mirror images of all drapes, too, where garment and body are symmetric. Kernels alone do."""
+    """Train on mirror images of all drapes too, if garment and body are symmetric. It applies to kernel models
+    alone."""
     neighbours: int = positive(5)
-    """Anchors of a region that are blended, by a shape model that is `blended` and by rigging; so are the two below."""
+    """Number of anchors blended in each region, for --shape-model blended and --pose-model sor."""
     power: float = positive(3.0)
-    """The higher, the more the nearest one counts."""
+    """Exponent of inverse distance in the blending weights. A higher value gives more weight to the nearest anchor."""
     floor: float = positive(0.02)
-    """Added to squared distances, as a share of their median between anchors."""
+    """Offset added to squared distances in the blending weights, as a fraction of their median between anchors."""
     decay_seconds: float = not_negative(0.05)
-    """Time constant with which the pose is followed."""
+    """Time constant with which the garment follows the pose [s]. With 0 it follows at once."""
     clearance: float = not_negative(0.0)
-    """Where the garment lies closer to the skin than in the anchors, it is moved out to that, at most this far [m]; the
-    paper has 0.005. 0: it is not, as the player moves it out of the body in any case, and tears it less."""
+    """Maximum distance by which a vertex is moved out to the clearance that it has in the anchors [m]. The paper uses
+    0.005. With 0, the final projection of the player alone keeps the garment out of the body, which stretches it
+    less."""
 
     def __post_init__(self) -> None:
         """Refuse what is out of range."""

@@ -54,14 +54,14 @@ class AnimatorAgentDressLevel(LevelOf):
 
     def step(self, state: AgentDressState, posed: PosedBody, dt: float) -> tuple[AgentDressState, Vertices]:
         """As of the full animator, for the vertices that are left."""
-        moved, vertices = self.part.step(self._seen(state), posed, dt)
+        moved, vertices = self.part.step(self._at_vertices(state), posed, dt)
         return replace(state, axes=moved.axes, distances=moved.distances), vertices
 
     def redress(
         self, state: AgentDressState, posed: PosedBody, dt: float, worn: Vertices, nominal: PosedBody
     ) -> tuple[AgentDressState, Vertices]:
         """As of the full animator; `worn` is the full garment."""
-        moved, vertices = self.part.redress(self._seen(state), posed, dt, worn[self.kept], nominal)
+        moved, vertices = self.part.redress(self._at_vertices(state), posed, dt, worn[self.kept], nominal)
         return replace(state, axes=moved.axes, distances=moved.distances), vertices
 
     def settled(self, posed: PosedBody) -> Vertices:
@@ -76,5 +76,5 @@ class AnimatorAgentDressLevel(LevelOf):
         """As of the full animator."""
         return self.full.reshaped(state, shaped)
 
-    def _seen(self, state: AgentDressState) -> AgentDressState:
+    def _at_vertices(self, state: AgentDressState) -> AgentDressState:
         return replace(state, rest=state.rest[self.kept], normals=state.normals[self.kept])

@@ -60,11 +60,11 @@ class Materials:
         """What a material adds to each direction at each pose, by region, float32."""
         return self.samples.effects(material_coordinates(material, self.own))
 
-    def halved(self) -> Self:
+    def in_half_precision(self) -> Self:
         """As a model file keeps it."""
-        return replace(self, samples=self.samples.halved())
+        return replace(self, samples=self.samples.in_half_precision())
 
-    def beyond(self, material: Material) -> bool:
+    def is_outside(self, material: Material) -> bool:
         """Whether a material lies outside of all that were settled, in one of its coordinates."""
         where = material_coordinates(material, self.own)
         low, high = np.minimum(self.samples.betas.min(axis=0), 0), np.maximum(self.samples.betas.max(axis=0), 0)

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from hemline import bodies
-from hemline.animators.leaps import Rigid
+from hemline.animators.teleport import RigidTransform
 from hemline.animators.model_file import save_model
 from hemline.animators.own_body import refuse_other_body
 from hemline.arrays import Float, Int, Quaternions, Vertices
@@ -86,7 +86,7 @@ class AnimatorAgentDress:
 
     def novelty(self, state: AgentDressState) -> float:
         """How far the pose of a State is from the nearest one of the fit; 1: as far as anchors are apart."""
-        return novelty(state.distances, self._shares)
+        return novelty(state.distances, self._region_sizes)
 
     @property
     def known_materials(self) -> tuple[str, ...]:
@@ -129,7 +129,7 @@ class AnimatorAgentDress:
         return self.materials.effects(self.garment.material)
 
     @cached_property
-    def _shares(self) -> Float[np.ndarray, " regions"]:
+    def _region_sizes(self) -> Float[np.ndarray, " regions"]:
         return self.tables.regions.mean(axis=0)
 
     @cached_property
@@ -140,7 +140,7 @@ class AnimatorAgentDress:
         return np.flatnonzero(shares.reshape(len(axes), -1, 3).max(axis=(0, 2)) > LEAST_JOINT_WEIGHT)
 
     @cached_property
-    def _known(self) -> Float[np.ndarray, "counting 9 poses"]:
+    def _anchor_axes(self) -> Float[np.ndarray, "counting 9 poses"]:
         """The axes of these joints' frames in the poses of the model, one after the other."""
         turned = to_matrix(self.tables.rotations[:, self._joints]).transpose(1, 3, 2, 0)
         return np.ascontiguousarray(turned.reshape(len(self._joints), 9, -1), np.float32)
@@ -190,8 +190,8 @@ class AnimatorAgentDress:
         Returns:
             The State after, and the vertices in the world (verts, 3) [m].
         """
-        after = self._followed(state, posed.pose, dt)
-        return after, self._worn(after, posed, self._rigged(after, posed))
+        after = self._follow(state, posed.pose, dt)
+        return after, self._pose_garment(after, posed, self._rigging_offsets(after, posed))
 
     def at_detail(self, detail: float) -> "AnimatorAgentDress | AnimatorAgentDressLevel":
         """This animator with a share of its vertices; itself for 1.
@@ -235,11 +235,11 @@ class AnimatorAgentDress:
             )
         if worn.shape != state.rest.shape:
             raise BadInput(f"'{self.garment.name}' has vertices {state.rest.shape}", worn.shape, "give its own mesh")
-        after = self._followed(state, posed.pose, dt)
+        after = self._follow(state, posed.pose, dt)
         offset = self._binding.offsets(nominal.transforms, self.tables.rest, worn.astype(np.float64))
-        return after, self._worn(after, posed, offset.astype(np.float32))
+        return after, self._pose_garment(after, posed, offset.astype(np.float32))
 
-    def _followed(self, state: AgentDressState, pose: Pose, dt: float) -> AgentDressState:
+    def _follow(self, state: AgentDressState, pose: Pose, dt: float) -> AgentDressState:
         r"""The State when time has gone on: axes that follow the pose, $\exp(-\Delta t / \tau)$ of what they were.
 
         Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations",
@@ -262,13 +262,13 @@ class AnimatorAgentDress:
         """
         axes = self._axes(posed.pose.rotations)
         state = replace(self.start(posed), axes=axes, distances=self._distances(axes))
-        return self._worn(state, posed, self._rigged(state, posed))
+        return self._pose_garment(state, posed, self._rigging_offsets(state, posed))
 
     def at_rest(self, state: AgentDressState) -> Vertices:
         """The garment in the rest pose of the body of a State (verts, 3) [m]."""
         return state.rest
 
-    def moved_along(self, state: AgentDressState, shaped: ShapedBody, way: Rigid) -> AgentDressState:
+    def relocate(self, state: AgentDressState, shaped: ShapedBody, way: RigidTransform) -> AgentDressState:
         """The State as it is: it holds no places of the world, and no heading."""
         return state
 
@@ -284,7 +284,7 @@ class AnimatorAgentDress:
         """
         return replace(self.start(shaped.posed(shaped.rest_pose)), axes=state.axes, distances=state.distances)
 
-    def _rigged(self, state: AgentDressState, posed: PosedBody) -> Vertices | None:
+    def _rigging_offsets(self, state: AgentDressState, posed: PosedBody) -> Vertices | None:
         """What rigged anchors add in a pose [m]; None where the pose model is a kernel, which `_mixed` takes in."""
         tables, rigged = self.tables, self.tables.rigged
         if rigged is None:
@@ -295,7 +295,7 @@ class AnimatorAgentDress:
         blend = anchor_weights(state.distances[:, rigged.poses], **self.config.blending)
         return rigged.offset(transforms, blend, tables.regions, self._binding, tables.rest)
 
-    def _worn(self, state: AgentDressState, posed: PosedBody, offset: Vertices | None = None) -> Vertices:
+    def _pose_garment(self, state: AgentDressState, posed: PosedBody, offset: Vertices | None = None) -> Vertices:
         """The garment in a pose that was followed; an offset stands in the place of the pose model [m]."""
         assert state.distances is not None
         tables, vertices = self.tables, np.empty_like(state.rest)
@@ -306,7 +306,7 @@ class AnimatorAgentDress:
             tables.regions,
             self._digits,
             tables.clearances,
-            self._mixed(state.distances, state.effects, posing=offset is None),
+            self._basis_coefficients(state.distances, state.effects, posing=offset is None),
             state.rest,
             tables.offset if offset is None else offset,
             state.normals,
@@ -327,10 +327,10 @@ class AnimatorAgentDress:
         """To all poses of the model."""
         tables = self.tables
         distances = np.empty((len(tables.axes), len(tables.rotations)), np.float32)
-        axes_distances(self._known, tables.axes, self._joints, axes, distances)
+        axes_distances(self._anchor_axes, tables.axes, self._joints, axes, distances)
         return distances
 
-    def _mixed(
+    def _basis_coefficients(
         self,
         distances: Float[np.ndarray, "regions poses"],
         effects: Float[np.ndarray, "shape_regions told shape_modes"],

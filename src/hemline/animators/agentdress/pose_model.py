@@ -35,7 +35,7 @@ class PoseFit:
     width: float
     ridge: float
     weights: Float[np.ndarray, "regions anchors outputs"]
-    left_out: Float[np.ndarray, "regions anchors outputs"]
+    leave_one_out: Float[np.ndarray, "regions anchors outputs"]
 
 
 def fit_kernel(

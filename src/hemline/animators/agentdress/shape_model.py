@@ -36,7 +36,7 @@ class ShapeModel:
     explained: float
 
     @classmethod
-    def fitted(
+    def fit(
         cls,
         garments: Float[np.ndarray, "shapes rows"],
         betas: Float[np.ndarray, "shapes betas"],

@@ -58,7 +58,7 @@ class ShapeSamples:
     betas: Float[np.ndarray, "samples betas"]
     weights: Float[np.ndarray, "shape_regions samples shape_modes"]
     scale: Float[np.ndarray, "betas betas"]
-    reach: float = SHAPE_LENGTH_SCALE
+    length_scale: float = SHAPE_LENGTH_SCALE
 
     @property
     def pose_count(self) -> int:
@@ -80,21 +80,21 @@ class ShapeSamples:
             reach=0.0,
         )
 
-    def repeated(self, of: Int[np.ndarray, " poses"]) -> Self:
+    def select_poses(self, of: Int[np.ndarray, " poses"]) -> Self:
         """Those of some poses in turn, as often as they are named."""
         rows = [np.flatnonzero(self.poses == pose) for pose in of]
         numbers = np.repeat(np.arange(len(of), dtype=np.int32), [len(each) for each in rows])
         order = np.concatenate(rows)
         return replace(self, poses=numbers, betas=self.betas[order], weights=self.weights[:, order])
 
-    def halved(self) -> Self:
+    def in_half_precision(self) -> Self:
         """As a model file keeps them: weights in half precision."""
         return replace(self, weights=self.weights.astype(np.float16).astype(np.float32))
 
     def effects(self, betas: Float[np.ndarray, " betas"]) -> Float[np.ndarray, "shape_regions poses shape_modes"]:
         """What a shape adds to each direction at each pose, by region, float32."""
         query = pad_betas(betas[None], self.betas.shape[1])
-        shares = kernel_over_shapes(self.betas @ self.scale, query @ self.scale, self.reach)[:, 0].astype(np.float32)
+        shares = kernel_over_shapes(self.betas @ self.scale, query @ self.scale, self.length_scale)[:, 0].astype(np.float32)
         firsts = np.flatnonzero(np.diff(self.poses, prepend=-1))
         found = np.zeros((len(self.weights), self.pose_count, self.weights.shape[2]), np.float32)
         found[:, self.poses[firsts]] = np.add.reduceat(self.weights * shares[:, None], firsts, axis=1)
@@ -104,7 +104,7 @@ class ShapeSamples:
         """What a model file holds; weights in half precision."""
         weights = self.weights.astype(np.float16)
         held = {"poses": self.poses, "betas": self.betas, "weights": weights, "scale": self.scale}
-        return held | {"reach": np.array([self.reach], np.float32)}
+        return held | {"reach": np.array([self.length_scale], np.float32)}
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], *, poses: int, regions: int) -> Self:

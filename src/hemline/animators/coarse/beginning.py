@@ -6,12 +6,12 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.simulated_proxy import LEVELS, SimulatedProxy
+from hemline.animators.simulated_proxy import QUALITY_LEVELS, SimulatedProxy
 from hemline.arrays import Float
 
 from .proxy_on_body import ProxyOnBody
 
-FADES = 10.0
+FADE_SECONDS = 10.0
 """Time in which what is known of the beginning fades by a factor of e [s]."""
 
 
@@ -19,7 +19,7 @@ FADES = 10.0
 class Beginning:
     """Where a simulation had brought each vertex; cloth that slid down, or caught, stays so for a while."""
 
-    lay: Float[np.ndarray, "verts 3"]
+    offsets: Float[np.ndarray, "verts 3"]
     """From where skinning put it, in its turned frame [m]."""
     seconds: float = 0.0
     """How long ago [s]."""
@@ -28,12 +28,12 @@ class Beginning:
         """After a time [s]."""
         return replace(self, seconds=self.seconds + dt)
 
-    def told(self) -> Float[np.ndarray, "verts begun"]:
+    def features(self) -> Float[np.ndarray, "verts begun"]:
         """What a vertex is told of it: how it lay, and how far that counts; all zero where nothing is known."""
-        counts = math.exp(-self.seconds / FADES)
-        return np.concatenate([counts * self.lay, np.full((len(self.lay), 1), counts)], axis=1, dtype=np.float32)
+        counts = math.exp(-self.seconds / FADE_SECONDS)
+        return np.concatenate([counts * self.offsets, np.full((len(self.offsets), 1), counts)], axis=1, dtype=np.float32)
 
 
-def beginner(proxy: ProxyOnBody) -> SimulatedProxy:
+def opening_simulator(proxy: ProxyOnBody) -> SimulatedProxy:
     """What simulates a proxy at the beginning."""
-    return SimulatedProxy(proxy.garment, proxy.shaped, LEVELS["good"].settings(), proxy.rest.astype(np.float64))
+    return SimulatedProxy(proxy.garment, proxy.shaped, QUALITY_LEVELS["good"].settings(), proxy.rest.astype(np.float64))

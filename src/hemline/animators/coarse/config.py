@@ -19,39 +19,40 @@ class CoarseConfig:
     """Options that belong to the weights: where they are gone on from, theirs count."""
 
     start: str = ""
-    """A model file, or the name of a shipped model, whose weights are gone on from: with it takes of a single garment
-    are enough. Its sizes count, not those given here."""
+    """Model file, or name of a shipped model, whose weights training starts from. Takes of a single garment then
+    suffice, and the sizes of that model replace those given here. By default training starts from random weights."""
     edge: float = positive(ProxySize().edge)
-    """Length of the edges of the proxy [m]."""
+    """Edge length of the proxy mesh [m]."""
     fewest: int = positive(ProxySize().fewest)
-    """Vertices that it has at least."""
+    """Minimum number of vertices of the proxy mesh."""
     most: int = positive(ProxySize().most)
-    """Vertices that it has at most."""
+    """Maximum number of vertices of the proxy mesh."""
     epochs: int = positive(30)
-    """Passes over the training set."""
+    """Number of passes over the training set."""
     rate: float = positive(1e-3)
-    """First learning rate."""
+    """Initial learning rate."""
     frames: int = positive(8)
-    """Frames of a garment that are shown together."""
+    """Number of frames of one garment in a batch."""
     garments: int = positive(2)
-    """Garments in a batch."""
+    """Number of garments in a batch."""
     stride: int = positive(8)
-    """Every so many frames of a take are learned from, and the two before each of them."""
+    """Interval between the frames of a take that are learned, each with the two frames before it [frames]."""
     evenness: float = not_negative(0.5)
-    """Garments count by what skinning misses of them to minus this power: 0: millimetres of all are alike; 1: shares
-    of it are."""
+    """Exponent that balances garments: a garment's loss is divided by its skinning error to this power. With 0, errors
+    count in millimetres; with 1, they count relative to the skinning error."""
     unknown: float = share(0.2)
-    """Share of the groups of frames that are shown without how the garment lay at the beginning."""
+    """Fraction of frame groups, between 0 and 1, that are trained without knowing how the garment lay at the start."""
     beginning: float = not_negative(1.0)
-    """A garment is simulated for so long before the network moves it; 0: it begins where skinning puts it [s]."""
+    """Time for which a garment is simulated before the network moves it [s]. With 0 it starts where skinning puts
+    it."""
     mirrored: bool = True
-    """Whether half of the frames are shown with left and right exchanged."""
+    """Exchange left and right in half of the training frames."""
     held_out: float = positive(0.15)
-    """Share of subjects and of garments that epochs are chosen by."""
+    """Fraction of subjects and of garments that are kept out of training to choose the best epoch."""
     threads: int = positive(1)
-    """Threads of torch."""
+    """Number of PyTorch threads."""
     jobs: int = positive(1)
-    """Processes that read takes."""
+    """Number of processes that read takes."""
 
     def __post_init__(self) -> None:
         check_options(self)

@@ -16,7 +16,7 @@ from .network import Network
 from .wearable import CoarseWearable
 
 if TYPE_CHECKING:
-    from hemline.animators.coarse.fit.sided_frames import SidedFrames
+    from hemline.animators.coarse.fit.split_frames import SplitFrames
     from hemline.datasets import Collection, Dataset
 
 
@@ -31,7 +31,7 @@ class CoarseKind(ABC):
     """Class of the options of its fit."""
 
     @abstractmethod
-    def learned(
+    def train(
         self,
         frames: "SidedFrames",
         config: Any,
@@ -62,7 +62,7 @@ class CoarseKind(ABC):
 
     @abstractmethod
     def network_of(self, arrays: Mapping[str, np.ndarray], config: Any, own: Mapping[str, Any]) -> Network:
-        """The network of a model file, see `weights.ReadsNetworks`."""
+        """The network of a model file, see `weights.NetworkReader`."""
 
     def fit(
         self,

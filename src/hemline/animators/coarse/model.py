@@ -10,10 +10,10 @@ from typing import Any, Self
 import numpy as np
 
 from hemline.animators.coarse.features.trail import Trail
-from hemline.animators.leaps import Rigid, leaps
+from hemline.animators.teleport import RigidTransform, is_teleport
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
-from hemline.animators.settled_proxy import settled
+from hemline.animators.settle import settle_garment
 from hemline.animators.simulated_proxy import SimulatedProxy
 from hemline.arrays import Float, Int, Vertices
 from hemline.bodies import PosedBody, ShapedBody
@@ -24,13 +24,13 @@ from hemline.garments.proxy.embedding import Embedding
 from hemline.garments.proxy.proxy import proxy_of
 from hemline.motions.motion import Pose
 
-from .beginning import beginner
-from .displaced import Displaced
+from .beginning import opening_simulator
+from .displacement import Displacement
 from .proxy_on_body import ProxyOnBody
 from .state import CoarseState, Opening
-from .weights import ReadsNetworks, Weights
+from .weights import NetworkReader, Weights
 
-LATE = 1e-6
+TIME_TOLERANCE = 1e-6
 """By so much sums of time steps may be too small [s]."""
 
 
@@ -80,7 +80,7 @@ class CoarseAnimator:
         """
         worn = garment.dressed(body)
         coarse, _ = proxy_of(worn, weights.config.size)
-        return cls(worn, settled(coarse, body).astype(np.float32), body.body.name, body.body.hash, weights)
+        return cls(worn, settle_garment(coarse, body).astype(np.float32), body.body.name, body.body.hash, weights)
 
     @property
     def name(self) -> str:
@@ -134,32 +134,32 @@ class CoarseAnimator:
             The State after, and the vertices in the world (verts, 3) [m].
         """
         worn, trail, history = self._on(posed.shaped), state.trail, state.history
-        if leaps(state.pose, posed.pose, dt):
-            way = _way(worn.proxy.shaped, state.pose, posed.pose)
+        if is_teleport(state.pose, posed.pose, dt):
+            way = _pelvis_motion(worn.proxy.shaped, state.pose, posed.pose)
             trail, history = trail.moved(way), history and history.moved(way)
-        trail = trail.stepped(worn.proxy, posed, dt)
-        history = history and history.followed(posed.pose, dt)
+        trail = trail.advance(worn.proxy, posed, dt)
+        history = history and history.advance(posed.pose, dt)
         opening = state.opening
         if opening is not None:
             opening = Opening(worn.simulated.step(opening.simulated, posed, dt), opening.seconds + dt)
-        over = opening is not None and opening.seconds > self.weights.config.beginning - LATE
-        trail = trail.begun(opening.simulated.positions) if opening and over else trail
+        over = opening is not None and opening.seconds > self.weights.config.beginning - TIME_TOLERANCE
+        trail = trail.with_beginning(opening.simulated.positions) if opening and over else trail
         history, coarse = self.weights.network.moved(worn.prepared, worn.proxy, trail, history, posed)
         displaced = None
         if opening is None:
-            said = trail.turned_back(coarse)
-            displaced = state.displaced.followed(said, dt) if state.displaced else Displaced(said)
-            coarse = trail.displaced(displaced.now)
+            said = trail.local_offsets(coarse)
+            displaced = state.displaced.advance(said, dt) if state.displaced else Displacement(said)
+            coarse = trail.displaced(displaced.current)
         else:
             if over:
-                lay = trail.turned_back(opening.simulated.positions)
-                displaced = Displaced.handed_over(lay, trail.turned_back(coarse))
+                lay = trail.local_offsets(opening.simulated.positions)
+                displaced = Displacement.after_simulation(lay, trail.local_offsets(coarse))
             coarse = opening.simulated.positions.astype(np.float32)
-        vertices = worn.embedding.carried(_held(coarse, worn.proxy.garment, posed).astype(np.float64))
+        vertices = worn.embedding.carried(_apply_pins(coarse, worn.proxy.garment, posed).astype(np.float64))
         after = CoarseState(trail, posed.pose, history, None if over else opening, displaced)
-        return after, _held(vertices, worn.fine, posed)
+        return after, _apply_pins(vertices, worn.fine, posed)
 
-    def moved_along(self, state: CoarseState, shaped: ShapedBody, way: Rigid) -> CoarseState:
+    def relocate(self, state: CoarseState, shaped: ShapedBody, way: RigidTransform) -> CoarseState:
         """The State turned about the vertical and shifted as a whole, its past too.
 
         Args:
@@ -169,7 +169,7 @@ class CoarseAnimator:
         """
         history, opening = state.history and state.history.moved(way), state.opening
         if opening is not None:
-            opening = Opening(opening.simulated.moved_along(way), opening.seconds)
+            opening = Opening(opening.simulated.relocate(way), opening.seconds)
         return replace(state, trail=state.trail.moved(way), pose=way.pose(state.pose), history=history, opening=opening)
 
     def _on(self, shaped: ShapedBody) -> _Worn:
@@ -182,10 +182,10 @@ class CoarseAnimator:
     def _made(self, shaped: ShapedBody) -> _Worn:
         (coarse, kept), own = self.coarse, self.garment.is_on(shaped)
         fine, coarse = self.garment.dressed(shaped), coarse.dressed(shaped)
-        rest = self.rest if own else settled(coarse, shaped).astype(np.float32)
+        rest = self.rest if own else settle_garment(coarse, shaped).astype(np.float32)
         proxy = ProxyOnBody.of(coarse, rest, shaped)
         embedding, prepared = Embedding.of(fine, coarse, kept), self.weights.network.prepared(proxy)
-        return _Worn(proxy, embedding, prepared, fine, beginner(proxy))
+        return _Worn(proxy, embedding, prepared, fine, opening_simulator(proxy))
 
     def save(self, path: str | Path) -> None:
         """Write a model file, whole or not at all: the network, the garment, its coarse copy settled.
@@ -206,7 +206,7 @@ class CoarseAnimator:
         )
 
     @classmethod
-    def of(cls, kind: ReadsNetworks, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+    def of(cls, kind: NetworkReader, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
         """Make one from what a model file of a kind holds.
 
         Raises:
@@ -224,16 +224,16 @@ class CoarseAnimator:
         return cls(garment, rest, entry(body, "name", str), entry(body, "hash", str), weights)
 
 
-def _held(vertices: Float[np.ndarray, "verts 3"], garment: Garment, posed: PosedBody) -> Float[np.ndarray, "verts 3"]:
+def _apply_pins(vertices: Float[np.ndarray, "verts 3"], garment: Garment, posed: PosedBody) -> Float[np.ndarray, "verts 3"]:
     """Vertices whose pins hold fast, put where these are; in place."""
     fast = np.isinf(garment.pins.stiffness)
     vertices[garment.pins.vertices[fast]] = garment.pins.on(posed)[fast]
     return vertices
 
 
-def _way(shaped: ShapedBody, before: Pose, now: Pose) -> Rigid:
+def _pelvis_motion(shaped: ShapedBody, before: Pose, now: Pose) -> RigidTransform:
     """How the pelvis was put elsewhere."""
     rotations = before.rotations.copy()
     rotations[0] = now.rotations[0]
     there = shaped.posed(Pose(rotations, now.translation))
-    return Rigid.between(shaped.posed(before).transforms[0], there.transforms[0])
+    return RigidTransform.between(shaped.posed(before).transforms[0], there.transforms[0])

@@ -12,7 +12,7 @@ from hemline.motions.motion import Pose
 
 from .proxy_on_body import ProxyOnBody
 
-Moved = tuple[Any, Float[np.ndarray, "coarse 3"]]
+Prediction = tuple[Any, Float[np.ndarray, "coarse 3"]]
 """What is remembered, and where the proxy's vertices are [m]."""
 
 
@@ -22,7 +22,7 @@ class Network(Protocol):
     What it remembers beside the `Trail` has methods `followed` and `moved`, as `swingar.history.History`; or is None.
     """
 
-    def prepared(self, proxy: ProxyOnBody) -> Any:
+    def prepare(self, proxy: ProxyOnBody) -> Any:
         """What it knows of a garment once and for all."""
         ...
 
@@ -30,7 +30,7 @@ class Network(Protocol):
         """What it remembers of a body that has always stood so."""
         ...
 
-    def moved(self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: Any, posed: PosedBody) -> Moved:
+    def predict(self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: Any, posed: PosedBody) -> Prediction:
         """The proxy on a posed body."""
         ...
 

@@ -17,7 +17,7 @@ from hemline.motions.motion import JOINT_NAMES
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
-POINTS = tuple(
+FEATURE_JOINTS = tuple(
     JOINT_NAMES.index(name)
     for name in (
         *("pelvis", "spine2", "neck", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle"),
@@ -25,26 +25,26 @@ POINTS = tuple(
     )
 )
 """Joints whose place each vertex is told."""
-PARTS = ("trunk", "left arm", "right arm", "left leg", "right leg")
+BODY_PARTS = ("trunk", "left arm", "right arm", "left leg", "right leg")
 """Parts of the body whose nearness each vertex is told."""
-TOUCHING = 0.012
+CONTACT_DISTANCE = 0.012
 """Cloth as near to the skin as this at rest lies upon it [m]."""
-LONG = 1.0
+MAX_CLOTH_DISTANCE = 1.0
 """Ways along the cloth are told up to this [m]."""
-CELLS = 64
+MAX_CELLS = 64
 """Cells that a garment is cut into, at most."""
 CELL_EDGE = 0.1
 """Spacing of cells that is aimed at [m]."""
-NEAR_CELLS = 4
+CELLS_PER_VERTEX = 4
 """Cells that a vertex hears from."""
-STATIC = 3 + 1 + 3 + 3 + 3 + len(JOINT_NAMES)
+STATIC_COUNT = 3 + 1 + 3 + 3 + 3 + len(JOINT_NAMES)
 """Features of a vertex that do not change."""
-TRAILS = 3 * (len(LAGS) + 2 * len(SWINGS))
-DESCRIBED = 2 * TRAILS + 3 + 3 + 2 * 4 * len(PARTS) + 3 * len(POINTS)
+TRAIL_COUNT = 3 * (len(LAGS) + 2 * len(SWINGS))
+DESCRIBED_COUNT = 2 * TRAIL_COUNT + 3 + 3 + 2 * 4 * len(BODY_PARTS) + 3 * len(FEATURE_JOINTS)
 """Features of a vertex that `describe` writes."""
-BEGUN = 4
+BEGINNING_COUNT = 4
 """Features of a vertex about how it lay at the beginning."""
-DYNAMIC = DESCRIBED + BEGUN
+DYNAMIC_COUNT = DESCRIBED_COUNT + BEGINNING_COUNT
 """Features of a vertex that change from frame to frame."""
 
 
@@ -69,13 +69,13 @@ class Cells:
         """Cut a garment by ways along its cloth."""
         one, two = garment.rest_edges[:, :, 0], garment.rest_edges[:, :, 1]
         area = 0.5 * float(np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]).sum())
-        count = int(min(CELLS, max(NEAR_CELLS + 1, area / CELL_EDGE**2)))
+        count = int(min(MAX_CELLS, max(CELLS_PER_VERTEX + 1, area / CELL_EDGE**2)))
         ways = SurfaceWays.of(garment.vertices, garment.faces, garment.rest_edges)
-        near, distances = ways.nearest(ways.spread(count), NEAR_CELLS + 1, np.inf)
+        near, distances = ways.nearest(ways.spread(count), CELLS_PER_VERTEX + 1, np.inf)
         found = near >= 0
         far = np.where(found, distances, 0).max(axis=1, keepdims=True) + 1e-6
-        shares = np.where(found, 1 - distances / far, 0)[:, :NEAR_CELLS] + 1e-6 * found[:, :NEAR_CELLS]
-        near = np.where(found, near, near[:, :1])[:, :NEAR_CELLS]
+        shares = np.where(found, 1 - distances / far, 0)[:, :CELLS_PER_VERTEX] + 1e-6 * found[:, :CELLS_PER_VERTEX]
+        near = np.where(found, near, near[:, :1])[:, :CELLS_PER_VERTEX]
         shares /= shares.sum(axis=1, keepdims=True)
         return cls(near[:, 0].astype(np.int64), near.astype(np.int64), shares.astype(np.float32))
 
@@ -96,7 +96,7 @@ class ProxyOnBody:
     """Features that do not change: normal, distance to the skin and its direction, ways along the cloth to where it
     lies on the body and to its rims, place beside the key joint, skin weights."""
     offsets: Float[np.ndarray, "verts points 3"]
-    """Where `POINTS` are at rest, as `describe` tells it."""
+    """Where `FEATURE_JOINTS` are at rest, as `describe` tells it."""
     colliders: Colliders
     parts: tuple[Int[np.ndarray, " prims"], Int[np.ndarray, " parts"]]
 
@@ -111,7 +111,7 @@ class ProxyOnBody:
         """
         skin, key = soft_weights(rest, shaped), JOINT_NAMES.index(garment.key_joint)
         proxy = BodyProxy.fit(shaped)
-        parts = (_parts(proxy.joints), np.arange(len(PARTS)))
+        parts = (_parts(proxy.joints), np.arange(len(BODY_PARTS)))
         made = cls(
             garment,
             np.ascontiguousarray(rest, np.float32),
@@ -120,21 +120,21 @@ class ProxyOnBody:
             key,
             Cells.of(garment),
             _static(garment, rest, shaped, skin, key),
-            np.zeros((len(rest), len(POINTS), 3), np.float32),
+            np.zeros((len(rest), len(FEATURE_JOINTS), 3), np.float32),
             proxy.colliders,
             parts,
         )
         still = np.zeros((len(rest), len(LAGS) + 2 * len(SWINGS) + 1, 3), np.float32)
         turns = np.tile(np.array([1, 0, 0, 0], np.float32), (len(rest), 1))
-        told = np.empty((len(rest), DESCRIBED), np.float32)
+        told = np.empty((len(rest), DESCRIBED_COUNT), np.float32)
         frames = np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1))
         made.describe(made.rest, turns, made.rest, still, still, frames, shaped.joints, told)
-        made.offsets[...] = told[:, -3 * len(POINTS) :].reshape(len(rest), -1, 3)
+        made.offsets[...] = told[:, -3 * len(FEATURE_JOINTS) :].reshape(len(rest), -1, 3)
         return made
 
     def describe(self, positions, turns, carried, trails, carried_trails, frames, joints, out) -> None:
         """`feature_kernels.describe` with this garment and body."""
-        points = np.ascontiguousarray(joints[list(POINTS)], np.float32)
+        points = np.ascontiguousarray(joints[list(FEATURE_JOINTS)], np.float32)
         rates = np.array([1 / omega for omega, _ in SWINGS], np.float32)
         describe(
             positions,
@@ -159,7 +159,7 @@ def _parts(joints: Int[np.ndarray, " prims"]) -> Int[np.ndarray, " prims"]:
     for joint in joints:
         side, _, what = JOINT_NAMES[joint].partition("_")
         limb = "arm" if what in arm else "leg" if what in leg else ""
-        found.append(PARTS.index(f"{side} {limb}") if limb else 0)
+        found.append(BODY_PARTS.index(f"{side} {limb}") if limb else 0)
     return np.array(found, np.int64)
 
 
@@ -168,9 +168,9 @@ def _static(garment: Garment, rest: Vertices, shaped: "ShapedBody", skin: SoftWe
     closest = tree.closest(rest)
     distances = np.asarray(closest.distances, np.float64)
     away = (rest - closest.positions) / np.maximum(distances, 1e-4)[:, None]
-    held = np.union1d(garment.pins.vertices, np.flatnonzero(distances < TOUCHING))
+    held = np.union1d(garment.pins.vertices, np.flatnonzero(distances < CONTACT_DISTANCE))
     ways = SurfaceWays.of(rest, garment.faces, garment.rest_edges)
-    to_body, to_rim = (_way(ways, each) for each in (held, _rim(garment.faces)))
+    to_body, to_rim = (_cloth_distance(ways, each) for each in (held, _rim(garment.faces)))
     hung = np.tanh(np.stack([distances / 0.1, distances / 0.3, to_body], axis=1))
     place = rest - shaped.joints[key]
     normals = vertex_normals(rest, garment.faces)
@@ -178,11 +178,11 @@ def _static(garment: Garment, rest: Vertices, shaped: "ShapedBody", skin: SoftWe
     return np.ascontiguousarray(np.concatenate(parts, axis=1), np.float32)
 
 
-def _way(ways: SurfaceWays, sources: np.ndarray) -> np.ndarray:
-    """Way along the cloth from the nearest of some vertices [m], at most `LONG`."""
+def _cloth_distance(ways: SurfaceWays, sources: np.ndarray) -> np.ndarray:
+    """Way along the cloth from the nearest of some vertices [m], at most `MAX_CLOTH_DISTANCE`."""
     if not len(sources):
-        return np.full(ways.vertex_count, LONG)
-    return np.minimum(ways.nearest(sources, 1, LONG)[1][:, 0], LONG)
+        return np.full(ways.vertex_count, MAX_CLOTH_DISTANCE)
+    return np.minimum(ways.nearest(sources, 1, MAX_CLOTH_DISTANCE)[1][:, 0], MAX_CLOTH_DISTANCE)
 
 
 def _rim(faces: Faces) -> np.ndarray:

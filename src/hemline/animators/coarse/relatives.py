@@ -6,15 +6,15 @@ from typing import Any, Self
 
 import numpy as np
 
-from hemline.animators.coarse.features.descriptor import Descriptor, compressed
+from hemline.animators.coarse.features.descriptor import Descriptor, compress_eigenvalues
 from hemline.arrays import Float
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry
 from hemline.garments import Garment
 
-SIZE = 256
+DESCRIPTOR_SIZE = 256
 """Numbers of a descriptor."""
-NEAREST = 3
+RELATIVE_COUNT = 3
 """How many relatives are told, as in the paper's Fig. 7."""
 
 
@@ -28,10 +28,10 @@ class Relatives:
     @classmethod
     def of_garments(cls, proxies: Sequence[Garment]) -> Self:
         """Those of some proxies."""
-        found = [_described(each) for each in proxies]
-        return cls([each.name for each in proxies], np.array(found, np.float32).reshape(-1, SIZE))
+        found = [_spectrum(each) for each in proxies]
+        return cls([each.name for each in proxies], np.array(found, np.float32).reshape(-1, DESCRIPTOR_SIZE))
 
-    def joined(self, others: Self) -> Self:
+    def merge(self, others: Self) -> Self:
         """Together with others; of one name the others' is kept."""
         kept = [i for i, name in enumerate(self.names) if name not in set(others.names)]
         names = [*(self.names[i] for i in kept), *others.names]
@@ -44,14 +44,14 @@ class Relatives:
         """
         if len(self.names) < 2:
             return []
-        own = compressed(_described(proxy))
-        apart = np.linalg.norm(compressed(self.eigenvalues) - own, axis=1) / self._spacing
-        return [(self.names[i], float(apart[i])) for i in np.argsort(apart, kind="stable")[:NEAREST]]
+        own = compress_eigenvalues(_spectrum(proxy))
+        apart = np.linalg.norm(compress_eigenvalues(self.eigenvalues) - own, axis=1) / self._spacing
+        return [(self.names[i], float(apart[i])) for i in np.argsort(apart, kind="stable")[:RELATIVE_COUNT]]
 
     @property
     def _spacing(self) -> float:
         """Median distance of a garment of the fit from the nearest other one."""
-        values = compressed(self.eigenvalues)
+        values = compress_eigenvalues(self.eigenvalues)
         apart = np.linalg.norm(values[:, None] - values[None], axis=2)
         np.fill_diagonal(apart, np.inf)
         return max(float(np.median(apart.min(axis=1))), 1e-6)
@@ -66,9 +66,9 @@ class Relatives:
         names = entry(metadata, "garments", list)
         if not all(isinstance(name, str) for name in names):
             raise BadModel("garments of the fit are named by text", repr(names)[:60], AGAIN)
-        return cls(names, array_of(arrays, "known", "float32", (len(names), SIZE)))
+        return cls(names, array_of(arrays, "known", "float32", (len(names), DESCRIPTOR_SIZE)))
 
 
-def _described(proxy: Garment) -> Float[np.ndarray, " descriptor"]:
+def _spectrum(proxy: Garment) -> Float[np.ndarray, " descriptor"]:
     """Eigenvalues of a proxy; a small one has fewer points, and zeros fill up."""
-    return Descriptor.of(proxy.vertices, proxy.faces, size=min(SIZE, len(proxy.vertices))).padded_to(SIZE)
+    return Descriptor.of(proxy.vertices, proxy.faces, size=min(DESCRIPTOR_SIZE, len(proxy.vertices))).pad_to(DESCRIPTOR_SIZE)

@@ -7,7 +7,7 @@ from hemline.animators.coarse.features.trail import Trail
 from hemline.animators.simulated_proxy import ProxyState
 from hemline.motions.motion import Pose
 
-from .displaced import Displaced
+from .displacement import Displacement
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class CoarseState:
     """What the network remembers beside it, see `network.Network`."""
     opening: "Opening | None"
     """The proxy while it is simulated; None: the network moves it."""
-    displaced: Displaced | None
+    displacement: Displacement | None
     """Where the network has moved it; None: it has not yet."""
 
 

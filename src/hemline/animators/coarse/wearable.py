@@ -12,7 +12,7 @@ from hemline.bodies import ShapedBody
 from hemline.garments import Garment
 
 from .model import CoarseAnimator
-from .weights import ReadsNetworks, Weights
+from .weights import NetworkReader, Weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class CoarseWearable:
         """What the fit reached."""
         return self.weights.figures
 
-    def worn_by(self, garment: Garment, body: ShapedBody) -> CoarseAnimator:
+    def animator_for(self, garment: Garment, body: ShapedBody) -> CoarseAnimator:
         """The animator of one garment on one body: a few seconds, in which the garment settles.
 
         Raises:
@@ -75,6 +75,6 @@ class CoarseWearable:
         )
 
     @classmethod
-    def of(cls, kind: ReadsNetworks, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+    def of(cls, kind: NetworkReader, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
         """Make one from what a model file of a kind holds; raises BadModel as `Weights.of`."""
         return cls(Weights.of(kind, arrays, metadata))

@@ -15,7 +15,7 @@ from .network import Network
 from .relatives import Relatives
 
 
-class ReadsNetworks(Protocol):
+class NetworkReader(Protocol):
     """A kind of animator whose network is found in model files."""
 
     name: str
@@ -41,7 +41,7 @@ class ReadsNetworks(Protocol):
 class Weights:
     """A network and where it comes from."""
 
-    kind: ReadsNetworks
+    kind: NetworkReader
     config: CoarseConfig
     network: Network
     relatives: Relatives
@@ -58,13 +58,13 @@ class Weights:
         own = {"version": self.kind.version, "garments": list(self.relatives.names)}
         return {self.kind.name: own | dict(self.network.extra())}
 
-    def rounded(self) -> Self:
+    def as_stored(self) -> Self:
         """The same weights, rounded as a model file stores them."""
         metadata = {"config": asdict(self.config), "figures": dict(self.figures), "licences": list(self.licences)}
         return self.of(self.kind, self.arrays(), metadata | self.extra())
 
     @classmethod
-    def of(cls, kind: ReadsNetworks, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+    def of(cls, kind: NetworkReader, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
         """From a model file.
 
         Raises:

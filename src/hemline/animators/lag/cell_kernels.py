@@ -6,7 +6,7 @@ from hemline.compiled import kernel, prange
 
 
 @kernel
-def mean_of_cells(values, cell, means_out):
+def average_cells(values, cell, means_out):
     # in: values (verts, width), cell (verts,)   out: means (cells, width)
     count = np.zeros(len(means_out), np.float32)
     means_out[...] = 0
@@ -21,7 +21,7 @@ def mean_of_cells(values, cell, means_out):
 
 
 @kernel(parallel=True)
-def hear(cells, near, shares, bias, values_out):
+def gather_from_cells(cells, near, shares, bias, values_out):
     # in: cells (cells, width); near, shares (verts, near); bias (width,)
     # out: values (verts, width)
     for v in prange(len(values_out)):

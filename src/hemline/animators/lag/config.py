@@ -20,10 +20,10 @@ class LagConfig(CoarseConfig):
     SIZES: ClassVar[tuple[str, ...]] = (*CoarseConfig.SIZES, "width")
 
     width: int = positive(128)
-    """Units of the hidden layers."""
+    """Number of units of each hidden layer."""
     vertices: int = positive(384)
-    """Vertices of each garment that are learned from at a time: the ends of half as many edges."""
+    """Number of vertices of each garment per training step, the end points of half as many edges."""
     edge_weight: float = not_negative(0.3)
-    """Weight of the error of edge vectors, in edges, beside that of vertices."""
+    """Loss weight of the error of edge vectors, in edge lengths, beside that of vertices."""
     precision: Precision = "float32"
-    """Number format of matrix products during training."""
+    """Number format of matrix products during training: float32 or bfloat16."""

@@ -5,7 +5,7 @@ import numpy as np
 from hemline.compiled import kernel, prange
 from hemline.learning.product_kernels import add_product
 
-BLOCK = 48
+ROW_BLOCK = 48
 """Rows that a thread takes at a time."""
 
 
@@ -14,9 +14,9 @@ def dense(inputs, weights, start, rectified, out):
     # in: inputs (rows, n), weights (n, m), start (rows, m) or (1, m): what the product is added to
     # out: (rows, m), rectified or not
     rows = len(inputs)
-    for block in prange((rows + BLOCK - 1) // BLOCK):
-        first = block * BLOCK
-        last = min(rows, first + BLOCK)
+    for block in prange((rows + ROW_BLOCK - 1) // ROW_BLOCK):
+        first = block * ROW_BLOCK
+        last = min(rows, first + ROW_BLOCK)
         for i in range(first, last):
             at = i if len(start) > 1 else 0
             for j in range(out.shape[1]):

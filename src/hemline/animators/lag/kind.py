@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline.animators.coarse.kind import CoarseKind
 from hemline.animators.coarse.network import Network
-from hemline.animators.coarse.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT
 from hemline.files.contents import array_of
 
 from .config import LagConfig
@@ -22,7 +22,7 @@ class LagKind(CoarseKind):
     version = 1
     Config = LagConfig
 
-    def learned(self, frames: Any, config: Any, **options: Any) -> tuple[Network, dict[str, float]]:
+    def train(self, frames: Any, config: Any, **options: Any) -> tuple[Network, dict[str, float]]:
         """Learn, see `fit_lag.fit_lag`."""
         from hemline.animators.lag.fit.fit_lag import fit_lag
 
@@ -31,7 +31,7 @@ class LagKind(CoarseKind):
     def network_of(self, arrays: Mapping[str, np.ndarray], config: Any, own: Mapping[str, Any]) -> LagNetwork:
         """The network of a model file; raises BadModel."""
         weights, biases = {}, {}
-        for name, (inputs, outputs) in layer_sizes(STATIC + DYNAMIC, config.width).items():
+        for name, (inputs, outputs) in layer_sizes(STATIC_COUNT + DYNAMIC_COUNT, config.width).items():
             weights[name] = array_of(arrays, f"weight.{name}", "float16", (inputs, outputs)).astype(np.float32)
             biases[name] = array_of(arrays, f"bias.{name}", "float32", (outputs,))
         return LagNetwork(LagNet(weights, biases))

@@ -8,7 +8,7 @@ import numpy as np
 from hemline.animators.coarse.proxy_on_body import Cells
 from hemline.arrays import Float
 
-from .cell_kernels import hear, mean_of_cells
+from .cell_kernels import gather_from_cells, average_cells
 from .dense_kernels import dense
 
 
@@ -49,14 +49,14 @@ class LagNet:
         h = _dense(told, self.weights["first"][-told.shape[1] :], static)
         h = self._layer("second", h)
         means = np.empty((cells.count, h.shape[1]), np.float32)
-        mean_of_cells(h, cells.cell, means)
+        average_cells(h, cells.cell, means)
         c = self._layer("cell", means)
         c = self._layer("all_cells", np.concatenate([c, np.broadcast_to(c.mean(axis=0), c.shape)], axis=1))
         # what is heard is linear in the cells, so their part of the layer is done before it is shared out
         width, third = h.shape[1], self.weights["third"]
         told_by_cells = _dense(c, third[width:], np.zeros((1, width), np.float32), rectified=False)
         heard = np.empty_like(h)
-        hear(told_by_cells, cells.near, cells.shares, self.biases["third"], heard)
+        gather_from_cells(told_by_cells, cells.near, cells.shares, self.biases["third"], heard)
         h = _dense(h, third[:width], heard)
         return _dense(h, self.weights["fourth"], self.biases["fourth"][None], rectified=False)
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hemline.animators.coarse.features.trail import Trail
-from hemline.animators.coarse.network import Moved
+from hemline.animators.coarse.network import Prediction
 from hemline.animators.coarse.proxy_on_body import ProxyOnBody
 from hemline.bodies import PosedBody
 from hemline.motions.motion import Pose
@@ -21,17 +21,17 @@ class LagNetwork:
 
     net: LagNet
 
-    def prepared(self, proxy: ProxyOnBody) -> Any:
+    def prepare(self, proxy: ProxyOnBody) -> Any:
         """The part of the first layer that does not change."""
         return self.net.static(proxy.static)
 
     def start(self, pose: Pose) -> None:
         """Nothing is remembered beside the Trail."""
 
-    def moved(self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: None, posed: PosedBody) -> Moved:
+    def predict(self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: None, posed: PosedBody) -> Prediction:
         """Skinning, displaced."""
-        displacements = self.net.displacements(prepared, trail.told(proxy, posed), proxy.cells)
-        return None, trail.displaced(displacements)
+        displacements = self.net.displacements(prepared, trail.features(proxy, posed), proxy.cells)
+        return None, trail.add_displacements(displacements)
 
     def arrays(self) -> Mapping[str, np.ndarray]:
         """Weights in half precision, which is all that they are worth; biases in single."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from hemline.animators.simulated_proxy import LEVELS, Level
+from hemline.animators.simulated_proxy import QUALITY_LEVELS, QualityLevel
 from hemline.garments.proxy.proxy import ProxySize
 from hemline.options import check_options, not_negative, positive
 from hemline.sim.settings import SimSettings
@@ -22,21 +22,21 @@ class LiveConfig:
     """
 
     edge: float = positive(0.035)
-    """Length of the edges of the garment that is simulated [m]."""
+    """Edge length of the simulated mesh [m]."""
     fewest: int = positive(500)
-    """Vertices that it has at least; all where the garment has no more."""
+    """Minimum number of vertices of the simulated mesh. A garment with fewer vertices is simulated with all of them."""
     most: int = positive(1500)
-    """Vertices that it has at most."""
+    """Maximum number of vertices of the simulated mesh."""
     quality: Quality = "budget"
-    """`fast`, `good` or `fine`; `budget`: the best that the budget buys."""
+    """Quality of the simulation: fast, good, fine, or the best within --budget-ms (budget)."""
     budget_ms: float = positive(33.0)
-    """What a frame of 1/30 s may cost on two cores [ms]; only `budget` asks for it."""
+    """Time that a frame of 1/30 s may take on two cores [ms], for --quality budget."""
     self_contact: bool = False
-    """Whether the cloth meets itself."""
+    """Simulate contact of the cloth with itself."""
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Wind in the world [m/s]."""
+    """Mean wind velocity along x, y (up) and z [m/s]."""
     gusts: float = not_negative(0.0)
-    """Standard deviation of each component of the wind; 0: it is constant [m/s]."""
+    """Standard deviation of each component of the wind [m/s]. With 0 the wind is constant."""
 
     def __post_init__(self) -> None:
         check_options(self)
@@ -46,15 +46,15 @@ class LiveConfig:
         """Of the garment that is simulated."""
         return ProxySize(self.edge, self.fewest, self.most)
 
-    def level(self, vertices: int) -> Level:
+    def level(self, vertices: int) -> QualityLevel:
         """What a frame of a garment of so many vertices is simulated with."""
         if self.quality != "budget":
-            return LEVELS[self.quality]
-        bought = (each for each in LEVELS.values() if self.cost_ms(each, vertices) <= self.budget_ms)
-        return next(bought, LEVELS["fast"])
+            return QUALITY_LEVELS[self.quality]
+        bought = (each for each in QUALITY_LEVELS.values() if self.cost_ms(each, vertices) <= self.budget_ms)
+        return next(bought, QUALITY_LEVELS["fast"])
 
     @staticmethod
-    def cost_ms(level: Level, vertices: int) -> float:
+    def cost_ms(level: QualityLevel, vertices: int) -> float:
         """What the table says that a frame costs [ms]."""
         return level.frame_ms + 1e-3 * level.vertex_us * vertices
 

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from hemline.animators.leaps import Rigid
+from hemline.animators.teleport import RigidTransform
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
 from hemline.animators.simulated_proxy import ProxyState, SimulatedProxy
@@ -25,7 +25,7 @@ from hemline.options import options_of
 
 from .config import LiveConfig
 
-VERSION = 1
+LIVE_VERSION = 1
 """Of what a model file holds under `live`."""
 
 
@@ -104,15 +104,15 @@ class AnimatorLive:
         Returns:
             The State after, and the vertices in the world (verts, 3) [m].
         """
-        after = self.simulated(state, posed, dt)
-        return after, self.carried(after, posed.shaped)
+        after = self.simulate(state, posed, dt)
+        return after, self.carry_mesh(after, posed.shaped)
 
     @real_time_threads()
-    def simulated(self, state: ProxyState, posed: PosedBody, dt: float) -> ProxyState:
+    def simulate(self, state: ProxyState, posed: PosedBody, dt: float) -> ProxyState:
         """The coarse half of `step`: the State after."""
         return self._on(posed.shaped)[0].step(state, posed, dt)
 
-    def moved_along(self, state: ProxyState, shaped: ShapedBody, way: Rigid) -> ProxyState:
+    def relocate(self, state: ProxyState, shaped: ShapedBody, way: RigidTransform) -> ProxyState:
         """The State turned about the vertical and shifted as a whole, its past too.
 
         Args:
@@ -120,13 +120,13 @@ class AnimatorLive:
             shaped: The body that wears the garment.
             way: From where it was to where it is.
         """
-        return state.moved_along(way)
+        return state.relocate(way)
 
     @real_time_threads()
-    def carried(self, state: ProxyState, shaped: ShapedBody) -> Vertices:
+    def carry_mesh(self, state: ProxyState, shaped: ShapedBody) -> Vertices:
         """The fine half: the vertices of a State on that shape of the body (verts, 3) [m]."""
-        here = self._on(shaped)[1].carried(state.cloth.positions)
-        return state.home.points(here.astype(np.float64)).astype(np.float32)
+        here = self._on(shaped)[1].carry_mesh(state.cloth.positions)
+        return state.to_world.points(here.astype(np.float64)).astype(np.float32)
 
     def _on(self, shaped: ShapedBody) -> tuple[SimulatedProxy, Embedding]:
         key = np.asarray(shaped.betas, np.float32).tobytes()
@@ -157,7 +157,7 @@ class AnimatorLive:
             config=asdict(self.config),
             figures=self.figures,
             licences=[],
-            extra={"live": {"version": VERSION}},
+            extra={"live": {"version": LIVE_VERSION}},
         )
 
     @classmethod
@@ -169,8 +169,8 @@ class AnimatorLive:
                 or shape than the garment asks.
         """
         version = entry(metadata, "live", dict).get("version")
-        if version != VERSION:
-            raise BadModel(f"this hemline reads version {VERSION} of live garments", f"version {version}", AGAIN)
+        if version != LIVE_VERSION:
+            raise BadModel(f"this hemline reads version {LIVE_VERSION} of live garments", f"version {version}", AGAIN)
         garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
         config = options_of(LiveConfig, entry(metadata, "config", dict), error=BadModel)
         with refused("the model's garment"):

@@ -42,7 +42,7 @@ class Live:
         """None: nothing was fitted."""
         return {}
 
-    def worn_by(self, garment: Garment, body: ShapedBody) -> AnimatorLive:
+    def animator_for(self, garment: Garment, body: ShapedBody) -> AnimatorLive:
         """The animator of one garment on one body: a few seconds, in which the garment settles.
 
         Raises:

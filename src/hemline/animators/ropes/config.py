@@ -15,81 +15,86 @@ class RopesConfig:
     """
 
     layout: Literal["auto", "geodesic", "ssdr"] = "auto"
-    """Where bones lie: along the chains that the garment names, or else as for "geodesic"; at even distances along
-    geodesic lines; or where a skinning decomposition of the takes puts them."""
+    """Placement of the bones: along the chains that the garment names, otherwise like geodesic (auto); at equal
+    distances along geodesic lines (geodesic); or by a skinning decomposition of the takes (ssdr)."""
     chains: int = positive(26)
-    """Rope chains laid on a garment, unless it names them itself. The paper's cape has ten of 13 to 15 bones; many that
-    are short tell more of the cloth between them."""
+    """Number of rope chains on a garment that names none. The paper's cape has ten chains of 13 to 15 bones; many short
+    chains describe more of the cloth between them."""
     chain_bones: int = positive(9)
-    """Bones of such a chain of average length, root included; the shortest gets one less."""
+    """Number of bones of a chain of average length, root included. The shortest chain has one fewer."""
     calibrate: bool = True
-    """Fit the constants of the ropes to the simulated bones first."""
+    """Fit the physical constants of the ropes to the simulated bones before training."""
     gradient_steps: int = not_negative(0)
-    """Steps along the gradient of the ropes' error after the search for their constants."""
+    """Number of gradient descent steps on the rope constants after the search for them."""
     components: int = positive(100)
-    """Principal components of the skinning network."""
+    """Number of principal components of the skinning network."""
     shape_components: int = positive(100)
-    """Principal components of the shape network."""
+    """Number of principal components of the shape network."""
     second_columns: int = not_negative(8)
-    """Modes of the skinning basis that get 16 bits instead of 8."""
+    """Number of modes of the skinning basis that are stored with 16 bits instead of 8."""
     hidden: int = positive(500)
-    """Neurons in each of the two hidden layers."""
+    """Number of neurons in each of the two hidden layers of the skinning and shape networks."""
     epochs: int = positive(40)
-    """Passes over the training set of each network."""
+    """Number of passes over the training set for the skinning network and for the shape network."""
     batch: int = positive(128)
-    """Frames a step of the optimiser."""
+    """Number of frames per optimiser step."""
     skinning_rate: float = not_negative(1e-4)
-    """First learning rate of Adam for the skinning network; a cosine takes it to zero."""
+    """Initial learning rate of Adam for the skinning network. A cosine schedule takes it to zero."""
     shape_rate: float = not_negative(1e-5)
-    """The same for the shape network."""
+    """Initial learning rate of Adam for the shape network. A cosine schedule takes it to zero."""
     data_weight: float = not_negative(0.1)
-    """Weight of the mean square distance to the ground truth."""
+    """Loss weight of the mean squared distance to the ground truth."""
     collision_weight: float = not_negative(0.1)
-    """Weight of the mean square of what vertices lack to be clear of the body."""
+    """Loss weight of the collision term, the mean squared distance that vertices lack to the clearance of
+    --expansion."""
     expansion: float = not_negative(0.005)
-    """Distance that vertices should keep from the body in the collision term [m]."""
+    """Clearance from the body in the collision term [m]."""
     collision_vertices: int = positive(256)
-    """Vertices drawn for the collision term in each step."""
+    """Number of vertices sampled for the collision term in each step."""
     bone_noise: float = not_negative(0.003)
-    """Standard deviation of noise on the simulated bones during training [m]."""
+    """Standard deviation of the noise added to the simulated bones during training [m]."""
     mirror: bool = True
-    """Show each training frame with left and right exchanged, too, if garment and body are symmetric."""
+    """Train on mirror images too, with left and right exchanged, if garment and body are symmetric."""
     correction_hidden: int = positive(128)
-    """Neurons in each of the two hidden layers of the bone correction, the network between ropes and cloth."""
+    """Number of neurons in each of the two hidden layers of the bone correction, the network between ropes and
+    cloth."""
     correction_epochs: int = positive(60)
-    """Passes over the training set of that network."""
+    """Number of passes over the training set for the bone correction."""
     correction_rate: float = not_negative(5e-4)
-    """Its first learning rate."""
+    """Initial learning rate of Adam for the bone correction."""
     correction_collision_weight: float = not_negative(30.0)
-    """Its weight of the mean square of what vertices lack."""
+    """Loss weight of the collision term for the bone correction."""
     prior_weight: float = not_negative(0.1)
-    """Its weight of the mean square distance to what the ropes' bones make without it."""
+    """Loss weight, for the bone correction, of the mean squared distance to the cloth of uncorrected rope bones."""
     bones: Literal["auto", "ropes", "learned"] = "auto"
-    """What moves the bones: ropes, learned bones (with ropes in reserve), or what is better on validation."""
+    """Source of the bone motion: ropes, learned bones with ropes as a fallback (learned), or the better one on
+    validation data (auto)."""
     bone_components: int = positive(64)
-    """Principal components of the learned bones."""
+    """Number of principal components of the learned bones."""
     bones_hidden: int = positive(256)
-    """Neurons in each of the two hidden layers of their network."""
+    """Number of neurons in each of the two hidden layers of the network of learned bones."""
     bones_epochs: int = positive(30)
-    """Passes over the training set in each of the three stages of its training."""
+    """Number of passes over the training set in each of the three training stages of learned bones."""
     bones_batch: int = positive(256)
-    """Rollouts a step of the optimiser."""
+    """Number of rollouts per optimiser step for learned bones."""
     bones_rate: float = not_negative(1e-3)
-    """First learning rate of the first stage; each other one has half of that before."""
+    """Initial learning rate of the first training stage of learned bones. Each later stage starts at half the rate of
+    the one before."""
     rollout_frames: int = positive(40)
-    """Frames of a rollout in the last stage."""
+    """Number of frames of a rollout in the last training stage of learned bones."""
     rollout_noise: float = not_negative(0.015)
-    """Standard deviation of noise on each coefficient of the bones that a rollout begins with [m]."""
+    """Standard deviation of the noise on each bone coefficient at the start of a rollout [m]."""
     body_noise: float = not_negative(0.3)
-    """Standard deviation of noise on what learned bones see of the body, as a share of the deviation of each input."""
+    """Standard deviation of the noise on the body inputs of learned bones, as a fraction of each input's standard
+    deviation."""
     swing_weight: float = not_negative(10.0)
-    """Weight of the mean square error of what bones move from frame to frame, beside that of where they are."""
+    """Loss weight of the mean squared error of bone displacements per frame, beside that of bone positions."""
     bone_clearance: float = not_negative(0.01)
-    """Learned bones are pushed this far out of the body's primitives [m]."""
+    """Clearance to which learned bones are pushed out of the body's collision primitives [m]."""
     checkpoint_epochs: int = positive(10)
-    """The state of a training is kept every so many passes."""
+    """Number of passes over the training set between checkpoints."""
     threads: int = positive(2)
-    """Threads of the training."""
+    """Number of threads for training."""
 
     def __post_init__(self) -> None:
         check_options(self)

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from hemline.animators.leaps import Rigid
+from hemline.animators.teleport import RigidTransform
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
 from hemline.animators.ropes.bones.bone_source import BoneSource
@@ -126,7 +126,7 @@ class AnimatorRopes:
         coefficients = np.concatenate([self.skinning(moved), self.shape(moved)])
         return after, self.basis.vertices(coefficients, state.rest, posed.transforms[self.key])
 
-    def moved_along(self, state: AnimatorRopesState, shaped: ShapedBody, way: Rigid) -> AnimatorRopesState:
+    def relocate(self, state: AnimatorRopesState, shaped: ShapedBody, way: RigidTransform) -> AnimatorRopesState:
         """The State turned about the vertical and shifted as a whole, its past too.
 
         Args:
@@ -134,7 +134,7 @@ class AnimatorRopes:
             shaped: The body that wears the garment.
             way: From where it was to where it is.
         """
-        return replace(state, bones=state.bones.moved_along(way))
+        return replace(state, bones=state.bones.relocate(way))
 
     def follow(
         self, state: AnimatorRopesState, posed: PosedBody, dt: float, truth: Vertices

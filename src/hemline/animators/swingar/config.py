@@ -20,17 +20,17 @@ class SwingarConfig(CoarseConfig):
     SIZES: ClassVar[tuple[str, ...]] = (*CoarseConfig.SIZES, "sizes", "features", "alpha")
 
     sizes: Sizes = "lean"
-    """Sizes of the network: those of the paper, or smaller ones."""
+    """Layer sizes of the network: those of the paper (full), or smaller ones (lean)."""
     features: bool = True
-    """Whether the network is given how vertices trail and what is near them, and displaces them by that; off: as the
-    paper describes it."""
+    """Give the network features of lagging vertices and their surroundings, and displace vertices by them. With
+    --no-features it is the network of the paper."""
     alpha: float = not_negative(2.0)
-    """Scale of the attention scores."""
+    """Scale factor of the attention scores."""
     groups: int = positive(100)
-    """Groups of frames in an epoch."""
+    """Number of frame groups in an epoch."""
     term_epochs: int = not_negative(0)
-    """Epochs that the coarse predictor goes on with all terms of the loss."""
+    """Number of further epochs in which the coarse predictor is trained with all loss terms."""
     corrective_epochs: int = not_negative(0)
-    """Epochs of the corrective predictor; 0: there is none."""
+    """Number of epochs of the corrective predictor. With 0 there is no corrective predictor."""
     device: str = "cpu"
-    """Where it is trained: `cpu`, or `cuda` where torch finds a GPU."""
+    """Device to train on: cpu, or cuda if PyTorch finds a GPU."""

@@ -31,7 +31,7 @@ class EstimatorConfig:
     """Scale of the attention scores."""
     lipschitz: bool = True
     """Whether scores are normalised; off: ordinary graph attention (Fig. 8)."""
-    told: int = not_negative(0)
+    features: int = not_negative(0)
     """Features of a vertex in a frame that reach the blend shape, and the displacement; 0: none, as in the paper."""
     state_told: int = not_negative(0)
     """So many of them, the first ones, reach the state encoder, too."""
@@ -56,9 +56,9 @@ class EstimatorConfig:
 
     def __post_init__(self) -> None:
         check_options(self, "option of the estimator")
-        if self.state_told > self.told:
+        if self.state_told > self.features:
             what = "option of the estimator 'state_told' must be at most 'told'"
-            raise BadInput(what, f"{self.state_told} of {self.told}", "give fewer")
+            raise BadInput(what, f"{self.state_told} of {self.features}", "give fewer")
         if self.body <= 3 * JOINTS:
             what = f"option of the estimator 'body' must count betas beside {3 * JOINTS} numbers of the pose"
             raise BadInput(what, self.body, f"give more than {3 * JOINTS}")
@@ -87,8 +87,8 @@ def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
     c, heads = config, 4 * config.corrective_heads
     found: dict[str, tuple[int, ...]] = {
         "blend_scale": (1,),
-        "told_mean": (c.told,),
-        "told_spread": (c.told,),
+        "told_mean": (c.features,),
+        "told_spread": (c.features,),
         "peepholes": (3, c.corrective),
         "corrective_scale": (1,),
         "motion.weight_ih_l0": (4 * c.motion, POSE_WIDTH),
@@ -101,7 +101,7 @@ def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
         "graph_first": (JOINTS, VERTEX_WIDTH, 0, c.graph),
         "graph_second": (JOINTS, c.graph, 0, c.motion),
         "state": (JOINTS, c.motion, c.state_told, c.state),
-        "blend_first": (3, c.state, c.told, c.blend),
+        "blend_first": (3, c.state, c.features, c.blend),
         "blend_second": (3, c.blend, 0, c.blend_last),
         "mesh_gates": (heads, CORRECTIVE_WIDTH, 0, c.corrective),
         "hidden_gates": (heads, c.corrective, 0, c.corrective),
@@ -122,7 +122,7 @@ def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
     single |= {"blend_motion": (c.motion, c.blend_last)} if c.motion != c.blend_last else {}
     if c.displacement:
         wide = c.displacement
-        single |= {"displace_first": (c.state + c.told, wide), "displace_second": (wide, wide), "displace": (wide, 3)}
+        single |= {"displace_first": (c.state + c.features, wide), "displace_second": (wide, wide), "displace": (wide, 3)}
     for name, (inputs, outputs) in single.items():
         found[f"{name}.weight"], found[f"{name}.bias"] = (outputs, inputs), (outputs,)
     return found

@@ -4,16 +4,16 @@ import numpy as np
 
 from hemline.animators.coarse.features.descriptor import Descriptor
 from hemline.animators.coarse.features.rest_features import fit_features, vertex_masses
-from hemline.animators.coarse.fit.worn_frames import WornFrames
-from hemline.animators.coarse.proxy_on_body import DYNAMIC, STATIC, TRAILS, ProxyOnBody
+from hemline.animators.coarse.fit.garment_frames import GarmentFrames
+from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT, TRAIL_COUNT, ProxyOnBody
 from hemline.animators.swingar.fit.samples import GarmentSample
 from hemline.arrays import Faces, Float, Vertices
 
 from .graph import Graph
 
-STATE_TOLD = TRAILS + 3
+STATE_TOLD = TRAIL_COUNT + 3
 """Features of a vertex that the state encoder is given: how it trails, and where its key joint would carry it."""
-TOLD = STATIC + DYNAMIC
+TOLD = STATIC_COUNT + DYNAMIC_COUNT
 """Features of a vertex that the blend shape and the displacement are given; those of the state encoder come first."""
 LEAST = 1e-3
 """Skin weights below this count as this in logits."""
@@ -31,7 +31,7 @@ def garment_inputs(proxy: ProxyOnBody, descriptor: int) -> GarmentSample:
     return _sample(garment.faces, *parts, descriptor=descriptor)
 
 
-def garment_of_frames(frames: WornFrames, descriptor: int) -> GarmentSample:
+def garment_of_frames(frames: GarmentFrames, descriptor: int) -> GarmentSample:
     """The same of a garment whose frames are learned from."""
     faces, *parts = (np.array(each) for each in (frames.faces, frames.cut, frames.fit, frames.skin, frames.mass))
     return _sample(faces, *parts, descriptor=descriptor)
@@ -40,7 +40,7 @@ def garment_of_frames(frames: WornFrames, descriptor: int) -> GarmentSample:
 def _sample(
     faces: Faces, cut: Vertices, fit: np.ndarray, skin: np.ndarray, mass: np.ndarray, *, descriptor: int
 ) -> GarmentSample:
-    found = Descriptor.of(cut, faces, size=min(descriptor, len(cut))).padded_to(descriptor)
+    found = Descriptor.of(cut, faces, size=min(descriptor, len(cut))).pad_to(descriptor)
     return GarmentSample(Graph.of(faces, len(cut)), faces, fit, found, skin_logits(skin), mass)
 
 
@@ -53,8 +53,8 @@ def vertex_inputs(
         told: Those that change, see `Trail.told`.
         static: Those that do not, see `ProxyOnBody.static`.
     """
-    key = slice(2 * TRAILS, 2 * TRAILS + 3)
-    parts = told[..., :TRAILS], told[..., key], told[..., TRAILS : 2 * TRAILS], told[..., key.stop :]
+    key = slice(2 * TRAIL_COUNT, 2 * TRAIL_COUNT + 3)
+    parts = told[..., :TRAIL_COUNT], told[..., key], told[..., TRAIL_COUNT : 2 * TRAIL_COUNT], told[..., key.stop :]
     still = np.broadcast_to(static, (*told.shape[:-1], static.shape[1]))
     return np.concatenate([*parts, still], axis=-1, dtype=np.float32)
 

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from hemline.animators.coarse.features.seen import TICK, Times
-from hemline.animators.leaps import Rigid
+from hemline.animators.coarse.features.seen import POSE_INTERVAL, PoseHistory
+from hemline.animators.teleport import RigidTransform
 from hemline.arrays import Float
 
 from .estimator_config import MESHES
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class History:
     """What the network remembers; never changed in place."""
 
-    times: Times
+    times: PoseHistory
     mesh_seconds: tuple[float, ...]
     """From now, so at most 0 [s]."""
     meshes: tuple[Float[np.ndarray, "verts 3"], ...]
@@ -28,27 +28,27 @@ class History:
     """The joints then [m]."""
 
     @classmethod
-    def always(cls, pose: "Pose") -> Self:
+    def standing(cls, pose: "Pose") -> Self:
         """Of a body that has always stood so; its mesh is not known yet."""
-        return cls(Times.always(pose), (), (), ())
+        return cls(PoseHistory.standing(pose), (), (), ())
 
-    def followed(self, pose: "Pose", dt: float) -> Self:
+    def advance(self, pose: "Pose", dt: float) -> Self:
         """After a time `dt` [s], in a pose; its mesh is not known yet."""
         return replace(
-            self, times=self.times.followed(pose, dt), mesh_seconds=tuple(each - dt for each in self.mesh_seconds)
+            self, times=self.times.advance(pose, dt), mesh_seconds=tuple(each - dt for each in self.mesh_seconds)
         )
 
     def with_mesh(self, mesh: np.ndarray, joints: np.ndarray) -> Self:
         """The same, the present coarse mesh known."""
         seconds, meshes, places = (*self.mesh_seconds, 0.0), (*self.meshes, mesh), (*self.joints, joints)
         # one that is older than the network looks is enough
-        old = max(0, sum(each <= -(MESHES - 1) * TICK + 1e-9 for each in seconds) - 1)
+        old = max(0, sum(each <= -(MESHES - 1) * POSE_INTERVAL + 1e-9 for each in seconds) - 1)
         return replace(self, mesh_seconds=seconds[old:], meshes=meshes[old:], joints=places[old:])
 
     def last_meshes(self) -> tuple[Float[np.ndarray, "meshes verts 3"], Float[np.ndarray, "meshes joints 3"]]:
         """The coarse meshes now and one and two ticks before, the oldest first; and the joints then [m]."""
         found: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
-        for wanted in TICK * np.arange(1 - MESHES, 1):
+        for wanted in POSE_INTERVAL * np.arange(1 - MESHES, 1):
             later = next(i for i, each in enumerate(self.mesh_seconds) if each >= wanted - 1e-9)
             earlier = max(0, later - 1)
             span = self.mesh_seconds[later] - self.mesh_seconds[earlier]
@@ -57,10 +57,10 @@ class History:
                 out.append(which[earlier] + np.float32(max(share, 0.0)) * (which[later] - which[earlier]))
         return np.array(found[0], np.float32), np.array(found[1], np.float32)
 
-    def moved(self, way: Rigid) -> Self:
+    def transform(self, way: RigidTransform) -> Self:
         """Turned and moved as a whole."""
         meshes, joints = (
             tuple(way.points(each.astype(np.float64)).astype(np.float32) for each in which)
             for which in (self.meshes, self.joints)
         )
-        return replace(self, times=self.times.moved(way), meshes=meshes, joints=joints)
+        return replace(self, times=self.times.transform(way), meshes=meshes, joints=joints)

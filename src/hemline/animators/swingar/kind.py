@@ -14,7 +14,7 @@ from hemline.options import options_of
 from .config import SwingarConfig
 from .estimator_config import EstimatorConfig
 from .graph_network import GraphNetwork
-from .runtime import PlayedEstimator
+from .runtime import RuntimeEstimator
 
 
 class SwingarKind(CoarseKind):
@@ -24,7 +24,7 @@ class SwingarKind(CoarseKind):
     version = 3
     Config = SwingarConfig
 
-    def learned(self, frames: Any, config: Any, **options: Any) -> tuple[Network, dict[str, float]]:
+    def train(self, frames: Any, config: Any, **options: Any) -> tuple[Network, dict[str, float]]:
         """Learn, see `fit_graph.fit_graph`."""
         from hemline.animators.swingar.fit.fit_graph import fit_graph
 
@@ -33,7 +33,7 @@ class SwingarKind(CoarseKind):
     def network_of(self, arrays: Mapping[str, np.ndarray], config: Any, own: Mapping[str, Any]) -> GraphNetwork:
         """The network of a model file; raises BadModel."""
         sizes = options_of(EstimatorConfig, entry(own, "estimator", dict), error=BadModel)
-        return GraphNetwork(PlayedEstimator.of(sizes, part(arrays, "graph")))
+        return GraphNetwork(RuntimeEstimator.of(sizes, part(arrays, "graph")))
 
 
 KIND = SwingarKind()

@@ -24,7 +24,7 @@ def pickled_arrays(content: bytes, names: Iterable[str]) -> dict[str, np.ndarray
     """Those of the named arrays that a pickled dictionary holds.
 
     The pickle's instructions are first read through without following them, and refused where they would fill the
-    memory or the stack, or take long. Then they are followed by an unpickler that knows `STAND_INS` and an `Encoder`,
+    memory or the stack, or take long. Then they are followed by an unpickler that knows `MAX_STAND_INS` and an `Encoder`,
     and nothing else, text of Python 2 being latin1. Whatever is not named is never looked at.
 
     Args:

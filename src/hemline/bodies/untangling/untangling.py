@@ -134,7 +134,7 @@ def _degrees(turns: np.ndarray) -> np.ndarray:
 
 
 def _turns(shaped: BodyShape, pose: Pose) -> Float[np.ndarray, "turned 3"]:
-    """Rotation vectors of the joints in `TURNED`, in their parents' frames; all zero where nothing overlaps [rad]."""
+    """Rotation vectors of the joints in `TELEPORT_ANGLE`, in their parents' frames; all zero where nothing overlaps [rad]."""
     balls, free = fill_with_balls(shaped), np.zeros(3 * len(TURNED))
     transforms, _ = shaped.transforms_of(pose.rotations[None], pose.translation[None])
     centres = skin_points(transforms[0], balls.weight_indices, balls.weights, balls.centres)

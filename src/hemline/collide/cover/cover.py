@@ -13,16 +13,16 @@ from .cover_kernels import cover_points
 if TYPE_CHECKING:
     from hemline.bodies.body import ShapedBody
 
-REACH = 0.02
+COVER_DISTANCE = 0.02
 """Skin is covered where cloth is no farther away than this at rest [m]."""
-GAP = 0.001
+COVER_GAP = 0.001
 """How far behind the cloth covered vertices are [m]."""
-DEEPEST = 0.012
+COVER_DEPTH = 0.012
 """A vertex that is farther in front of a triangle is not covered by it, but elsewhere [m]."""
-STEPS = 8
+COVER_STEPS = 8
 """Triangles that are tried, from the one over a vertex at rest on: so far the cloth may slip along the skin."""
-SWEEPS = 2
-FACING = 0.3
+COVER_SWEEPS = 2
+COVER_COSINE = 0.3
 """Least cosine between the normals of cloth and skin."""
 
 
@@ -53,11 +53,11 @@ class Cover:
         """
         worn = np.asarray(vertices, np.float64)
         closest = ClosestTree(worn, faces).closest(shaped.vertices)
-        facing = np.einsum("pi,pi->p", face_normals(worn, faces)[closest.faces], shaped.normals) > FACING
-        points = np.flatnonzero(facing & (closest.distances < REACH))
+        facing = np.einsum("pi,pi->p", face_normals(worn, faces)[closest.faces], shaped.normals) > COVER_COSINE
+        points = np.flatnonzero(facing & (closest.distances < COVER_DISTANCE))
         points = points[np.argsort(closest.faces[points], kind="stable")]
         over = closest.faces[points].astype(np.int32)
-        return cls(points.astype(np.int32), over, np.ascontiguousarray(faces, np.int32), across(faces))
+        return cls(points.astype(np.int32), over, np.ascontiguousarray(faces, np.int32), faces_across_edges(faces))
 
     def step(self, skin: BodyVertices, vertices: Vertices) -> Vertices:
         """The garment with its triangles over the skin that they cover.
@@ -66,12 +66,12 @@ class Cover:
             skin: The body now [m].
             vertices: The garment [m]; it is not changed.
         """
-        result, lengths = np.array(vertices, np.float32), (np.float32(GAP), np.float32(DEEPEST))
-        cover_points(self.points, self.over, self.corners, self.beyond, skin, *lengths, STEPS, SWEEPS, result)
+        result, lengths = np.array(vertices, np.float32), (np.float32(COVER_GAP), np.float32(COVER_DEPTH))
+        cover_points(self.points, self.over, self.corners, self.beyond, skin, *lengths, COVER_STEPS, COVER_SWEEPS, result)
         return result
 
 
-def across(faces: Faces) -> Int[np.ndarray, "faces 3"]:
+def faces_across_edges(faces: Faces) -> Int[np.ndarray, "faces 3"]:
     """The triangle across the edge opposite each corner, -1 where there is none, int32.
 
     Args:

@@ -7,9 +7,9 @@ import numpy as np
 from hemline.compiled import kernel
 
 _index = np.uintp
-SURELY = np.float32(1.001)
+BEHIND_RATIO = np.float32(1.001)
 """Share of the square of the gap from which on a vertex of the body is behind a triangle, whatever the rounding."""
-NOTHING = np.float32(1e-22)
+LEAST_AREA = np.float32(1e-22)
 """A triangle whose doubled area, squared, is below this covers nothing [m^4]."""
 
 
@@ -23,7 +23,7 @@ def cover_points(points, over, corners, beyond, skin, gap, deepest, steps, sweep
     # from the triangle of rest across the edges that the point is beyond, to the one over it; depth along its unit
     # normal; corners move by w_i / sum w^2 of what is lacking, w barycentric; a point is looked at again only where a
     # corner was moved since
-    moved, clock, behind = 0, 0, SURELY * gap * gap
+    moved, clock, behind = 0, 0, BEHIND_RATIO * gap * gap
     stirred, seen = np.zeros(len(vertices_out), np.int64), np.full(len(points), -1, np.int64)
     here = over.copy()
     for _ in range(sweeps):
@@ -57,7 +57,7 @@ def cover_points(points, over, corners, beyond, skin, gap, deepest, steps, sweep
                 if following < 0 or following == came:
                     break
                 came, t = np.int32(t), _index(following)
-            if not found or square < NOTHING:
+            if not found or square < LEAST_AREA:
                 continue
             here[i] = np.int32(t)
             high = px * ax + py * ay + pz * az

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 
-BEYOND = 0.03
+LID_REACH = 0.03
 """How far the lid of a rim reaches beyond it, where it comes nearer to the skin [m]."""
-INWARD = 0.02
+LID_INSET = 0.02
 """By how much it comes nearer there [m]; from there on it is flat."""
 
 
@@ -96,5 +96,5 @@ def lid_vertices(rim: Vertices) -> Vertices:
     across /= max(np.linalg.norm(across), 1e-12)
     inward -= np.outer(inward @ across, across)
     far = np.linalg.norm(inward, axis=1, keepdims=True)
-    strip = points + BEYOND * across + inward * np.minimum(INWARD / np.maximum(far, 1e-12), 0.5)
+    strip = points + LID_REACH * across + inward * np.minimum(LID_INSET / np.maximum(far, 1e-12), 0.5)
     return np.concatenate([strip, strip.mean(axis=0, keepdims=True)]).astype(np.float32)

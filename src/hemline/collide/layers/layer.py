@@ -10,7 +10,7 @@ from hemline.collide.cover.cover import Cover
 from hemline.collide.projection.prepared import Guarantee, ProjectionSettings, ProjectorState
 from hemline.collide.projection.project import Projector
 from hemline.collide.surface.posed_surface import PosedSurface
-from hemline.collide.surface.worn import WornGarment
+from hemline.collide.surface.garment_on_body import GarmentOnBody
 from hemline.collide.whole.whole_cloth import WholeCloth, WholeSettings, WholeState
 from hemline.collide.winding.numbers import inside
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
     from hemline.garments import Garment
 
-MARGIN = 3.0
+MARGIN_THICKNESSES = 3.0
 """Vertices nearer than so many thicknesses to the cloth beneath are moved outward, as those near the skin are."""
-ROUNDED = np.float32(1.0001)
+ROUNDING_FACTOR = np.float32(1.0001)
 """Room for the rounding of lengths that are seen from another frame."""
-HELD = 2.0
+HOLD_THICKNESSES = 2.0
 """The whole-cloth step holds samples at so many thicknesses over the cloth beneath."""
 
 
@@ -82,18 +82,18 @@ class Layer:
         """
         closed = ClosedCloth.of(len(inner.vertices), inner.faces)
         solid = closed.as_body(shaped, inner.vertices)
-        worn = WornGarment.of(solid, outer.vertices)
-        settings = WholeSettings(margin=HELD * thickness, least=thickness).at_detail(detail)
+        worn = GarmentOnBody.of(solid, outer.vertices)
+        settings = WholeSettings(margin=HOLD_THICKNESSES * thickness, least=thickness).at_detail(detail)
         return cls(
             closed=closed,
-            whole=WholeCloth.prepare(solid, _unpinned(outer), worn, settings) if whole else None,
+            whole=WholeCloth.prepare(solid, _without_pins(outer), worn, settings) if whole else None,
             cover=Cover.prepare(solid, outer.vertices, outer.faces) if cover else None,
             projector=Projector.prepare(
                 solid,
                 outer.vertices,
                 outer.faces,
                 guarantee=guarantee,
-                settings=ProjectionSettings(margin=MARGIN * thickness, gap=thickness),
+                settings=ProjectionSettings(margin=MARGIN_THICKNESSES * thickness, gap=thickness),
                 measure=False,
                 worn=worn,
             ),
@@ -118,11 +118,11 @@ class Layer:
         Returns:
             The state after, the outer garment [m], and which of its vertices found no free place near.
         """
-        worn, skin = self.projector.worn, self.closed.vertices(inner)
+        worn, skin = self.projector.on_body, self.closed.vertices(inner)
         surface = PosedSurface.at(worn.patches, posed.transforms[worn.key_joint], skin)
         whole = state.whole
         if self.whole and whole:
-            whole, outer = _as_it_comes(self.whole, outer).step(whole, posed, outer, dt=dt, surface=surface)
+            whole, outer = _with_current_lengths(self.whole, outer).step(whole, posed, outer, dt=dt, surface=surface)
         outer = self.cover.step(skin, outer) if self.cover else outer
         moved, outer, report = self.projector.project(state.projector, posed, outer, dt=dt, surface=surface)
         return LayerState(whole, moved), outer, report.pinched
@@ -138,11 +138,11 @@ class Layer:
         return among[inside(self.closed.vertices(inner), self.closed.faces, outer[among])] if len(among) else among
 
 
-def _as_it_comes(whole: WholeCloth, outer: Vertices) -> WholeCloth:
+def _with_current_lengths(whole: WholeCloth, outer: Vertices) -> WholeCloth:
     """The step for which no edge is too long that is as long already: where nothing is pushed, nothing moves."""
-    points, (fine, coarse) = outer[whole.worn.order], (whole.fine, whole.coarse)
+    points, (fine, coarse) = outer[whole.on_body.order], (whole.fine, whole.coarse)
     now = (_lengths(points, fine.edges) / whole.settings.stretch, _lengths(points[coarse.controls], coarse.edges))
-    longest = [np.maximum(model.lengths, ROUNDED * each) for model, each in zip((fine, coarse), now, strict=True)]
+    longest = [np.maximum(model.lengths, ROUNDING_FACTOR * each) for model, each in zip((fine, coarse), now, strict=True)]
     return replace(whole, fine=fine._replace(lengths=longest[0]), coarse=coarse._replace(lengths=longest[1]))
 
 
@@ -151,7 +151,7 @@ def _lengths(points: Points, edges: Int[np.ndarray, "edges 2"]) -> Float[np.ndar
     return np.sqrt(np.einsum("ec,ec->e", ways, ways))
 
 
-def _unpinned(garment: "Garment") -> "Garment":
+def _without_pins(garment: "Garment") -> "Garment":
     """The garment without pins: where it is pinned to the body it has been put already."""
     pins = garment.pins
     none = {each.name: getattr(pins, each.name)[:0] for each in fields(pins)}

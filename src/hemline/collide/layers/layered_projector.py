@@ -12,7 +12,7 @@ from hemline.collide.projection.prepared import Guarantee, ProjectorState
 from hemline.collide.projection.project import Projector
 from hemline.collide.projection.project_frame import ProjectionReport
 from hemline.collide.surface.posed_surface import PosedSurface
-from hemline.collide.surface.worn import WornGarment
+from hemline.collide.surface.garment_on_body import GarmentOnBody
 
 from .layer import Layer, LayerState
 
@@ -55,7 +55,7 @@ class LayeredProjector:
         layers: Each piece over each one beneath it: of the second piece one, of the third two, and so on.
     """
 
-    worn: WornGarment
+    on_body: GarmentOnBody
     bounds: tuple[int, ...]
     projectors: tuple[Projector, ...]
     layers: tuple[tuple[Layer, ...], ...]
@@ -65,7 +65,7 @@ class LayeredProjector:
         cls,
         shaped: "ShapedBody",
         pieces: "tuple[Garment, ...]",
-        worn: WornGarment,
+        worn: GarmentOnBody,
         *,
         thickness: float = THICKNESS,
         guarantee: Guarantee = "exact",
@@ -98,7 +98,7 @@ class LayeredProjector:
                 piece.faces,
                 guarantee=guarantee,
                 measure=measure,
-                worn=WornGarment.of(shaped, piece.vertices, patches=worn.patches),
+                worn=GarmentOnBody.of(shaped, piece.vertices, patches=worn.patches),
             )
             for piece in pieces
         )
@@ -139,8 +139,8 @@ class LayeredProjector:
         Raises:
             BadGarment: Another number of vertices than was prepared, or positions that are not finite.
         """
-        vertices, surface = self.worn.checked(vertices), surface or self.worn.surface(posed)
-        over, frame = iter(state.layers), _Gathered()
+        vertices, surface = self.on_body.check_vertices(vertices), surface or self.on_body.surface(posed)
+        over, frame = iter(state.layers), _FrameParts()
         for at, (low, high) in enumerate(pairwise(self.bounds)):
             began, piece, tried = time.perf_counter(), vertices[low:high], []
             for inner, layer in zip(frame.done, self.layers[at], strict=True):
@@ -162,7 +162,7 @@ class LayeredProjector:
 
 
 @dataclass
-class _Gathered:
+class _FrameParts:
     """What is gathered of a frame, piece by piece."""
 
     done: list[Vertices] = field(default_factory=list)

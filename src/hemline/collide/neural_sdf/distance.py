@@ -11,7 +11,7 @@ from hemline.arrays import Float, Points
 class Distance(Protocol):
     """A signed distance to one body in one pose, negative inside."""
 
-    def signed(self, points: Points) -> Float[np.ndarray, " points"]:
+    def signed_distances(self, points: Points) -> Float[np.ndarray, " points"]:
         """Signed distances of points [m]."""
         ...
 

@@ -12,9 +12,9 @@ from hemline.meshes import ClosestTree, face_normals
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
 
-ABOVE = 0.0005
+PROBE_HEIGHT = 0.0005
 """A triangle belongs to the outside if the place so far in front of its middle is outside [m]."""
-TOUCHING = 1e-6
+CONTACT_DISTANCE = 1e-6
 """A point that is nearer to the skin than this gets the normal of the skin as gradient [m]."""
 
 
@@ -37,11 +37,11 @@ class ExactDistance:
     def of(cls, posed: "PosedBody") -> Self:
         """The distance to a posed body."""
         vertices, faces = posed.vertices, posed.faces
-        front = vertices[faces].mean(axis=1) + np.float32(ABOVE) * face_normals(vertices, faces)
+        front = vertices[faces].mean(axis=1) + np.float32(PROBE_HEIGHT) * face_normals(vertices, faces)
         outer = ~inside(vertices, faces, front)
         return cls(vertices, faces, ClosestTree(vertices.astype(np.float64), np.ascontiguousarray(faces[outer])))
 
-    def signed(self, points: Points) -> Float[np.ndarray, " points"]:
+    def signed_distances(self, points: Points) -> Float[np.ndarray, " points"]:
         """Signed distances of points [m], float64."""
         return self.with_gradients(points)[0]
 
@@ -50,6 +50,6 @@ class ExactDistance:
         closest = self.tree.closest(points)
         sign = np.where(inside(self.vertices, self.faces, points), -1.0, 1.0)
         away = (points - closest.positions) * sign[:, None]
-        near = closest.distances < TOUCHING
-        gradients = away / np.maximum(closest.distances, TOUCHING)[:, None]
+        near = closest.distances < CONTACT_DISTANCE
+        gradients = away / np.maximum(closest.distances, CONTACT_DISTANCE)[:, None]
         return sign * closest.distances, np.where(near[:, None], self.tree.outward(closest), gradients)

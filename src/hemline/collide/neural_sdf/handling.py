@@ -42,7 +42,7 @@ class Neighbours:
 
 
 @dataclass(frozen=True, eq=False)
-class Handled:
+class MovedGarment:
     """A garment out of the body."""
 
     vertices: Vertices
@@ -51,7 +51,7 @@ class Handled:
     """Which were inside before, by the distance asked."""
 
 
-def handled(vertices: Vertices, distance: Distance, neighbours: Neighbours) -> Handled:
+def push_out(vertices: Vertices, distance: Distance, neighbours: Neighbours) -> MovedGarment:
     r"""Move each vertex inside by $\frac{\nabla\mathcal S}{|\nabla\mathcal S|}\,(|\mathcal S(x_i)| + \delta_i)$.
 
     $\delta_i = \sum_k w_k |\mathcal S(x_k)|$ over those neighbours that are not inside, with $w_k$ proportional to
@@ -79,10 +79,10 @@ def handled(vertices: Vertices, distance: Distance, neighbours: Neighbours) -> H
     weights = np.exp((least[pairs[:, 0]] - squares) / (2 * neighbours.deviation**2))
     total = np.bincount(pairs[:, 0], weights, len(vertices))
     clearance = np.bincount(pairs[:, 0], weights * depths[pairs[:, 1]], len(vertices)) / np.where(total > 0, total, 1)
-    return _moved(vertices, inside, directions, (depths + clearance)[inside])
+    return _move(vertices, inside, directions, (depths + clearance)[inside])
 
 
-def pushed_out(vertices: Vertices, distance: Distance, amount: float) -> Handled:
+def push_out_by_distance(vertices: Vertices, distance: Distance, amount: float) -> MovedGarment:
     """Move each vertex inside by one fixed distance, which should be larger than all depths.
 
     Args:
@@ -97,10 +97,10 @@ def pushed_out(vertices: Vertices, distance: Distance, amount: float) -> Handled
         describe it.
     """
     inside, _, directions = _inside(vertices, distance)
-    return _moved(vertices, inside, directions, np.full(inside.sum(), amount))
+    return _move(vertices, inside, directions, np.full(inside.sum(), amount))
 
 
-def pushed_by_scale(vertices: Vertices, distance: Distance, scale: float) -> Handled:
+def push_out_by_scale(vertices: Vertices, distance: Distance, scale: float) -> MovedGarment:
     r"""Move each vertex inside by $\alpha\,|\mathcal S(x_i)|$ along the gradient.
 
     Args:
@@ -116,7 +116,7 @@ def pushed_by_scale(vertices: Vertices, distance: Distance, scale: float) -> Han
         here one is given.
     """
     inside, depths, directions = _inside(vertices, distance)
-    return _moved(vertices, inside, directions, scale * depths[inside])
+    return _move(vertices, inside, directions, scale * depths[inside])
 
 
 def _inside(
@@ -125,14 +125,14 @@ def _inside(
     """Which vertices are inside, all absolute distances, and unit gradients at those inside."""
     if not np.isfinite(vertices).all():
         raise BadMesh("the garment's positions must be finite", "NaN or infinity", "look at what made them")
-    signed = distance.signed(vertices)
+    signed = distance.signed_distances(vertices)
     inside = signed < 0
     gradients = distance.with_gradients(vertices[inside])[1]
     lengths = np.linalg.norm(gradients, axis=1, keepdims=True)
     return inside, np.abs(signed), gradients / np.maximum(lengths, 1e-12)
 
 
-def _moved(vertices: Vertices, inside: Mask, directions: np.ndarray, lengths: np.ndarray) -> Handled:
+def _move(vertices: Vertices, inside: Mask, directions: np.ndarray, lengths: np.ndarray) -> MovedGarment:
     result = np.array(vertices)
     result[inside] += (directions * lengths[:, None]).astype(result.dtype)
-    return Handled(result, inside)
+    return MovedGarment(result, inside)

@@ -10,7 +10,7 @@ from hemline.motions import JOINT_NAMES
 from hemline.motions.quaternions import to_matrix
 
 from .capsules import BoneCapsules
-from .neural_sdf_kernels import LOCAL, bone_features
+from .neural_sdf_kernels import LENGTH_SCALE, bone_features
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
@@ -20,7 +20,7 @@ Inputs = Literal["bones", "point"]
 TEMPERATURE = 0.02
 """How sharply the nearest bone is preferred [m]."""
 NEAREST = 3 + 4 * len(JOINT_NAMES)
-"""The feature that holds the soft distance to the capsules, times `LOCAL`."""
+"""The feature that holds the soft distance to the capsules, times `LENGTH_SCALE`."""
 WIDTHS: dict[Inputs, int] = {"point": 3, "bones": NEAREST + 2}
 """Numbers that the network reads of a point."""
 
@@ -55,7 +55,7 @@ class PointInputs:
     @classmethod
     def of(cls, kind: Inputs, posed: "PosedBody") -> Self:
         """The inputs around a posed body."""
-        return cls(kind, inverted(posed.transforms), BoneCapsules.of(posed.shaped))
+        return cls(kind, invert_transforms(posed.transforms), BoneCapsules.of(posed.shaped))
 
     def features(
         self, points: Points, *, jacobians: bool
@@ -85,10 +85,10 @@ def start(kind: Inputs, features: Any) -> Any:
         kind: What the network is given.
         features: (..., inputs), of NumPy or of torch.
     """
-    return features[..., NEAREST] / LOCAL if kind == "bones" else 0.0
+    return features[..., NEAREST] / LENGTH_SCALE if kind == "bones" else 0.0
 
 
-def inverted(transforms: Transforms) -> Transforms:
+def invert_transforms(transforms: Transforms) -> Transforms:
     """The inverses of rigid transforms, C-contiguous."""
     back = transforms[:, :, :3].transpose(0, 2, 1)
     return np.concatenate([back, -(back @ transforms[:, :, 3:])], axis=2)

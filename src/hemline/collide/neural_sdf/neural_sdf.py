@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SHIPPED = Path(__file__).parents[2] / "models" / "anny24-sdf.safetensors"
 LAYERS = ("point0", "point1", "point2", "body0", "body1", "body2", "fusion0", "fusion1")
 """Three of the point, three of shape and pose, two that join them; `fusion0` reads the point's half first."""
-TOGETHER = 512
+POINTS_PER_BATCH = 512
 """Points that go through the layers at once: what they leave stays in the cache."""
 
 Layer = tuple[np.ndarray, np.ndarray]
@@ -77,8 +77,8 @@ class NeuralSdf:
             cure = "use that body, or train one: python -m hemline.models.make.neural_sdf"
             raise BadModel(what, f"'{body.name}' with hash {body.hash}", cure)
         read = condition(posed.shaped.betas, posed.pose.rotations)[None]
-        first = _activated(self.layers["body0"], read)[0]
-        third = first + _activated(self.layers["body2"], _activated(self.layers["body1"], first)[0])[0]
+        first = _apply_layer(self.layers["body0"], read)[0]
+        third = first + _apply_layer(self.layers["body2"], _apply_layer(self.layers["body1"], first)[0])[0]
         weights, biases = self.layers["fusion0"]
         return PosedSdf(self, PointInputs.of(self.inputs, posed), third[0] @ weights[:, self.width :].T + biases)
 
@@ -134,7 +134,7 @@ class PosedSdf:
     code: Float[np.ndarray, " width"]
     """What shape and pose add to the first layer of the fusion, its biases included."""
 
-    def signed(self, points: Points) -> Float[np.ndarray, " points"]:
+    def signed_distances(self, points: Points) -> Float[np.ndarray, " points"]:
         """Signed distances of points [m], float32."""
         return self._through(points, gradients=False)[0]
 
@@ -145,8 +145,8 @@ class PosedSdf:
     def _through(self, points: Points, *, gradients: bool) -> tuple[np.ndarray, np.ndarray]:
         distances = np.empty(len(points), np.float32)
         slopes = np.empty((len(points) if gradients else 0, 3), np.float32)
-        for first in range(0, len(points), TOGETHER):
-            some = slice(first, first + TOGETHER)
+        for first in range(0, len(points), POINTS_PER_BATCH):
+            some = slice(first, first + POINTS_PER_BATCH)
             features, jacobians = self.inputs.features(points[some], jacobians=gradients)
             distances[some], to_features = self._layers(features, gradients=gradients)
             if gradients:
@@ -158,11 +158,11 @@ class PosedSdf:
         """Distances, and their derivatives by the features if asked."""
         layers, width = self.model.layers, self.model.width
         joining, last = layers["fusion0"][0][:, :width], layers["fusion1"]
-        p1, slope1 = _activated(layers["point0"], features)
-        p2, slope2 = _activated(layers["point1"], p1)
-        p3, slope3 = _activated(layers["point2"], p2)
+        p1, slope1 = _apply_layer(layers["point0"], features)
+        p2, slope2 = _apply_layer(layers["point1"], p1)
+        p3, slope3 = _apply_layer(layers["point2"], p2)
         p3 += p1
-        joined, slope = _activated((joining, self.code), p3)
+        joined, slope = _apply_layer((joining, self.code), p3)
         distances = joined @ last[0][0] + last[1] + start(self.model.inputs, features)
         if not gradients:
             return distances, features
@@ -171,7 +171,7 @@ class PosedSdf:
         return distances, (to_p1 * slope1) @ layers["point0"][0]
 
 
-def _activated(layer: Layer, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _apply_layer(layer: Layer, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """One layer with softplus, and the derivative of the latter."""
     sums = values @ layer[0].T
     sums += layer[1]

@@ -4,9 +4,9 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-LOCAL = np.float32(5.0)
+LENGTH_SCALE = np.float32(5.0)
 """Local coordinates and distances are multiplied by this, so that they are near unit size [1/m]."""
-GIRTH = np.float32(10.0)
+RADIUS_SCALE = np.float32(10.0)
 """And radii by this [1/m]."""
 
 
@@ -54,12 +54,12 @@ def bone_features(points, to_rest, starts, ends, radii, temperature, features_ou
             weight[j] /= total
             girth += weight[j] * radii[j]
             for c in range(3):
-                features_out[i, 3 + 3 * j + c] = LOCAL * weight[j] * local[j, c]
+                features_out[i, 3 + 3 * j + c] = LENGTH_SCALE * weight[j] * local[j, c]
             features_out[i, shares + j] = weight[j]
         for c in range(3):
             features_out[i, c] = local[0, c]
-        features_out[i, middle] = LOCAL * (lowest - temperature * np.log(total))
-        features_out[i, middle + 1] = GIRTH * girth
+        features_out[i, middle] = LENGTH_SCALE * (lowest - temperature * np.log(total))
+        features_out[i, middle + 1] = RADIUS_SCALE * girth
         if i >= len(jacobians_out):
             continue
         for k in range(3):  # directions of the world
@@ -78,13 +78,13 @@ def bone_features(points, to_rest, starts, ends, radii, temperature, features_ou
                 change = weight[j] * (mean_away[k] - turned) / temperature
                 for c in range(3):
                     moved = weight[j] * to_rest[j, c, k] + change * local[j, c]
-                    jacobians_out[i, 3 + 3 * j + c, k] = LOCAL * moved
+                    jacobians_out[i, 3 + 3 * j + c, k] = LENGTH_SCALE * moved
                 jacobians_out[i, shares + j, k] = change
                 girth_change += change * radii[j]
             for c in range(3):
                 jacobians_out[i, c, k] = to_rest[0, c, k]
-            jacobians_out[i, middle, k] = LOCAL * mean_away[k]
-            jacobians_out[i, middle + 1, k] = GIRTH * girth_change
+            jacobians_out[i, middle, k] = LENGTH_SCALE * mean_away[k]
+            jacobians_out[i, middle + 1, k] = RADIUS_SCALE * girth_change
 
 
 @kernel(fastmath={"contract", "nsz", "reassoc"})

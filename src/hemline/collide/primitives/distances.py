@@ -27,10 +27,10 @@ def sphere(points: Points, centre: Vector, radius: float) -> tuple[Distances, Po
 
 def capsule(points: Points, start: Vector, end: Vector, radius: float) -> tuple[Distances, Points]:
     """Distance to all points within `radius` of a segment, and its gradient [m]."""
-    return rounded_cone(points, start, end, radius, radius)
+    return round_cone(points, start, end, radius, radius)
 
 
-def rounded_cone(
+def round_cone(
     points: Points, start: Vector, end: Vector, start_radius: float, end_radius: float
 ) -> tuple[Distances, Points]:
     r"""Distance to the convex hull of two spheres, and its gradient [m].

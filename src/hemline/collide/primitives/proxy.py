@@ -11,7 +11,7 @@ from hemline.arrays import Float, Int, Points, Transforms
 from hemline.errors import BadModel
 
 from .primitive_kernels import BOX, ELLIPSOID, ROUND_CONE, union_distances
-from .proxy_fit import fitted_cones
+from .proxy_fit import fit_cones
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
@@ -70,7 +70,7 @@ class BodyProxy:
         return cls(empty, empty, np.zeros((0, 16)), np.zeros((joints, 3)))
 
     @classmethod
-    def made(cls, primitives: list[tuple[int, tuple[int, np.ndarray]]], pivots: Points) -> "BodyProxy":
+    def from_primitives(cls, primitives: list[tuple[int, tuple[int, np.ndarray]]], pivots: Points) -> "BodyProxy":
         """A proxy of given primitives: the joint of each, and what `round_cone_shape` and its like return."""
         joints = np.array([joint for joint, _ in primitives], np.int32)
         kinds = np.array([kind for _, (kind, _) in primitives], np.int32)
@@ -87,7 +87,7 @@ class BodyProxy:
         Returns:
             About two dozen rounded cones, over- and undershooting the skin alike.
         """
-        return _fitted(_Shape(shaped))
+        return _fit(_Shape(shaped))
 
     @property
     def colliders(self) -> Colliders:
@@ -150,8 +150,8 @@ class _Shape:
 
 
 @lru_cache(maxsize=16)
-def _fitted(shape: _Shape) -> BodyProxy:
-    cones = fitted_cones(shape.shaped)
+def _fit(shape: _Shape) -> BodyProxy:
+    cones = fit_cones(shape.shaped)
     kinds = np.full(len(cones.joints), ROUND_CONE, np.int32)
     return BodyProxy(kinds, cones.joints, cones.shapes, np.asarray(shape.shaped.joints, np.float64), cones.names)
 

@@ -40,7 +40,7 @@ class FittedCones(NamedTuple):
     """The part that each stands for."""
 
 
-def fitted_cones(shaped: "ShapedBody") -> FittedCones:
+def fit_cones(shaped: "ShapedBody") -> FittedCones:
     """One rounded cone a part: limbs along their bones, the trunk in two columns; both sides are fitted as one.
 
     Parts that hardly any skin follows, as of a rig without collars, have none.
@@ -56,14 +56,14 @@ def fitted_cones(shaped: "ShapedBody") -> FittedCones:
         if (own := vertices[owned(part)]).shape[0] < _FEWEST:
             continue
         joints.append(part[0])
-        cones.append(_fitted_cone(own, air))
+        cones.append(_fit_cone(own, air))
         names.append(name)
-    for name, left, right in _paired_parts():
+    for name, left, right in _side_parts():
         other = vertices[owned(right) & (vertices[:, 0] < 0.01)] * _MIRROR
         own = np.concatenate([vertices[owned(left) & (vertices[:, 0] > -0.01)], other])
         if len(own) < _FEWEST:
             continue
-        cone = _fitted_cone(own, air)
+        cone = _fit_cone(own, air)
         joints += [left[0], right[0]]
         cones += [cone, cone * [*_MIRROR, *_MIRROR, 1, 1]]
         names += [f"left {name}", f"right {name}"]
@@ -76,7 +76,7 @@ def _middle_parts() -> list[tuple[str, list[int]]]:
     return [(name, [JOINT_NAMES.index(name)]) for name in ("neck", "head")]
 
 
-def _paired_parts() -> list[tuple[str, list[int], list[int]]]:
+def _side_parts() -> list[tuple[str, list[int], list[int]]]:
     """Name, and joints that own the skin on the left and on the right, of the parts that there are two of."""
     parts = [(name, [JOINT_NAMES.index(name)], [JOINT_NAMES.index(name)]) for name in _TRUNK]
     for limb in _LIMBS:
@@ -96,7 +96,7 @@ def _air(shaped: "ShapedBody") -> Points:
     return above[tree.query(above)[0] > 0.9 * np.repeat(_FREE, len(vertices))]
 
 
-def _fitted_cone(own: Points, air: Float[np.ndarray, "air 3"]) -> Float[np.ndarray, "8"]:
+def _fit_cone(own: Points, air: Float[np.ndarray, "air 3"]) -> Float[np.ndarray, "8"]:
     """Least squares of the distances of its own skin, and of the air that it fills."""
     from scipy.optimize import least_squares
 

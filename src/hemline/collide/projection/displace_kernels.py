@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.collide.surface.search_kernels import search_room, seek
+from hemline.collide.surface.search_kernels import search_buffers, seek
 from hemline.collide.surface.surface_kernels import MOST_STEPS, height_over, plane_height, vertex_normal, walk
 from hemline.compiled import kernel
 
@@ -15,8 +15,8 @@ from .displace_lane_kernels import (
     ROWS,
     SQUARED,
     WEIGHTS,
-    lift_out,
-    stand,
+    lift_lanes,
+    project_lanes,
 )
 
 _index = np.uintp
@@ -78,7 +78,7 @@ def displace(
     farther inside look for a much shorter way out, and in the first turn all do; in and out: anchors (n,), heights
     (n,): signed distance when last measured; out: displaced_out (k,3), signed_out (k,): signed distance before [m].
     """
-    tiny, loyalty, last, room = np.float32(1e-8), np.float32(0.1), np.int64(-1), search_room(skin)
+    tiny, loyalty, last, room = np.float32(1e-8), np.float32(0.1), np.int64(-1), search_buffers(skin)
     body, faces, ring_start, ring = skin.body, skin.faces, skin.ring_start, skin.ring
     known, normals = skin.known, skin.normals
     rows, stands = np.zeros((ROWS, LANES), np.float32), np.zeros(LANES, np.bool_)
@@ -88,7 +88,7 @@ def displace(
         for lane in range(count):
             i = _index(ids[begin + lane])
             take_corners(body, faces, anchors[i], points[i, 0], points[i, 1], points[i, 2], rows, lane)
-        stand(rows, stands)
+        project_lanes(rows, stands)
         for lane in range(count):
             k = begin + lane
             i = _index(ids[k])
@@ -126,7 +126,7 @@ def displace(
             rows[WEIGHTS, lane], rows[WEIGHTS + 1, lane], rows[SQUARED, lane] = at_b, at_c, squared
             rows[POINT, lane], rows[POINT + 1, lane], rows[POINT + 2, lane] = x, y, z
             rows[OFFSET, lane], rows[OFFSET + 1, lane], rows[OFFSET + 2, lane] = ox, oy, oz
-        lift_out(rows, margin, gap, tiny)
+        lift_lanes(rows, margin, gap, tiny)
         for lane in range(count):
             k = begin + lane
             i = _index(ids[k])
@@ -168,7 +168,7 @@ def list_doubtful(points, ids, displaced, signed, winding, near, offsets, margin
 
 
 @kernel
-def judge(points, ids, winding, near, doubtful, winding_before, near_before, displaced_out, bad_out):
+def restore_free(points, ids, winding, near, doubtful, winding_before, near_before, displaced_out, bad_out):
     """Send back what was free before, and list what is free in neither position.
 
     Free is what has winding number 0 and is not within rounding of the surface.

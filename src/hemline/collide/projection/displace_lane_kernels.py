@@ -15,7 +15,7 @@ CORNERS, WEIGHTS, SQUARED, POINT, OFFSET, NORMALS, ROWS = 0, 9, 11, 12, 15, 18, 
 
 
 @kernel(forceinline=True)
-def stand(rows, stands_out):
+def project_lanes(rows, stands_out):
     """Which lanes stand within their face, and where: weights and squared distance, as `nearest_weights` has them.
 
     in and out: rows: corners relative to the points; out: stands_out (8,).
@@ -42,14 +42,14 @@ def stand(rows, stands_out):
 
 
 @kernel(forceinline=True)
-def lifted(distance, margin, gap):
+def lift_distance(distance, margin, gap):
     """Distance at which a vertex at `distance` < `margin` ends: in (gap, margin), monotone, C1 at the margin."""
     room = margin - gap
     return gap + room * room / (room + margin - distance)
 
 
 @kernel(forceinline=True)
-def lift_out(rows, margin, gap, tiny):
+def lift_lanes(rows, margin, gap, tiny):
     """Where the vertices go from the places that they stand over, and their signed distances.
 
     in: rows, corners in the frame of the points; margin, gap [m], tiny: square of an offset that counts [m^2];
@@ -72,7 +72,7 @@ def lift_out(rows, margin, gap, tiny):
         near = distance < margin
         below = distance if near else margin
         share = room / (room + margin - below)
-        up = lifted(below, margin, gap) - share * below
+        up = lift_distance(below, margin, gap) - share * below
         yx, yy, yz = cx + share * rx + up * nx, cy + share * ry + up * ny, cz + share * rz + up * nz
         ox, oy, oz = rows[15, i], rows[16, i], rows[17, i]
         held = ox * ox + oy * oy + oz * oz > tiny

@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline.arrays import Bool, Faces, Float, Int, UInt, Vertices
 from hemline.collide.surface.box_kernels import BLOCK, GROUP
-from hemline.collide.surface.worn import WornGarment
+from hemline.collide.surface.garment_on_body import GarmentOnBody
 from hemline.meshes import edges
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class ProjectorState:
 class PreparedProjection:
     """A garment and a body made ready for the projection."""
 
-    worn: WornGarment
+    on_body: GarmentOnBody
     guarantee: Guarantee
     settings: ProjectionSettings
     measure: bool
@@ -73,7 +73,7 @@ class PreparedProjection:
         guarantee: Guarantee = "exact",
         settings: ProjectionSettings | None = None,
         measure: bool = True,
-        worn: WornGarment | None = None,
+        worn: GarmentOnBody | None = None,
     ) -> Self:
         """Make a garment on a body ready: cut the body into patches, the garment into blocks.
 
@@ -90,7 +90,7 @@ class PreparedProjection:
             BadBody: The body's mesh is not closed.
             BadGarment: The garment is empty or not finite.
         """
-        worn = worn or WornGarment.of(shaped, garment_vertices_rest)
+        worn = worn or GarmentOnBody.of(shaped, garment_vertices_rest)
         own = np.empty(len(worn.order), np.int64)
         own[worn.order] = np.arange(len(own))
         one, other = own[edges(garment_faces)].T
@@ -106,10 +106,10 @@ class PreparedProjection:
 
     def start(self) -> ProjectorState:
         """The state before the first frame."""
-        count = len(self.worn.order)
+        count = len(self.on_body.order)
         return ProjectorState(
             frame=0,
-            anchors=self.worn.home_faces,
+            anchors=self.on_body.nearest_faces,
             heights=np.zeros(count, np.float32),
             offsets=np.zeros((count, 3), np.float32),
             directions=np.zeros(-(-count // GROUP), np.int8),

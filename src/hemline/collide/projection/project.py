@@ -51,4 +51,4 @@ class Projector(PreparedProjection):
         Raises:
             BadGarment: Another number of vertices than was prepared, or positions that are not finite.
         """
-        return ProjectedFrame(self, state, posed, self.worn.checked(vertices), places, surface).projected(dt)
+        return ProjectedFrame(self, state, posed, self.on_body.check_vertices(vertices), places, surface).project(dt)

@@ -10,11 +10,11 @@ from hemline.collide.surface.box_kernels import BLOCK
 from hemline.collide.surface.posed_surface import PosedSurface
 from hemline.collide.surface.surface_kernels import MOST_STEPS
 
-from .displace_kernels import SLOW_STEPS, displace, judge, list_doubtful, write_back
+from .displace_kernels import SLOW_STEPS, displace, restore_free, list_doubtful, write_back
 from .pinch_kernels import carry_along
 from .prepared import PreparedProjection, ProjectorState
 from .ray_kernels import certify, windings
-from .way_out_kernels import deepest, go_out, look_around, take_ways_out
+from .escape_kernels import deepest_penetration, propose_escapes, find_escape_faces, take_escapes
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
@@ -58,11 +58,11 @@ class ProjectedFrame:
         places: Int[np.ndarray, " verts"] | None = None,
         surface: PosedSurface | None = None,
     ):
-        self.projector, self.patches, self.vertices = projector, projector.worn.patches, vertices
+        self.projector, self.patches, self.vertices = projector, projector.on_body.patches, vertices
         self.margin, self.gap = np.float32(projector.settings.margin), np.float32(projector.settings.gap)
-        surface = surface or projector.worn.surface(posed)
+        surface = surface or projector.on_body.surface(posed)
         self.to_world, self.skin = surface.to_world, surface.skin
-        self.points = surface.seen(vertices, projector.worn.order)
+        self.points = surface.into_bone_frame(vertices, projector.on_body.order)
         leaves = self.skin.leaf_box.shape[1]
         self.corners, self.gathered = np.empty((leaves, 10, BLOCK), np.float32), np.zeros(leaves, np.bool_)
         reach = float(np.abs(self.skin.patch_box).max())
@@ -78,30 +78,30 @@ class ProjectedFrame:
         )
         self.held, self.places = places is not None, np.full(len(self.points), -1, np.int64)
         if places is not None:
-            corners = posed.shaped.body.faces[places[projector.worn.order], 0]
-            held = places[projector.worn.order] >= 0
+            corners = posed.shaped.body.faces[places[projector.on_body.order], 0]
+            held = places[projector.on_body.order] >= 0
             self.places[held] = self.patches.ring[self.patches.ring_start[self.patches.number[corners[held]]]]
 
-    def projected(self, dt: float) -> tuple[ProjectorState, Vertices, ProjectionReport]:
+    def project(self, dt: float) -> tuple[ProjectorState, Vertices, ProjectionReport]:
         """The next state, the garment outside of the body, and the report."""
         exact = self.projector.guarantee == "exact"
-        ids = self.uncertified()
-        displaced, signed = self.displaced(ids, dt)
-        order, pinched, anchors = self.projector.worn.order, np.empty(0, np.int32), np.empty((0, 3), np.float32)
+        ids = self.vertices_near_skin()
+        displaced, signed = self.displace_vertices(ids, dt)
+        order, pinched, anchors = self.projector.on_body.order, np.empty(0, np.int32), np.empty((0, 3), np.float32)
         if exact:
-            bad = self.tested(ids, displaced, signed)
+            bad = self.find_blocked(ids, displaced, signed)
             if len(bad):
-                pinched, anchors = self.led_out(ids, bad, displaced, signed)
+                pinched, anchors = self.lead_out(ids, bad, displaced, signed)
         offsets, lively = np.empty_like(self.state.offsets), np.empty_like(self.state.lively)
         out = self.vertices.copy()
         moved = write_back(self.points, ids, displaced, self.to_world, order, offsets, lively, out)
         if not self.held:
-            self.carried_along(pinched, offsets, out)
-        before, depth = self.measured(ids, signed) if self.projector.measure else (None, float("nan"))
+            self.move_pinched(pinched, offsets, out)
+        before, depth = self.penetration(ids, signed) if self.projector.measure else (None, float("nan"))
         report = ProjectionReport(moved, 1000 * depth, order[pinched], anchors, before, exact)
         return replace(self.state, offsets=offsets, lively=lively), out, report
 
-    def carried_along(self, pinched: Int[np.ndarray, " pinched"], offsets: Points, out: Vertices) -> None:
+    def move_pinched(self, pinched: Int[np.ndarray, " pinched"], offsets: Points, out: Vertices) -> None:
         """Let pinched vertices go along with those around them, which are not, as far as cloth links them.
 
         Led out each by itself, neighbours of two limbs that cut through each other are torn apart. Not done where
@@ -110,9 +110,9 @@ class ProjectedFrame:
         starts, turn, origin = self.projector.starts, self.to_world[:, :3], self.to_world[:, 3]
         linked = pinched[starts[pinched + 1] > starts[pinched]]
         carry_along(linked, starts, self.projector.neighbours, offsets)
-        out[self.projector.worn.order[linked]] = (self.points[linked] + offsets[linked]) @ turn.T + origin
+        out[self.projector.on_body.order[linked]] = (self.points[linked] + offsets[linked]) @ turn.T + origin
 
-    def uncertified(self) -> Int[np.ndarray, " near"]:
+    def vertices_near_skin(self) -> Int[np.ndarray, " near"]:
         """Vertices that boxes alone cannot show to be outside, or that were displaced in the last frame."""
         near, state = np.empty(len(self.points), np.int32), self.state
         tries = 5 if state.frame == 1 else 1
@@ -129,7 +129,7 @@ class ProjectedFrame:
         )
         return near[:count]
 
-    def displaced(self, ids: Int[np.ndarray, " near"], dt: float) -> tuple[Points, Float[np.ndarray, " near"]]:
+    def displace_vertices(self, ids: Int[np.ndarray, " near"], dt: float) -> tuple[Points, Float[np.ndarray, " near"]]:
         """Where each vertex should go by its anchor, and its signed distance before."""
         displaced, signed = np.empty((len(ids), 3), np.float32), np.empty(len(ids), np.float32)
         settings, state = self.projector.settings, self.state
@@ -152,7 +152,7 @@ class ProjectedFrame:
         )
         return displaced, signed
 
-    def tested(
+    def find_blocked(
         self, ids: Int[np.ndarray, " near"], displaced: Points, signed: Float[np.ndarray, " near"]
     ) -> Int[np.ndarray, " bad"]:
         """Which vertices are free neither where they were nor where they go; what was free before stays there."""
@@ -163,14 +163,14 @@ class ProjectedFrame:
             self.points, ids, displaced, signed, winding, near, state.offsets, self.margin, state.frame, doubtful, tests
         )
         before, near_before = self.windings(tests[:asked], ids[doubtful[:asked]])
-        bad_count = judge(self.points, ids, winding, near, doubtful[:asked], before, near_before, displaced, bad)
+        bad_count = restore_free(self.points, ids, winding, near, doubtful[:asked], before, near_before, displaced, bad)
         return bad[:bad_count]
 
-    def measured(self, ids: Int[np.ndarray, " near"], signed: Float[np.ndarray, " near"]) -> tuple[int | None, float]:
+    def penetration(self, ids: Int[np.ndarray, " near"], signed: Float[np.ndarray, " near"]) -> tuple[int | None, float]:
         """Vertices inside before the projection (None: not tested), and distance to the skin of the deepest [m]."""
         exact = self.projector.guarantee == "exact"
         inside = self.windings(self.points[ids], ids)[0] > 0.5 if exact else signed < 0
-        depth = deepest(self.points, ids, inside, signed, self.state.anchors, self.skin)
+        depth = deepest_penetration(self.points, ids, inside, signed, self.state.anchors, self.skin)
         return int(np.count_nonzero(inside)) if exact else None, depth
 
     def windings(
@@ -191,7 +191,7 @@ class ProjectedFrame:
         )
         return winding, near
 
-    def led_out(
+    def lead_out(
         self,
         ids: Int[np.ndarray, " near"],
         bad: Int[np.ndarray, " bad"],
@@ -206,21 +206,21 @@ class ProjectedFrame:
         faces, where = np.empty((len(free), 2), np.int64), np.empty((0, 3), np.float32)
         at_kept = where
         if len(kept):
-            still, at_kept = self.tried(ids, kept, displaced, signed, self.places[ids[kept]], SLOW_STEPS)
+            still, at_kept = self.try_escape(ids, kept, displaced, signed, self.places[ids[kept]], SLOW_STEPS)
             kept = kept[still]
             # contact goes on holding these off; led out of one part, they would only be deeper in another
             displaced[kept] = self.points[ids[kept]]
-        look_around(self.points, ids, free, self.projector.worn.limb, self.skin, self.state.anchors, faces)
+        find_escape_faces(self.points, ids, free, self.projector.on_body.limb, self.skin, self.state.anchors, faces)
         for own_limb in (False, True):
             around = np.ascontiguousarray(faces[:, int(own_limb)])
-            still, where = self.tried(ids, free, displaced, signed, around, MOST_STEPS, own_limb=own_limb)
+            still, where = self.try_escape(ids, free, displaced, signed, around, MOST_STEPS, own_limb=own_limb)
             free, faces = free[still], faces[still]
         pinched = ids[np.concatenate([kept, free])]
-        rank = np.argsort(self.projector.worn.order[pinched])
+        rank = np.argsort(self.projector.on_body.order[pinched])
         where = np.concatenate([at_kept, where])[rank]
         return pinched[rank], where @ self.to_world[:, :3].T + self.to_world[:, 3]
 
-    def tried(
+    def try_escape(
         self,
         ids: Int[np.ndarray, " near"],
         bad: Int[np.ndarray, " bad"],
@@ -233,7 +233,7 @@ class ProjectedFrame:
     ) -> tuple[Int[np.ndarray, " still"], Float[np.ndarray, "still 3"]]:
         """Try a way out for each vertex, around a face; which of `bad` are not free, and where."""
         trial, otherwise = np.empty((len(bad), 3), np.float32), np.empty((len(bad), 3), np.float32)
-        go_out(
+        propose_escapes(
             self.points,
             ids,
             bad,
@@ -252,5 +252,5 @@ class ProjectedFrame:
         )
         winding, near = self.windings(trial, ids[bad])
         still = np.empty(len(bad), np.int32)
-        still = still[: take_ways_out(bad, winding, near, trial, otherwise, displaced, still)]
+        still = still[: take_escapes(bad, winding, near, trial, otherwise, displaced, still)]
         return still, trial[still]

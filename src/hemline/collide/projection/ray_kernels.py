@@ -38,7 +38,7 @@ def take_shafts(boxes, which, begin, end, direction, shafts_out):
 
 
 @kernel(forceinline=True)
-def list_met(shafts, count, near, low_u, high_u, low_v, high_v, mask, words, met_out):
+def list_hits(shafts, count, near, low_u, high_u, low_v, high_v, mask, words, met_out):
     """Which of the first `count` shafts a block meets; their number.
 
     `mask` is room, a byte a shaft; `words` are the same bytes by eights; met_out (>= count, filled up to eights).
@@ -110,7 +110,7 @@ def certify(points, patch_box, lively, margin, turn, tries, direction, hidden, n
                     points, first, end if whole else min(first + BLOCK, end), way, margin
                 )
                 tall = shafts[way] if whole else group_shafts
-                stand = list_met(tall, seen, near, low_u, high_u, low_v, high_v, mask, words, met if whole else few)
+                stand = list_hits(tall, seen, near, low_u, high_u, low_v, high_v, mask, words, met if whole else few)
                 if whole:
                     seen = stand
                     take_shafts(patch_box, met, 0, seen, way, group_shafts)
@@ -157,7 +157,7 @@ def gather_leaf(body, faces, leaf_box, leaf, rounding, corners_out):
 
 
 @kernel
-def settled_winding(corners, leaves, which, count, direction, point, rounding):
+def exact_winding(corners, leaves, which, count, direction, point, rounding):
     """Winding number of a point in float64, in which the side tests of float32 corners are exact; and if it is near.
 
     in: corners (leaves,10,8), leaves[which[:count]]: all that the ray may meet, point (3,), rounding: what is near [m].
@@ -232,7 +232,7 @@ def windings(
         sign = np.float32(1 if way < 3 else -1)
         near_end = _index(axis if way < 3 else axis + 3)
         near, low_u, high_u, low_v, high_v = block_box(points, begin, end, way, rounding)
-        seen = list_met(patch_shafts[way], patch_count, near, low_u, high_u, low_v, high_v, mask, words, met)
+        seen = list_hits(patch_shafts[way], patch_count, near, low_u, high_u, low_v, high_v, mask, words, met)
         group_leaves = 0
         for k in range(seen):
             for leaf in range(patch_start[met[k]], patch_start[met[k] + 1]):
@@ -242,7 +242,7 @@ def windings(
         for first in range(begin, end, BLOCK):
             last = min(first + BLOCK, end)
             near, low_u, high_u, low_v, high_v = block_box(points, first, last, way, rounding)
-            count = list_met(group_shafts, group_leaves, near, low_u, high_u, low_v, high_v, mask, words, met)
+            count = list_hits(group_shafts, group_leaves, near, low_u, high_u, low_v, high_v, mask, words, met)
             for k in range(count):
                 leaf = leaves[met[k]]
                 block_leaves[k] = leaf
@@ -267,8 +267,8 @@ def windings(
                 if doubts >> (i - first) & 1:
                     x, y, z = points[i, u], points[i, v], sign * points[i, axis]
                     left, right, below, above = x - rounding, x + rounding, y - rounding, y + rounding
-                    found = list_met(block_shafts, count, z - rounding, left, right, below, above, mask, words, hits)
-                    winding_out[i], near_out[i] = settled_winding(
+                    found = list_hits(block_shafts, count, z - rounding, left, right, below, above, mask, words, hits)
+                    winding_out[i], near_out[i] = exact_winding(
                         corners, block_leaves, hits, found, way, points[i], rounding
                     )
         begin = end

@@ -67,10 +67,10 @@ def make_patches(shaped: "ShapedBody") -> Patches:
     leaves = [[leaf for leaf in _split(middle, patch, True)] for patch in patches]
     flat = [leaf for patch in leaves for leaf in patch]
     limb = limbs(shaped.body.parents)
-    order, number = _renumbered(faces[np.concatenate(flat)], len(shaped.vertices))
+    order, number = _renumber(faces[np.concatenate(flat)], len(shaped.vertices))
     faces = number[faces]
     unique = [np.unique(faces[leaf]) for leaf in flat]
-    kept = np.concatenate([_filled(faces[leaf]) for leaf in flat])
+    kept = np.concatenate([_fill_leaf(faces[leaf]) for leaf in flat])
     ring_start, ring = _rings(kept, len(order))
     patch_limb = limb[face_bone[[patch[0] for patch in patches]]].astype(np.int32)
     return Patches(
@@ -145,7 +145,7 @@ def _split(middle: np.ndarray, faces: np.ndarray, to_leaves: bool) -> list[np.nd
     return _split(middle, ranked[:half], to_leaves) + _split(middle, ranked[half:], to_leaves)
 
 
-def _renumbered(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _renumber(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     seen, first = np.unique(faces.reshape(-1), return_index=True)
     order = np.concatenate([seen[np.argsort(first)], np.setdiff1d(np.arange(count), seen)])
     number = np.empty(count, np.int64)
@@ -153,7 +153,7 @@ def _renumbered(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     return order, number
 
 
-def _filled(leaf: np.ndarray) -> np.ndarray:
+def _fill_leaf(leaf: np.ndarray) -> np.ndarray:
     return np.concatenate([leaf, np.full((LEAF - len(leaf), 3), leaf[0, 0])])
 
 

@@ -9,7 +9,7 @@ from hemline.arrays import Float, Int, Points, Vertices
 
 from .box_kernels import into_frame, out_of_frame, surface_boxes
 from .patches import Patches
-from .surface_kernels import Skin
+from .surface_kernels import SkinPatches
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
@@ -21,7 +21,7 @@ class PosedSurface:
 
     to_world: Float[np.ndarray, "3 4"]
     """The bone: its frame to the world, float32."""
-    skin: Skin
+    skin: SkinPatches
     """The surface, in the bone's frame."""
 
     @classmethod
@@ -50,7 +50,7 @@ class PosedSurface:
         leaf_box = np.empty((6, len(patches.leaf_start) - 1), np.float32)
         patch_box = np.empty((6, len(patches.patch_start) - 1), np.float32)
         surface_boxes(body, patches.leaf_start, patches.leaf_vertices, patches.patch_start, leaf_box, patch_box)
-        skin = Skin(
+        skin = SkinPatches(
             body=body,
             faces=patches.faces,
             across=patches.across,
@@ -68,13 +68,13 @@ class PosedSurface:
         )
         return cls(to_world, skin)
 
-    def seen(self, points: Points, order: Int[np.ndarray, " points"]) -> Points:
+    def into_bone_frame(self, points: Points, order: Int[np.ndarray, " points"]) -> Points:
         """Points of the world in the bone's frame, reordered, float32 [m]."""
         out = np.empty((len(order), 3), np.float32)
         into_frame(self.to_world, points, order, out)
         return out
 
-    def placed(self, points: Points, order: Int[np.ndarray, " points"]) -> Points:
+    def out_of_bone_frame(self, points: Points, order: Int[np.ndarray, " points"]) -> Points:
         """Points of the bone's frame in the world, back in the order that `seen` took them from, float32 [m]."""
         out = np.empty_like(points)
         out_of_frame(self.to_world, points, order, out)

@@ -14,7 +14,7 @@ _index = np.uintp
 
 
 @kernel
-def search_room(skin):
+def search_buffers(skin):
     """Room for a search: a byte a patch, the same bytes by eights, and leaves."""
     mask = np.zeros((len(skin.patch_limb) + 7) // 8 * 8, np.uint8)
     return mask, mask.view(np.uint64), np.empty(len(skin.leaf_limb), np.int64)
@@ -24,7 +24,7 @@ def search_room(skin):
 def list_leaves(skin, limb, low, high, reach, room):
     """Leaves of a limb, or (limb < 0) of the whole body, that may be nearer to a box than a distance.
 
-    in: low, high: corners of the box [m], reach: square of the distance [m^2]; out: `room`, see `search_room`, its
+    in: low, high: corners of the box [m], reach: square of the distance [m^2]; out: `room`, see `search_buffers`, its
     leaves first. Returns how many.
     """
     boxes, patch_limb, patch_start, leaf_box = skin.patch_box, skin.patch_limb, skin.patch_start, skin.leaf_box
@@ -95,7 +95,7 @@ def seek(skin, limb, x, y, z, best, nearest, room):
     """Vertex nearest to a point, of one limb or (limb < 0) of the whole body, and its squared distance [m^2].
 
     in: best, nearest: a vertex that is known and its squared distance, or -1 and how far to look at all; room: see
-    `search_room`.
+    `search_buffers`.
     """
     count = list_leaves(skin, limb, (x, y, z), (x, y, z), nearest, room)
     return nearest_vertex(skin, room[2], count, x, y, z, best, nearest)
@@ -113,11 +113,11 @@ def seek_place(skin, limb, face, x, y, z, room):
 
 
 @kernel
-def seek_together(skin, limb, points, which, faces, count, room, vertices_out):
+def seek_block(skin, limb, points, which, faces, count, room, vertices_out):
     """As `seek`, for points near to each other, which look through the same leaves.
 
     in: points (n,3), which[:count] of them; faces[:count]: one of the limb for each, the nearer the better; room: see
-    `search_room`; out: vertices_out[:count].
+    `search_buffers`; out: vertices_out[:count].
     """
     far, squares, reach = np.float32(np.inf), np.empty(count, np.float32), np.float32(0)
     lx, ly, lz, hx, hy, hz = far, far, far, -far, -far, -far

@@ -15,8 +15,8 @@ MOST_STEPS = 100
 """Faces that a walk passes at most."""
 
 
-class Skin(NamedTuple):
-    """The body's surface in one frame as kernels take it: `patches.Patches` and where its vertices are now."""
+class SkinPatches(NamedTuple):
+    """The body's surface in one frame as kernels take it: `patches.ClothPatches` and where its vertices are now."""
 
     body: Vertices
     """Its renumbered vertices in the frame of the key bone, float32 [m]."""
@@ -162,7 +162,7 @@ def vertex_normal(body, faces, ring_start, ring, vertex, known, normals_out):
 
 
 @kernel(forceinline=True)
-def blended_normal(skin, face, at_b, at_c):
+def interpolate_normal(skin, face, at_b, at_c):
     """Unit normal at a place of a face, blended from its corners."""
     faces, known, normals = skin.faces, skin.known, skin.normals
     f = _index(face)
@@ -179,7 +179,7 @@ def blended_normal(skin, face, at_b, at_c):
 
 
 @kernel(forceinline=True)
-def place_on(skin, face, at_b, at_c):
+def point_on_face(skin, face, at_b, at_c):
     """Position of a place of a face."""
     body, faces = skin.body, skin.faces
     f = _index(face)
@@ -193,8 +193,8 @@ def place_on(skin, face, at_b, at_c):
 @kernel
 def height_over(skin, face, at_b, at_c, x, y, z):
     """Height of a point over the skin at a place of a face, along the normal there [m]."""
-    cx, cy, cz = place_on(skin, face, at_b, at_c)
-    nx, ny, nz = blended_normal(skin, face, at_b, at_c)
+    cx, cy, cz = point_on_face(skin, face, at_b, at_c)
+    nx, ny, nz = interpolate_normal(skin, face, at_b, at_c)
     return (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
 
 

@@ -55,7 +55,7 @@ class EdgeLimits:
         free[garment.pins.vertices[np.isinf(garment.pins.stiffness)]] = 0
         return cls(edges, (stretch * lengths).astype(np.float32), free, stretch)
 
-    def limited(self, vertices: Vertices, rest: Vertices) -> Vertices:
+    def shorten(self, vertices: Vertices, rest: Vertices) -> Vertices:
         """The garment with what is too long made shorter (verts, 3) [m].
 
         Args:

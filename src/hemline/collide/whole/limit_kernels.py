@@ -4,7 +4,7 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-from .plane_kernels import moved_point
+from .plane_kernels import move_point
 
 _index = np.uintp
 PUSH = np.float32(1.4)
@@ -48,7 +48,7 @@ def decay_shifts(shifts, share, most, shifts_out):
 def limit_coarse(points, model, planes, held, sweeps, shifts):
     """Sweeps over the coarse edges, to and fro, each followed by one over the half-spaces.
 
-    in: points (n,3) [m], model: see `CoarseModel`, planes (samples,4) and held (m,): see `hold_samples`, sweeps: how
+    in: points (n,3) [m], model: see `CoarseModel`, planes (samples,4) and held (m,): see `constrain_samples`, sweeps: how
     many; in and out: shifts (controls,3) [m].
     """
     edges, lengths, free, ids, weights = model.edges, model.lengths, model.free, model.weight_ids, model.weights
@@ -95,14 +95,14 @@ def limit_coarse(points, model, planes, held, sweeps, shifts):
 
 
 @kernel
-def spread_shifts(points, shifts, weight_ids, weights, rest, keep, moved_out, carried_out):
+def carry_vertices(points, shifts, weight_ids, weights, rest, keep, moved_out, carried_out):
     """All vertices, carried by the control vertices' shifts and by what is kept of the last frame's fine offsets.
 
     in: points (n,3), shifts (controls,3), rest (n,3): fine offsets of the last frame [m], keep 0..1; out: moved_out
     (n,3), carried_out (n,3): the same without the offsets.
     """
     for i in range(len(points)):
-        x, y, z = moved_point(points, shifts, weight_ids, weights, i)
+        x, y, z = move_point(points, shifts, weight_ids, weights, i)
         carried_out[i, 0], carried_out[i, 1], carried_out[i, 2] = x, y, z
         moved_out[i, 0] = x + keep * rest[i, 0]
         moved_out[i, 1] = y + keep * rest[i, 1]

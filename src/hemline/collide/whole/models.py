@@ -8,13 +8,13 @@ import numpy as np
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.meshes import SurfaceWays, geodesic_distances, rest_lengths, vertex_normals
 
-NEAREST = 4
+CONTROLS_PER_VERTEX = 4
 """Control vertices that move a vertex."""
-REACH = 4.0
+SEARCH_RATIO = 4.0
 """How far control vertices are looked for, over the largest distance to the nearest one."""
 BLOCK_SIZE = 64
 """Vertices in a block of fine edges."""
-_ASKED = 16
+_CANDIDATES = 16
 """Control vertices asked for around each vertex, those of all neighbouring cells among them."""
 
 
@@ -79,7 +79,7 @@ def coarse_model(
     controls = points[:control_count]
     nearest = geodesic_distances(vertices, faces, controls, rest_edges=rest_edges)
     farthest = nearest[np.isfinite(nearest)].max(initial=1e-6)
-    near, distances = ways.nearest(controls, _ASKED, REACH * farthest)
+    near, distances = ways.nearest(controls, _CANDIDATES, SEARCH_RATIO * farthest)
     ids, weights = _weights(near, distances)
     edges, lengths = _coarse_edges(faces, controls, near, distances)
     if len(pinned):
@@ -145,13 +145,13 @@ def _colours(edges: np.ndarray, count: int) -> np.ndarray:
 
 def _weights(near: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Shares (1 - (d / d5)^2)^2 of the nearest, with d5 the distance to the one after them; places not filled: 0."""
-    distances, whole = distances[:, : NEAREST + 1], np.isfinite(distances[:, NEAREST])
+    distances, whole = distances[:, : CONTROLS_PER_VERTEX + 1], np.isfinite(distances[:, CONTROLS_PER_VERTEX])
     last = np.where(np.isfinite(distances), distances, 0).max(axis=1)
     reach = np.where(whole, last, 1.5 * last)
-    share = np.where(np.isfinite(distances), distances, np.inf)[:, :NEAREST] / np.maximum(reach, 1e-9)[:, None]
+    share = np.where(np.isfinite(distances), distances, np.inf)[:, :CONTROLS_PER_VERTEX] / np.maximum(reach, 1e-9)[:, None]
     weights = np.clip(1 - share**2, 0, 1) ** 2
     weights[:, 0] = np.maximum(weights[:, 0], 1e-6)
-    return np.maximum(near[:, :NEAREST], 0), weights / weights.sum(axis=1, keepdims=True)
+    return np.maximum(near[:, :CONTROLS_PER_VERTEX], 0), weights / weights.sum(axis=1, keepdims=True)
 
 
 def _coarse_edges(

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hemline.arrays import Bool, Float, Int, UInt
-from hemline.collide.surface.search_kernels import search_room, seek_place
-from hemline.collide.surface.surface_kernels import blended_normal, place_on, plane_height, vertex_normal, walk
+from hemline.collide.surface.search_kernels import search_buffers, seek_place
+from hemline.collide.surface.surface_kernels import interpolate_normal, point_on_face, plane_height, vertex_normal, walk
 from hemline.compiled import kernel
 
 _index = np.uintp
@@ -36,7 +36,7 @@ class Limbs(NamedTuple):
     """One bit a limb, uint32."""
 
 
-class Cells(NamedTuple):
+class LimbGrid(NamedTuple):
     """A grid over the body."""
 
     bits: UInt[np.ndarray, "x y z"]
@@ -98,7 +98,7 @@ def fill_cells(patch_box, patch_bit, low, size, widen, cells_out):
 
 
 @kernel(forceinline=True)
-def moved_point(points, shifts, weight_ids, weights, vertex):
+def move_point(points, shifts, weight_ids, weights, vertex):
     """A vertex where the control vertices' shifts take it."""
     i = _index(vertex)
     x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -121,7 +121,7 @@ def may_be_nearer(skin, own_limb, x, y, z, squared):
 
 
 @kernel
-def hold_samples(
+def constrain_samples(
     skin, limbs, cells, points, shifts, model, listed, again, turn, margins, reach, memory, planes_out, held_out
 ):
     """Half-spaces that samples near the skin are to stay in.
@@ -132,14 +132,14 @@ def hold_samples(
     planes_out (samples,4): unit normal and least height along it [m], held_out (samples,): which are near. Returns how
     many.
     """
-    room, zero, one = search_room(skin), np.float32(0), np.float32(1)
+    room, zero, one = search_buffers(skin), np.float32(0), np.float32(1)
     low, size, grid = cells.low, cells.size, cells.bits
     faces, heights, fresh = memory.faces, memory.heights, memory.fresh
     count = 0
     for m in range(len(listed)):
         s = _index(listed[m])
         near = margins[s] + reach
-        x, y, z = moved_point(points, shifts, model.weight_ids, model.weights, model.samples[s])
+        x, y, z = move_point(points, shifts, model.weight_ids, model.weights, model.samples[s])
         bits = np.uint32(0)
         gx, gy, gz = (x - low[0]) / size, (y - low[1]) / size, (z - low[2]) / size
         if gx >= zero and gy >= zero and gz >= zero:
@@ -158,22 +158,22 @@ def hold_samples(
         if alone and squared > near * near and plane_height(skin, face, x, y, z) > zero:
             faces[s], heights[s], fresh[s] = face, np.sqrt(squared), False
             continue
-        cx, cy, cz = place_on(skin, face, at_b, at_c)
-        nx, ny, nz = blended_normal(skin, face, at_b, at_c)
+        cx, cy, cz = point_on_face(skin, face, at_b, at_c)
+        nx, ny, nz = interpolate_normal(skin, face, at_b, at_c)
         height = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
         own_limb = np.int32(-1) if fresh[s] else limbs.number[_index(skin.faces[_index(face), 0])]
         due = height > zero and (bits & ~own) != 0 and (np.int64(s) + turn) % LOOK_AGAIN == 0
         if (fresh[s] or due) and not again and may_be_nearer(skin, own_limb, x, y, z, NEARER * squared):
             other, other_b, other_c, other_squared = seek_place(skin, np.int32(-1), face, x, y, z, room)
             if other_squared < NEARER * squared:
-                ox, oy, oz = place_on(skin, other, other_b, other_c)
-                mx, my, mz = blended_normal(skin, other, other_b, other_c)
+                ox, oy, oz = point_on_face(skin, other, other_b, other_c)
+                mx, my, mz = interpolate_normal(skin, other, other_b, other_c)
                 other_height = (x - ox) * mx + (y - oy) * my + (z - oz) * mz
                 takes = other_height >= zero
                 if not takes:
-                    ax, ay, az = moved_point(points, shifts, model.weight_ids, model.weights, model.triangles[s, 0])
-                    bx, by, bz = moved_point(points, shifts, model.weight_ids, model.weights, model.triangles[s, 1])
-                    ex, ey, ez = moved_point(points, shifts, model.weight_ids, model.weights, model.triangles[s, 2])
+                    ax, ay, az = move_point(points, shifts, model.weight_ids, model.weights, model.triangles[s, 0])
+                    bx, by, bz = move_point(points, shifts, model.weight_ids, model.weights, model.triangles[s, 1])
+                    ex, ey, ez = move_point(points, shifts, model.weight_ids, model.weights, model.triangles[s, 2])
                     bx, by, bz, ex, ey, ez = bx - ax, by - ay, bz - az, ex - ax, ey - ay, ez - az
                     tx, ty, tz = by * ez - bz * ey, bz * ex - bx * ez, bx * ey - by * ex
                     scale = one / max(np.sqrt(tx * tx + ty * ty + tz * tz), np.float32(1e-20))

@@ -13,12 +13,12 @@ import numpy as np
 
 from hemline.arrays import Float, Int, Points, UInt, Vertices
 from hemline.collide.surface.posed_surface import PosedSurface
-from hemline.collide.surface.worn import WornGarment
+from hemline.collide.surface.garment_on_body import GarmentOnBody
 from hemline.meshes import ClosestTree
 
-from .limit_kernels import decay_shifts, limit_coarse, limit_fine, spread_shifts
+from .limit_kernels import decay_shifts, limit_coarse, limit_fine, carry_vertices
 from .models import CoarseModel, FineModel, coarse_model, fine_model
-from .plane_kernels import Cells, Limbs, SampleMemory, fill_cells, grid_around, hold_samples, place_pins
+from .plane_kernels import LimbGrid, Limbs, SampleMemory, fill_cells, grid_around, constrain_samples, place_pins
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
@@ -80,7 +80,7 @@ class WholeState:
 class WholeCloth:
     """A garment on a body made ready for the step; frozen. Make it with `WholeCloth.prepare`."""
 
-    worn: WornGarment
+    on_body: GarmentOnBody
     coarse: CoarseModel
     fine: FineModel
     pins: Int[np.ndarray, " pins"]
@@ -99,21 +99,21 @@ class WholeCloth:
     settings: WholeSettings
 
     @cached_property
-    def pinned(self) -> Int[np.ndarray, " pinned"]:
+    def control_pins(self) -> Int[np.ndarray, " pinned"]:
         """Control vertices that are hard pins: their numbers among the controls."""
         return np.flatnonzero(self.coarse.free == 0)
 
     @cached_property
-    def pinned_at(self) -> Int[np.ndarray, " pinned"]:
+    def control_pin_numbers(self) -> Int[np.ndarray, " pinned"]:
         """Their numbers among the pins."""
-        return np.searchsorted(self.pins, self.coarse.controls[self.pinned])
+        return np.searchsorted(self.pins, self.coarse.controls[self.control_pins])
 
     @classmethod
     def prepare(
         cls,
         shaped: "ShapedBody",
         garment: "Garment",
-        worn: WornGarment,
+        worn: GarmentOnBody,
         settings: WholeSettings | None = None,
     ) -> Self:
         """Spread control vertices and samples over a garment: less than a second, once.
@@ -159,9 +159,9 @@ class WholeCloth:
         return WholeState(
             frame=0,
             shifts=np.zeros((len(self.coarse.controls), 3), np.float32),
-            offsets=np.zeros((len(self.worn.order), 3), np.float32),
+            offsets=np.zeros((len(self.on_body.order), 3), np.float32),
             memory=SampleMemory(
-                faces=self.worn.home_faces[samples].astype(np.int64),
+                faces=self.on_body.nearest_faces[samples].astype(np.int64),
                 heights=np.zeros(len(samples), np.float32),
                 fresh=np.ones(len(samples), np.bool_),
             ),
@@ -192,18 +192,18 @@ class WholeCloth:
             BadGarment: Another number of vertices than was prepared, or positions that are not finite.
         """
         settings, coarse = self.settings, self.coarse
-        surface = surface or self.worn.surface(posed)
-        points = surface.seen(self.worn.checked(vertices), self.worn.order)
+        surface = surface or self.on_body.surface(posed)
+        points = surface.into_bone_frame(self.on_body.check_vertices(vertices), self.on_body.order)
         shifts = np.empty_like(state.shifts)
         decay_shifts(state.shifts, np.float32(math.exp(-dt / settings.memory)), np.float32(settings.speed * dt), shifts)
         places = self.pin_places(posed, surface)
-        shifts[self.pinned] = places[self.pinned_at] - points[coarse.controls[self.pinned]]
+        shifts[self.control_pins] = places[self.control_pin_numbers] - points[coarse.controls[self.control_pins]]
         cells, memory = self.cells(surface), state.memory.copy()
         count = len(coarse.samples)
         planes, held = np.empty((count, 4), np.float32), np.empty(count, np.int64)
         listed = np.arange(count)
         for again in range(settings.rounds):
-            count = hold_samples(
+            count = constrain_samples(
                 surface.skin,
                 self.limbs,
                 cells,
@@ -223,11 +223,11 @@ class WholeCloth:
             limit_coarse(points, coarse, planes, listed, settings.coarse_sweeps, shifts)
         moved, carried = np.empty_like(points), np.empty_like(points)
         keep = np.float32(settings.keep ** (30 * dt))
-        spread_shifts(points, shifts, coarse.weight_ids, coarse.weights, state.offsets, keep, moved, carried)
+        carry_vertices(points, shifts, coarse.weight_ids, coarse.weights, state.offsets, keep, moved, carried)
         moved[self.pins] = places
         limit_fine(self.fine, np.float32(settings.stretch), settings.fine_sweeps, moved)
         after = WholeState(state.frame + 1, shifts, moved - carried, memory)
-        return after, surface.placed(moved, self.worn.order)
+        return after, surface.out_of_bone_frame(moved, self.on_body.order)
 
     def pin_places(self, posed: "PosedBody", surface: PosedSurface) -> Points:
         """Where the hard pins are, as `garments.Pins.positions`, in the frame of the key bone [m]."""
@@ -237,10 +237,10 @@ class WholeCloth:
         if len(hung):
             joint = self.pin_joints[hung]
             turned = np.einsum("pij,pj->pi", posed.transforms[joint, :, :3], self.pin_offsets[hung])
-            places[hung] = surface.seen((posed.joints[joint] + turned).astype(np.float32), np.arange(len(hung)))
+            places[hung] = surface.into_bone_frame((posed.joints[joint] + turned).astype(np.float32), np.arange(len(hung)))
         return places
 
-    def cells(self, surface: PosedSurface) -> Cells:
+    def cells(self, surface: PosedSurface) -> LimbGrid:
         """Which limbs may be near, in a grid over the body."""
         settings, boxes = self.settings, surface.skin.patch_box
         size, widen = np.float32(settings.cell), np.float32(settings.widen)
@@ -248,7 +248,7 @@ class WholeCloth:
         grid_around(boxes, size, widen, low, counts)
         bits = np.zeros(tuple(counts), np.uint32)
         fill_cells(boxes, self.patch_bit, low, size, widen, bits)
-        return Cells(bits, low, size)
+        return LimbGrid(bits, low, size)
 
 
 def _margins(shaped: "ShapedBody", samples: Points, settings: WholeSettings) -> Float[np.ndarray, " samples"]:

@@ -10,7 +10,7 @@ from hemline.export.shading import unit_normals
 from hemline.files import written_whole
 
 from .glb_buffer import Buffer
-from .glb_document import asset, material, packed
+from .glb_document import asset, material, pack_glb
 from .glb_morph import add_morph
 from .glb_quantized import EXTENSION
 from .glb_skin import add_skin
@@ -43,7 +43,7 @@ def write_glb(path: Path, clip: Clip, *, quantized: bool = False) -> tuple[Path,
 def glb_bytes(clip: Clip, *, quantized: bool = False) -> bytes:
     """The bytes that `write_glb` writes."""
     document, buffer = glb_document(clip, quantized=quantized)
-    return packed(document | buffer.described(), buffer.content())
+    return pack_glb(document | buffer.described(), buffer.content())
 
 
 def glb_document(clip: Clip, *, quantized: bool) -> tuple[dict, Buffer]:
@@ -95,4 +95,4 @@ def still_bytes(clip: Clip, places: Float[np.ndarray, "verts 2"]) -> bytes:
         "meshes": [{"name": part.name, "primitives": [primitive]}],
         "materials": [material(part.name, part.colour, both_sides=not part.suffix)],
     }
-    return packed(document | buffer.described(), buffer.content())
+    return pack_glb(document | buffer.described(), buffer.content())

@@ -16,7 +16,7 @@ from hemline.files.gltf_nodes import Nodes, decomposed
 
 from .glb import glb_document
 from .glb_buffer import Buffer
-from .glb_document import packed
+from .glb_document import pack_glb
 
 _DROPPED = ("VRM", "VRMC_vrm", "VRMC_springBone", "VRMC_springBone_extended_collider", "VRMC_node_constraint")
 """Extensions by which an engine would move the bones once more."""
@@ -57,13 +57,13 @@ def write_dressed(path: Path, clip: Clip, own: OwnMesh, *, quantized: bool = Fal
         BadInput: The clip has no skeleton.
         BadOutput: The path cannot be written.
     """
-    content = dressed_bytes(clip, own, quantized=quantized)
+    content = character_bytes(clip, own, quantized=quantized)
     with written_whole(path) as temporary:
         temporary.write_bytes(content)
     return (path,)
 
 
-def dressed_bytes(clip: Clip, own: OwnMesh, *, quantized: bool = False) -> bytes:
+def character_bytes(clip: Clip, own: OwnMesh, *, quantized: bool = False) -> bytes:
     """The bytes that `write_dressed` writes."""
     if clip.skeleton is None:
         cure = "play it on the body that was made of the character"
@@ -72,7 +72,7 @@ def dressed_bytes(clip: Clip, own: OwnMesh, *, quantized: bool = False) -> bytes
         replace(clip, body_vertices=None, body_faces=None, skeleton=None), quantized=quantized
     )
     with own.gltf.readable():
-        document, content = _bare(own.gltf)
+        document, content = _without_motion(own.gltf)
         _at_rest(document, own)
         tracks = _tracks(own, clip.skeleton.transforms)
     _append(document, garment | buffer.described(), len(content))
@@ -81,12 +81,12 @@ def dressed_bytes(clip: Clip, own: OwnMesh, *, quantized: bool = False) -> bytes
     added = buffer.content()
     _append(document, {"animations": [animation]} | moved.described(), len(content) + len(added))
     content += added + moved.content()
-    document["animations"] = [_merged(document["animations"])]
+    document["animations"] = [_merge_animations(document["animations"])]
     document["buffers"] = [{"byteLength": len(content)}]
-    return packed(document, content)
+    return pack_glb(document, content)
 
 
-def _bare(gltf: Gltf) -> tuple[dict[str, Any], bytes]:
+def _without_motion(gltf: Gltf) -> tuple[dict[str, Any], bytes]:
     """The document without animations and springs, and all its buffers and images as one."""
     document = copy.deepcopy(gltf.document)
     document.pop("animations", None)
@@ -108,11 +108,11 @@ def _bare(gltf: Gltf) -> tuple[dict[str, Any], bytes]:
         view["byteOffset"] = view.get("byteOffset", 0) + starts[view["buffer"]]
         view["buffer"] = 0
     for image in document.get("images", []):
-        content = _held(gltf, document, image, content)
+        content = _embed_image(gltf, document, image, content)
     return document, content
 
 
-def _held(gltf: Gltf, document: dict, image: dict, content: bytes) -> bytes:
+def _embed_image(gltf: Gltf, document: dict, image: dict, content: bytes) -> bytes:
     """An image beside the file taken into it; the content with it."""
     if "uri" not in image or image["uri"].startswith("data:"):
         return content
@@ -130,10 +130,10 @@ def _at_rest(document: dict, own: OwnMesh) -> None:
         parent = parents[node]
         local = np.linalg.inv(own.rest[parent]) @ own.rest[node] if parent >= 0 else own.rest[node]
         document["nodes"][node].pop("matrix", None)
-        document["nodes"][node] |= _placed(local)
+        document["nodes"][node] |= _node_transform(local)
     scene = document.get("scene", 0)
     roots = document["scenes"][scene]["nodes"] if document.get("scenes") else _roots(own)
-    top = {"name": "character", "children": list(roots)} | _placed(own.to_body)
+    top = {"name": "character", "children": list(roots)} | _node_transform(own.to_body)
     document["scenes"], document["scene"] = [{"nodes": [len(document["nodes"])]}], 0
     document["nodes"].append(top)
 
@@ -142,7 +142,7 @@ def _roots(own: OwnMesh) -> list[int]:
     return [node for node, parent in enumerate(own.nodes.parents) if parent < 0]
 
 
-def _placed(matrix: np.ndarray) -> dict[str, list[float]]:
+def _node_transform(matrix: np.ndarray) -> dict[str, list[float]]:
     moved, turned, scaled = decomposed(matrix)
     return {"translation": moved.tolist(), "rotation": turned[[1, 2, 3, 0]].tolist(), "scale": scaled.tolist()}
 
@@ -233,7 +233,7 @@ def _append(document: dict, other: dict, start: int) -> None:
         document["asset"]["copyright"] = notice
 
 
-def _merged(animations: list[dict]) -> dict:
+def _merge_animations(animations: list[dict]) -> dict:
     """Several animations as one."""
     whole: dict[str, Any] = {"name": "clip", "channels": [], "samplers": []}
     for each in animations:

@@ -19,7 +19,7 @@ def material(name: str, colour: tuple[float, float, float], *, both_sides: bool)
     return {"name": name, "pbrMetallicRoughness": surface, "doubleSided": both_sides}
 
 
-def packed(document: dict, content: bytes) -> bytes:
+def pack_glb(document: dict, content: bytes) -> bytes:
     """The bytes of a GLB file."""
     text = json.dumps(document, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)

@@ -5,17 +5,17 @@ from collections.abc import Iterator
 import numpy as np
 
 from hemline.arrays import Normals, Vertices
-from hemline.export.clip import Part
+from hemline.export.clip import ClipPart
 from hemline.export.shading import unit_normals
 
 from .glb_buffer import Buffer
-from .glb_quantized import Grid, directions, turned_by
+from .glb_quantized import QuantizedGrid, directions, normal_differences
 
 _HALF_OF_SHORT = 16383
 """The difference of two such numbers is one of two bytes."""
 
 
-def add_morph(document: dict, buffer: Buffer, part: Part, times: int, *, quantized: bool) -> None:
+def add_morph(document: dict, buffer: Buffer, part: ClipPart, times: int, *, quantized: bool) -> None:
     """Add a mesh whose frames after the first are morph targets, positions and normals.
 
     Quantised, a frame's positions are relative to the middle of its vertices, and the node goes along this path, so
@@ -34,7 +34,7 @@ def add_morph(document: dict, buffer: Buffer, part: Part, times: int, *, quantiz
     if path is None:
         first, *targets = _floats(buffer, part)
     else:
-        grid = Grid.around(part.vertices - path[:, None], _HALF_OF_SHORT)
+        grid = QuantizedGrid.around(part.vertices - path[:, None], _HALF_OF_SHORT)
         path += grid.middle.astype(np.float32)
         node |= {"translation": path[0].tolist(), "scale": [grid.scale] * 3}
         first, *targets = _numbers(buffer, part, grid)
@@ -57,12 +57,12 @@ def add_morph(document: dict, buffer: Buffer, part: Part, times: int, *, quantiz
     document["meshes"].append(mesh)
 
 
-def _frames(part: Part) -> Iterator[tuple[Vertices, Normals]]:
+def _frames(part: ClipPart) -> Iterator[tuple[Vertices, Normals]]:
     for vertices in part.vertices:
         yield np.asarray(vertices, np.float32), unit_normals(vertices, part.faces)
 
 
-def _floats(buffer: Buffer, part: Part) -> Iterator[dict[str, int]]:
+def _floats(buffer: Buffer, part: ClipPart) -> Iterator[dict[str, int]]:
     """Accessors of the first frame, then of each other frame's difference from it."""
     (rest, normals), *others = _frames(part)
     yield {
@@ -76,7 +76,7 @@ def _floats(buffer: Buffer, part: Part) -> Iterator[dict[str, int]]:
         }
 
 
-def _numbers(buffer: Buffer, part: Part, grid: Grid) -> Iterator[dict[str, int]]:
+def _numbers(buffer: Buffer, part: ClipPart, grid: QuantizedGrid) -> Iterator[dict[str, int]]:
     """The same in whole numbers of a grid around the middle of each frame's vertices."""
     (rest, normals), *others = _frames(part)
     places, pointing = grid.numbers(_about(rest)), directions(normals)
@@ -87,7 +87,7 @@ def _numbers(buffer: Buffer, part: Part, grid: Grid) -> Iterator[dict[str, int]]
     for vertices, turned in others:
         yield {
             "POSITION": buffer.add_attribute(grid.numbers(_about(vertices)) - places, "VEC3", bounds=True),
-            "NORMAL": buffer.add_attribute(directions(turned_by(normals, turned)), "VEC3"),
+            "NORMAL": buffer.add_attribute(directions(normal_differences(normals, turned)), "VEC3"),
         }
 
 

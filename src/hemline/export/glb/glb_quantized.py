@@ -11,7 +11,7 @@ _SHORT, _BYTE = 32767, 127
 
 
 @dataclass(frozen=True)
-class Grid:
+class QuantizedGrid:
     """A cube of whole numbers around points; what is stored is a share of its half.
 
     Attributes:
@@ -45,7 +45,7 @@ def directions(vectors: Normals) -> Int[np.ndarray, "verts 3"]:
     return np.rint(np.clip(vectors, -1, 1) * _BYTE).astype(np.int8)
 
 
-def turned_by(normals: Normals, others: Normals) -> Normals:
+def normal_differences(normals: Normals, others: Normals) -> Normals:
     """What is added to normals so that they point along others, no number of it beyond -1 to 1 where that is possible.
 
     A sum is scaled to unit length before it is used, so that others may be shortened: by s, the most that fits.
@@ -55,7 +55,7 @@ def turned_by(normals: Normals, others: Normals) -> Normals:
     return np.clip(most.min(axis=1, keepdims=True), 1 / _BYTE, 1) * others - normals
 
 
-def shares(weights: Float[np.ndarray, "verts 4"]) -> Int[np.ndarray, "verts 4"]:
+def quantized_weights(weights: Float[np.ndarray, "verts 4"]) -> Int[np.ndarray, "verts 4"]:
     """Weights in two bytes; rows keep the sum of 65535, which is 1."""
     numbers = np.rint(weights * 65535.0).astype(np.int64)
     numbers[:, 0] += np.rint(weights.sum(axis=1) * 65535.0).astype(np.int64) - numbers.sum(axis=1)

@@ -3,17 +3,17 @@
 import numpy as np
 
 from hemline.arrays import Float, Quaternions
-from hemline.export.clip import Part, Skeleton
+from hemline.export.clip import ClipPart, ClipSkeleton
 from hemline.export.shading import unit_normals
 
 from .glb_buffer import Buffer
-from .glb_quantized import Grid, directions, shares
+from .glb_quantized import QuantizedGrid, directions, quantized_weights
 
 _METRE = 1.0
 """Half of a grid for meshes of up to 2 m: no scale in inverse bind matrices, since Blender's importer drops it."""
 
 
-def add_skin(document: dict, buffer: Buffer, part: Part, skeleton: Skeleton, times: int, *, quantized: bool) -> None:
+def add_skin(document: dict, buffer: Buffer, part: ClipPart, skeleton: ClipSkeleton, times: int, *, quantized: bool) -> None:
     r"""Add a mesh that follows its skeleton.
 
     With skin transforms $A_j = [R_j | t_j]$ and rest joints $J_j$, the node of joint $j$ stands at $A_j J_j$ with
@@ -36,7 +36,7 @@ def add_skin(document: dict, buffer: Buffer, part: Part, skeleton: Skeleton, tim
         top = len(document["nodes"])
         document["nodes"].append({"name": f"{part.name} bones", "children": (first + roots).tolist()})
     rest = np.asarray(skeleton.vertices, np.float32)
-    grid = Grid.around(rest, least=_METRE) if quantized else None
+    grid = QuantizedGrid.around(rest, least=_METRE) if quantized else None
     skin = {
         "inverseBindMatrices": buffer.add(_binds(joints, grid), "MAT4"),
         "joints": list(range(first, first + len(joints))),
@@ -60,7 +60,7 @@ def add_skin(document: dict, buffer: Buffer, part: Part, skeleton: Skeleton, tim
     _animate(document["animations"][0], buffer, skeleton, first, times)
 
 
-def _binds(joints: np.ndarray, grid: Grid | None) -> np.ndarray:
+def _binds(joints: np.ndarray, grid: QuantizedGrid | None) -> np.ndarray:
     """Inverse bind matrices, column by column: from the grid to metres, then to the joint."""
     scale, middle = (1.0, np.zeros(3)) if grid is None else (grid.scale, grid.middle)
     bind = np.tile(np.diag([scale, scale, scale, 1.0]), (len(joints), 1, 1))
@@ -68,7 +68,7 @@ def _binds(joints: np.ndarray, grid: Grid | None) -> np.ndarray:
     return bind.reshape(-1, 16).astype(np.float32)
 
 
-def _joint_nodes(skeleton: Skeleton, first: int) -> list[dict]:
+def _joint_nodes(skeleton: ClipSkeleton, first: int) -> list[dict]:
     parents, nodes = np.asarray(skeleton.parents), []
     for joint, at in enumerate(skeleton.rest_places.tolist()):
         node = {"name": skeleton.names[joint] if skeleton.names else f"joint_{joint}", "translation": at}
@@ -77,7 +77,7 @@ def _joint_nodes(skeleton: Skeleton, first: int) -> list[dict]:
     return nodes
 
 
-def _weights(buffer: Buffer, skeleton: Skeleton, quantized: bool) -> dict[str, int]:
+def _weights(buffer: Buffer, skeleton: ClipSkeleton, quantized: bool) -> dict[str, int]:
     """Joints and weights in sets of four, the largest first."""
     weights = np.asarray(skeleton.weights, np.float32)
     order = np.argsort(-weights, axis=1, kind="stable")
@@ -86,7 +86,7 @@ def _weights(buffer: Buffer, skeleton: Skeleton, quantized: bool) -> dict[str, i
     sets = -(-np.count_nonzero(weights.any(axis=0)) // 4)
     spare = ((0, 0), (0, max(4 * sets - weights.shape[1], 0)))
     weights = np.pad(weights / weights.sum(axis=1, keepdims=True), spare)[:, : 4 * sets]
-    packed = shares(weights) if quantized else weights
+    packed = quantized_weights(weights) if quantized else weights
     indices = np.where(packed > 0, np.pad(indices, spare)[:, : 4 * sets], 0)
     indices = indices.astype(np.uint8 if len(skeleton.joints) <= 256 else np.uint16)
     attributes = {}
@@ -97,7 +97,7 @@ def _weights(buffer: Buffer, skeleton: Skeleton, quantized: bool) -> dict[str, i
     return attributes
 
 
-def _animate(animation: dict, buffer: Buffer, skeleton: Skeleton, first: int, times: int) -> None:
+def _animate(animation: dict, buffer: Buffer, skeleton: ClipSkeleton, first: int, times: int) -> None:
     turns = skeleton.turns
     tracks = [(root, "translation", path.astype(np.float32), "VEC3") for root, path in skeleton.root_paths.items()]
     tracks += [(joint, "rotation", _continuous(turns[:, joint]), "VEC4") for joint in range(turns.shape[1])]

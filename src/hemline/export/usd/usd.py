@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline.errors import MissingExtra
-from hemline.export.clip import Clip, Part
+from hemline.export.clip import Clip, ClipPart
 from hemline.files import written_whole
 from hemline.version import VERSION
 
@@ -64,7 +64,7 @@ def _export(layer, path: Path) -> None:
         raise OSError("USD could not write the stage")
 
 
-def _add_points(stage, part: Part) -> None:
+def _add_points(stage, part: ClipPart) -> None:
     from pxr import Tf, Vt
 
     mesh = add_mesh(stage, f"/clip/{Tf.MakeValidIdentifier(part.name)}", part)

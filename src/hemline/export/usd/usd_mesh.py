@@ -6,11 +6,11 @@
 import numpy as np
 
 from hemline.arrays import Vertices
-from hemline.export.clip import Part
+from hemline.export.clip import ClipPart
 from hemline.pictures import linear
 
 
-def add_mesh(stage, path: str, part: Part):
+def add_mesh(stage, path: str, part: ClipPart):
     """A mesh with its triangles and colour, without points."""
     from pxr import Gf, UsdGeom, Vt
 

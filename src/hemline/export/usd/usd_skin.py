@@ -5,12 +5,12 @@
 
 import numpy as np
 
-from hemline.export.clip import Part, Skeleton
+from hemline.export.clip import ClipPart, ClipSkeleton
 
 from .usd_mesh import add_mesh, bounds_of
 
 
-def add_skinned(stage, part: Part, skeleton: Skeleton) -> None:
+def add_skinned(stage, part: ClipPart, skeleton: ClipSkeleton) -> None:
     """Add a mesh that follows its skeleton, with bounds of its own in each frame.
 
     Joints are bound where they rest, without rotation; only roots move relative to their parents.
@@ -42,7 +42,7 @@ def add_skinned(stage, part: Part, skeleton: Skeleton) -> None:
     binding.CreateJointWeightsPrimvar(False, influences).Set(Vt.FloatArray.FromNumpy(weights))
 
 
-def _animate(stage, path: str, bones, joints, skeleton: Skeleton) -> None:
+def _animate(stage, path: str, bones, joints, skeleton: ClipSkeleton) -> None:
     from pxr import UsdSkel, Vt
     from scipy.spatial.transform import Rotation
 
@@ -62,7 +62,7 @@ def _animate(stage, path: str, bones, joints, skeleton: Skeleton) -> None:
     binding.CreateAnimationSourceRel().SetTargets([animation.GetPath()])
 
 
-def _paths(skeleton: Skeleton) -> list[str]:
+def _paths(skeleton: ClipSkeleton) -> list[str]:
     """Each joint's name after those of its parents."""
     from pxr import Tf
 

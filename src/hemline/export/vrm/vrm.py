@@ -5,19 +5,19 @@ from pathlib import Path
 import numpy as np
 
 from hemline.errors import BadOutput
-from hemline.export.character import BoundMesh, Character
+from hemline.export.character import BoundMesh, DressedCharacter
 from hemline.export.glb.glb_buffer import Buffer
-from hemline.export.glb.glb_document import asset, material, packed
+from hemline.export.glb.glb_document import asset, material, pack_glb
 from hemline.export.shading import unit_normals
 from hemline.files import check_writable, written_whole
 
 from .vrm_humanoid import humanoid, meta
 from .vrm_springs import springs
 
-ENDING = ".vrm"
+VRM_ENDING = ".vrm"
 
 
-def write_vrm(path: str | Path, character: Character) -> tuple[Path, ...]:
+def write_vrm(path: str | Path, character: DressedCharacter) -> tuple[Path, ...]:
     """Write a character as VRM 1.0, whole or not at all.
 
     Args:
@@ -44,12 +44,12 @@ def check_character_path(path: str | Path) -> None:
         BadOutput: Another ending, or the folder cannot be written.
     """
     path = Path(path)
-    if path.suffix.lower() != ENDING:
-        raise BadOutput(f"a character is written as {ENDING}", path.name, f"name it {path.stem}{ENDING}")
+    if path.suffix.lower() != VRM_ENDING:
+        raise BadOutput(f"a character is written as {VRM_ENDING}", path.name, f"name it {path.stem}{VRM_ENDING}")
     check_writable(path)
 
 
-def vrm_bytes(character: Character) -> bytes:
+def vrm_bytes(character: DressedCharacter) -> bytes:
     """The bytes that `write_vrm` writes."""
     buffer = Buffer()
     nodes, first = _bone_nodes(character)
@@ -74,10 +74,10 @@ def vrm_bytes(character: Character) -> bytes:
     bone_count = len(nodes) - first
     for mesh in character.meshes:
         _add_mesh(document, buffer, mesh, list(range(first, first + bone_count)))
-    return packed(document | buffer.described(), buffer.content())
+    return pack_glb(document | buffer.described(), buffer.content())
 
 
-def _bone_nodes(character: Character) -> tuple[list[dict], int]:
+def _bone_nodes(character: DressedCharacter) -> tuple[list[dict], int]:
     """A node on the floor, the joints, then the chains, none of them turned; and the number of the first joint."""
     chains, joint_count = character.chains, len(character.joints)
     places = np.concatenate([character.joints, chains.bones]).astype(np.float64)

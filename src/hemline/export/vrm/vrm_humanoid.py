@@ -1,6 +1,6 @@
 """What VRM calls our joints, and what it asks about licences."""
 
-BONES = {
+VRM_BONES = {
     "pelvis": "hips",
     "spine1": "spine",
     "spine2": "chest",
@@ -59,7 +59,7 @@ def humanoid(names: tuple[str, ...], first: int) -> dict[str, dict]:
         names: Names of the joints.
         first: Node of the first one.
     """
-    return {BONES[name]: {"node": first + joint} for joint, name in enumerate(names) if name in BONES}
+    return {VRM_BONES[name]: {"node": first + joint} for joint, name in enumerate(names) if name in VRM_BONES}
 
 
 def meta(name: str, notices: tuple[str, ...]) -> dict:

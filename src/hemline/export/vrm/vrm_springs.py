@@ -1,11 +1,11 @@
 """Chains and capsules as VRM's spring bones."""
 
-from hemline.export.character import Character
+from hemline.export.character import DressedCharacter
 
 _DOWN = [0.0, -1.0, 0.0]
 
 
-def springs(character: Character, first: int) -> dict:
+def springs(character: DressedCharacter, first: int) -> dict:
     """The extension `VRMC_springBone`: a spring a chain, a collider a capsule, one group of all of them.
 
     VRM keeps the numbers of a rope at its upper end and moves its lower one; ours are those of the lower one.
@@ -38,7 +38,7 @@ def springs(character: Character, first: int) -> dict:
     }
 
 
-def _colliders(character: Character, first: int) -> list[dict]:
+def _colliders(character: DressedCharacter, first: int) -> list[dict]:
     """Each capsule in the frame of its joint, which is not turned at rest."""
     capsules = character.capsules
     at = character.joints[capsules.joints]

@@ -22,7 +22,7 @@ def joint(shaped: "ShapedBody", name: str) -> Float[np.ndarray, "3"]:
     return np.asarray(shaped.joints[JOINT_NAMES.index(name)], np.float64)
 
 
-def laid_on_skin(line: Points, tree: ClosestTree, height: float, smooth: Callable[[Points], Points]) -> Points:
+def fit_to_skin(line: Points, tree: ClosestTree, height: float, smooth: Callable[[Points], Points]) -> Points:
     """A line smoothed and laid on the skin by turns.
 
     Args:
@@ -43,7 +43,7 @@ def laid_on_skin(line: Points, tree: ClosestTree, height: float, smooth: Callabl
     return line
 
 
-def spread(line: np.ndarray, values: np.ndarray, share: np.ndarray) -> np.ndarray:
+def interpolate_along(line: np.ndarray, values: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Values at shares of a polyline's length."""
     length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     return np.stack([np.interp(share * length[-1], length, values[:, axis]) for axis in range(3)], axis=1)

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.errors import BadGarment
-from hemline.garments.clearance import cleared
+from hemline.garments.clearance import push_out_of_body
 from hemline.garments.dressing import CLEARANCE, body_tree
 from hemline.garments.garment import Garment
 from hemline.garments.material import Material
 
 from .body_lines import joint
-from .cape_drape import folded, hanging_columns
+from .cape_drape import fold_sheet, hanging_columns
 from .cape_rim import cape_rim
 from .grid_garment import grid_garment, rows_and_columns
 from .sector import grid_faces, sector_pattern
@@ -95,8 +95,8 @@ def make_cape(
     width = float(np.linalg.norm(np.diff(rim, axis=0), axis=1).sum())
     way = length * np.linspace(0, 1, rows)
     ease = np.clip((way - step) / _FLAT, 0, 1)
-    laid = folded(sheet, width + cut.opening * way, ease * ease * (3 - 2 * ease), min(cut.folds, columns // 10))
-    vertices = cleared(laid.reshape(-1, 3), tree, CLEARANCE + 0.0002)
+    laid = fold_sheet(sheet, width + cut.opening * way, ease * ease * (3 - 2 * ease), min(cut.folds, columns // 10))
+    vertices = push_out_of_body(laid.reshape(-1, 3), tree, CLEARANCE + 0.0002)
     faces = grid_faces(rows, columns)
     return grid_garment(
         vertices,

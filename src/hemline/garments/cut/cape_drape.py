@@ -5,7 +5,7 @@ import numpy as np
 from hemline.arrays import Float, Points
 from hemline.meshes import ClosestTree
 
-from .body_lines import lengths, spread
+from .body_lines import lengths, interpolate_along
 
 _CLINGS = 0.026
 """Way over which the cloth follows the skin exactly [m]."""
@@ -72,7 +72,7 @@ def _beside_body(
     return there, distance
 
 
-def folded(
+def fold_sheet(
     sheet: Float[np.ndarray, "rows columns 3"],
     widths: Float[np.ndarray, " rows"],
     ease: Float[np.ndarray, " rows"],
@@ -94,8 +94,8 @@ def folded(
     rows, columns, _ = sheet.shape
     fine = np.linspace(0, 1, max(columns, 32 * folds + 1))
     normal = np.cross(np.gradient(sheet, axis=0), np.gradient(sheet, axis=1))
-    base = np.stack([spread(sheet[row], sheet[row], fine) for row in range(rows)])
-    outward = np.stack([spread(sheet[row], normal[row], fine) for row in range(rows)])
+    base = np.stack([interpolate_along(sheet[row], sheet[row], fine) for row in range(rows)])
+    outward = np.stack([interpolate_along(sheet[row], normal[row], fine) for row in range(rows)])
     outward /= np.linalg.norm(outward, axis=2, keepdims=True)
     wave = outward * (1 + np.sin(2 * np.pi * folds * fine - np.pi / 2))[None, :, None]
     low, high = np.zeros(rows), np.full(rows, 0.2)
@@ -108,4 +108,4 @@ def folded(
 
 def _in_columns(lines: np.ndarray, columns: int) -> np.ndarray:
     share = np.linspace(0, 1, columns)
-    return np.stack([spread(line, line, share) for line in lines])
+    return np.stack([interpolate_along(line, line, share) for line in lines])

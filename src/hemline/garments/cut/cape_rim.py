@@ -8,7 +8,7 @@ from hemline.arrays import Points
 from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree
 
-from .body_lines import joint, laid_on_skin, spread
+from .body_lines import joint, fit_to_skin, interpolate_along
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -49,8 +49,8 @@ def cape_rim(shaped: "ShapedBody", tree: ClosestTree, count: int, height: float)
         got = f"no surface above {np.isnan(y).sum()} of {len(y)} points"
         raise BadGarment("a cape needs shoulders to lie on", got, "use an upright body facing +z, at rest")
     line = np.stack([x + neck[0], _smooth(y), z], axis=1)
-    line = laid_on_skin(line, tree, height, _smooth)
-    return spread(line, line, np.linspace(0, 1, count))
+    line = fit_to_skin(line, tree, height, _smooth)
+    return interpolate_along(line, line, np.linspace(0, 1, count))
 
 
 def _upper_surface(tree: ClosestTree, neck: np.ndarray, half: float) -> np.ndarray:

@@ -7,7 +7,7 @@ from hemline.arrays import Faces, Float
 from .sector import grid_faces
 
 
-def row_ways(rows: int, *, band: float, length: float) -> Float[np.ndarray, " rows"]:
+def row_distances(rows: int, *, band: float, length: float) -> Float[np.ndarray, " rows"]:
     """Way of each row from the rim: the first two rows are `band` apart, the others evenly spaced [m].
 
     Args:

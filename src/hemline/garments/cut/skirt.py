@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.errors import BadGarment
-from hemline.garments.clearance import cleared
+from hemline.garments.clearance import push_out_of_body
 from hemline.garments.dressing import CLEARANCE, body_tree
 from hemline.garments.garment import Garment
 from hemline.garments.material import Material
 from hemline.meshes import ClosestTree
 
 from .body_lines import joint
-from .cone import cone_chains, cone_faces, cone_pattern, row_ways
+from .cone import cone_chains, cone_faces, cone_pattern, row_distances
 from .grid_garment import PINNED_ROWS, grid_garment, rows_and_columns
-from .skirt_drape import hung, line_tilts, outward_of, pleated
+from .skirt_drape import hang_rows, line_tilts, outward_of, pleat_sheet
 from .waist import waist_line
 
 if TYPE_CHECKING:
@@ -93,8 +93,8 @@ def make_skirt(
     tree = body_tree(shaped)
     rim = waist_line(shaped, tree, columns, cut.height)
     width = float(np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).sum())
-    ways = row_ways(rows, band=_BAND, length=cut.length or _length_to_calf(shaped, float(rim[:, 1].mean())))
-    vertices = cleared(_laid(rim, width, ways, cut, tree).reshape(-1, 3), tree, CLEARANCE + 0.0002)
+    ways = row_distances(rows, band=_BAND, length=cut.length or _length_to_calf(shaped, float(rim[:, 1].mean())))
+    vertices = push_out_of_body(_drape(rim, width, ways, cut, tree).reshape(-1, 3), tree, CLEARANCE + 0.0002)
     faces, unrolled = cone_faces(rows, columns)
     return grid_garment(
         vertices,
@@ -123,10 +123,10 @@ def _length_to_calf(shaped: "ShapedBody", waist: float) -> float:
     return float(waist - knee + _BELOW_KNEE * (knee - ankle))
 
 
-def _laid(rim: np.ndarray, width: float, ways: np.ndarray, cut: SkirtCut, tree: ClosestTree) -> np.ndarray:
+def _drape(rim: np.ndarray, width: float, ways: np.ndarray, cut: SkirtCut, tree: ClosestTree) -> np.ndarray:
     outward, clearance = outward_of(rim), max(cut.height, CLEARANCE) + 0.001
     tilts = line_tilts(rim, outward, tree, length=float(ways[-1]), tilt=cut.tilt, clearance=clearance)
-    sheet = hung(rim, outward, tilts, ways)
+    sheet = hang_rows(rim, outward, tilts, ways)
     hem = float(np.linalg.norm(sheet[-1] - np.roll(sheet[-1], 1, axis=0), axis=1).sum())
     if hem > width + cut.opening * ways[-1]:
         least = (hem - width) / ways[-1]
@@ -135,4 +135,4 @@ def _laid(rim: np.ndarray, width: float, ways: np.ndarray, cut: SkirtCut, tree: 
     ease = np.clip((ways - _BAND) / _FLAT, 0, 1)
     lean = outward * np.cos(tilts)[:, None] + np.array([0.0, 1.0, 0.0]) * np.sin(tilts)[:, None]
     folds = min(cut.folds, len(rim) // 8)
-    return pleated(sheet, lean, width + cut.opening * ways, ease * ease * (3 - 2 * ease), folds)
+    return pleat_sheet(sheet, lean, width + cut.opening * ways, ease * ease * (3 - 2 * ease), folds)

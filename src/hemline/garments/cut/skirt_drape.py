@@ -8,7 +8,7 @@ from hemline.meshes import ClosestTree
 
 from .body_lines import lengths
 
-Lines = Float[np.ndarray, "columns 3"]
+ColumnVectors = Float[np.ndarray, "columns 3"]
 """One vector for each line."""
 
 _CHECKED = 60
@@ -17,7 +17,7 @@ _STEP = 0.02
 _STEEPEST = 1.3
 
 
-def outward_of(rim: Points) -> Lines:
+def outward_of(rim: Points) -> ColumnVectors:
     """Level unit vectors away from a line around the body: normals of the ellipse as wide and deep as the line.
 
     The line itself turns inward at the small of the back, where its own normals would meet.
@@ -28,7 +28,7 @@ def outward_of(rim: Points) -> Lines:
 
 
 def line_tilts(
-    rim: Points, outward: Lines, tree: ClosestTree, *, length: float, tilt: float, clearance: float
+    rim: Points, outward: ColumnVectors, tree: ClosestTree, *, length: float, tilt: float, clearance: float
 ) -> Float[np.ndarray, " columns"]:
     """Angle to the vertical of a straight line down from each point of a closed rim, clear of the body.
 
@@ -61,16 +61,16 @@ def line_tilts(
     return gaussian_filter1d(maximum_filter1d(tilts, 2 * wide + 1, mode="wrap"), wide / 2, mode="wrap")
 
 
-def hung(
-    rim: Points, outward: Lines, tilts: Float[np.ndarray, " columns"], ways: Float[np.ndarray, " rows"]
+def hang_rows(
+    rim: Points, outward: ColumnVectors, tilts: Float[np.ndarray, " columns"], ways: Float[np.ndarray, " rows"]
 ) -> Float[np.ndarray, "rows columns 3"]:
     """Points at given ways down the straight lines [m]."""
     return rim + ways[:, None, None] * _down(outward, tilts)
 
 
-def pleated(
+def pleat_sheet(
     sheet: Float[np.ndarray, "rows columns 3"],
-    normals: Lines,
+    normals: ColumnVectors,
     widths: Float[np.ndarray, " rows"],
     ease: Float[np.ndarray, " rows"],
     folds: int,
@@ -107,7 +107,7 @@ def pleated(
     return np.stack([_evenly(line, columns) for line in laid])
 
 
-def _down(outward: Lines, tilts: np.ndarray) -> np.ndarray:
+def _down(outward: ColumnVectors, tilts: np.ndarray) -> np.ndarray:
     return outward * np.sin(tilts)[:, None] - np.array([0.0, 1.0, 0.0]) * np.cos(tilts)[:, None]
 
 

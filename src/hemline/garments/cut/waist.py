@@ -9,7 +9,7 @@ from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree
 from hemline.motions.motion import JOINT_NAMES
 
-from .body_lines import joint, laid_on_skin, spread
+from .body_lines import joint, fit_to_skin, interpolate_along
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -42,9 +42,9 @@ def waist_line(shaped: "ShapedBody", tree: ClosestTree, count: int, height: floa
     corners = _trunk(shaped)
     tapes = [_tape(corners, low + share * (high - low)) for share in _LEVELS]
     line = min(tapes, key=lambda tape: _length(tape))
-    line = laid_on_skin(line, tree, height, _smooth)
+    line = fit_to_skin(line, tree, height, _smooth)
     closed = np.concatenate([line, line[:1]])
-    return spread(closed, closed, np.linspace(0, 1, count + 1))[:-1]
+    return interpolate_along(closed, closed, np.linspace(0, 1, count + 1))[:-1]
 
 
 def _trunk(shaped: "ShapedBody") -> Float[np.ndarray, "faces 3 3"]:

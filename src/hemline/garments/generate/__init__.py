@@ -4,7 +4,7 @@ from .design import KINDS as KINDS
 from .design import LIMITS as LIMITS
 from .design import Design as Design
 from .design import Measures as Measures
-from .generated import generated as generated
+from .generated import generate_garment as generate_garment
 from .random_design import plain_design as plain_design
 from .random_design import random_design as random_design
 from .spec import garment_of_spec as garment_of_spec
@@ -17,7 +17,7 @@ __all__ = [
     "Design",
     "Measures",
     "garment_of_spec",
-    "generated",
+    "generate_garment",
     "is_spec",
     "plain_design",
     "random_design",

@@ -36,20 +36,21 @@ class Measures:
     """The measures of a garment; what its kind does not use is ignored."""
 
     length: float = 0.6
-    """From its top down to the hem, measured vertically: from the shoulder beside the neck, or from the waistband of
-    skirts and trousers [m]."""
+    """Vertical distance from the top to the hem [m]. The top is the shoulder beside the neck, or the waistband of
+    skirts and trousers."""
     ease: float = 0.12
-    """How much longer its girth is than that of chest and hips [m]."""
+    """Extra girth over that of chest and hips [m]."""
     waist_ease: float = 0.12
-    """The same at the waist of tops, dresses and jumpsuits [m]."""
+    """Extra girth at the waist of tops, dresses and jumpsuits [m]."""
     waist_height: float = 0.0
-    """Height of the waistband, or where a dress begins to widen, above the natural waist [m]."""
+    """Height above the natural waist of the waistband, or of the line where a dress begins to widen [m]."""
     flare: float = 0.1
-    """Angle to the vertical at which it widens below the waist; of trousers and jumpsuits, below the knee [rad]."""
+    """Angle to the vertical at which the garment widens below the waist, or below the knee for trousers and jumpsuits
+    [rad]."""
     sleeve: float = 0.18
-    """Length of the sleeves along the arm from the shoulder joint; 0: an armhole [m]."""
+    """Length of the sleeves along the arm from the shoulder joint [m]. With 0 there is an armhole without a sleeve."""
     sleeve_ease: float = 0.08
-    """How much longer the girth of a sleeve is than that of the arm [m]."""
+    """Extra girth of a sleeve over that of the arm [m]."""
     sleeve_flare: float = 0.0
     """Angle at which a sleeve widens [rad]."""
     strap: float = 0.09
@@ -57,19 +58,19 @@ class Measures:
     neck_width: float = 0.18
     """Width of the neckline [m]."""
     neck_front: float = 0.09
-    """Depth of the neckline in front, below the shoulder beside the neck [m]."""
+    """Depth of the front neckline below the shoulder beside the neck [m]."""
     neck_back: float = 0.03
-    """The same at the back [m]."""
+    """Depth of the back neckline below the shoulder beside the neck [m]."""
     neckline: Neckline = "round"
     """Shape of the neckline: round, v or square."""
     leg_ease: float = 0.08
-    """How much longer the girth of a leg is than that of the body's [m]."""
+    """Extra girth of a trouser leg over that of the body's leg [m]."""
     leg_taper: float = 0.3
-    """How much the legs narrow to the ankle: 0 straight down from the thigh, 1 along the leg."""
+    """Taper of the trouser legs, from 0 (straight down from the thigh) to 1 (along the leg)."""
     rise: float = 0.02
-    """Depth of the crotch below the body's [m]."""
+    """Depth of the crotch below that of the body [m]."""
     material: str = "cotton"
-    """Name of its material."""
+    """Material of the garment: cotton, silk, denim, wool, jersey or paper."""
 
 
 @dataclass(frozen=True)

@@ -48,10 +48,10 @@ def even_mesh(
     for turn, more in _TRIES:
         fine = np.concatenate([vertices, turn * edge * normals], axis=1)
         own = np.concatenate([rim, fine[KDTree(vertices).query(rim)[1], 3:]], axis=1)
-        inner = _spread(fine, own, max(1, round(wanted * more)), share)
+        inner = _distribute_seeds(fine, own, max(1, round(wanted * more)), share)
         cell = np.array(KDTree(np.concatenate([own, inner])).query(fine)[1])
         cell[on_rim] = at_rim
-        found = _dual(_connected(cell, faces), faces)
+        found = _dual(_merge_islands(cell, faces), faces)
         if _is_whole(found, len(rim) + len(inner), [len(each) for each in rims]):
             closest = ClosestTree(vertices, faces).closest(inner[:, :3])
             return np.concatenate([rim, closest.positions]), found
@@ -76,7 +76,7 @@ def _seeds_along(vertices: Vertices, loop: np.ndarray, middle: np.ndarray, edge:
     return np.concatenate(result)
 
 
-def _spread(fine: np.ndarray, rim: np.ndarray, count: int, share: np.ndarray) -> np.ndarray:
+def _distribute_seeds(fine: np.ndarray, rim: np.ndarray, count: int, share: np.ndarray) -> np.ndarray:
     """Seeds off the rim: the farthest vertex again and again, then each moved to the middle of its cell."""
     from scipy.spatial import KDTree
 
@@ -97,7 +97,7 @@ def _spread(fine: np.ndarray, rim: np.ndarray, count: int, share: np.ndarray) ->
     return seeds
 
 
-def _connected(cell: np.ndarray, faces: Faces) -> np.ndarray:
+def _merge_islands(cell: np.ndarray, faces: Faces) -> np.ndarray:
     """Cells without their islands, which go to a neighbour."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

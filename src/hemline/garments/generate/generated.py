@@ -6,7 +6,7 @@ import numpy as np
 
 from hemline.arrays import Faces, Vertices
 from hemline.errors import BadInput
-from hemline.garments.clearance import cleared
+from hemline.garments.clearance import push_out_of_body
 from hemline.garments.dressing import CLEARANCE, body_tree
 from hemline.garments.garment import Garment
 from hemline.garments.material import Material
@@ -30,7 +30,7 @@ SHORTEST, LONGEST = 0.008, 0.05
 """Edge lengths that can be asked for [m]."""
 
 
-def generated(
+def generate_garment(
     design: Design,
     shaped: "ShapedBody",
     *,
@@ -67,10 +67,10 @@ def generated(
     if edge < 3 * SPACING:
         faces, ends = subdivided(triangles, len(fine))
         fine, triangles = np.concatenate([fine, fine[ends].mean(axis=1)]), faces
-    vertices, faces = mirrored(*even_mesh(fine, triangles, edge, fine[:, 0] <= MIDDLE))
+    vertices, faces = mirror_half(*even_mesh(fine, triangles, edge, fine[:, 0] <= MIDDLE))
     tree = body_tree(shaped)
     rest_edges = rest_edges_of_mesh(vertices.round(6), faces)
-    laid = cleared(vertices, tree, CLEARANCE + 0.0002)
+    laid = push_out_of_body(vertices, tree, CLEARANCE + 0.0002)
     pins = NO_PINS
     if not design.has_top:
         ids = np.flatnonzero(vertices[:, 1] > lines.top - 1e-6).astype(np.int32)
@@ -109,7 +109,7 @@ def _edge_of(vertex_count: int, vertices: Vertices, faces: Faces) -> float:
     return (rim + np.sqrt(rim * rim + 4 * vertex_count * area)) / (2 * vertex_count)
 
 
-def mirrored(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
+def mirror_half(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
     """A half at x >= 0 and its mirror image, joined where x is 0."""
     own = np.where(vertices[:, 0] <= MIDDLE, 0, vertices[:, 0])
     vertices = np.concatenate([own[:, None], vertices[:, 1:]], axis=1)

@@ -7,7 +7,7 @@ from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
 
 from .design import KINDS, Kind
-from .generated import LONGEST, SHORTEST, generated
+from .generated import LONGEST, SHORTEST, generate_garment
 from .random_design import random_design
 
 if TYPE_CHECKING:
@@ -43,4 +43,4 @@ def garment_of_spec(name: str, shaped: "ShapedBody") -> Garment:
         raise BadGarment("a generated garment's name cannot be read", f"'{name}'", cure)
     kind, seed, close = cast(Kind, found[2]), int(found[3]), found[1] or ""
     design = random_design(kind, seed, close=bool(close))
-    return generated(design, shaped, edge=edge / 1000, name=f"{close}{kind}-{seed}")
+    return generate_garment(design, shaped, edge=edge / 1000, name=f"{close}{kind}-{seed}")

@@ -8,7 +8,7 @@ from hemline.arrays import Faces, Points, Vertices
 from hemline.garments.cut.body_lines import joint
 from hemline.meshes import boundary_loops, components
 
-from .clipped import clipped, compacted
+from .clip_mesh import clip_mesh, drop_unused_vertices
 from .design import Design
 from .lines import Lines
 from .marching import zero_surface
@@ -32,12 +32,12 @@ def half_surface(design: Design, shaped: "ShapedBody", lines: Lines) -> tuple[Ve
     """
     grid, arm = solid(design, shaped, lines)
     vertices, faces = zero_surface(grid.values, grid.origin, SPACING)
-    vertices, faces = clipped(vertices, faces, lines.hem - vertices[:, 1])
+    vertices, faces = clip_mesh(vertices, faces, lines.hem - vertices[:, 1])
     if not design.has_top:
-        return _largest(*clipped(vertices, faces, vertices[:, 1] - lines.top))
-    vertices, faces = clipped(vertices, faces, _neckline(vertices, design, shaped, lines))
+        return _largest(*clip_mesh(vertices, faces, vertices[:, 1] - lines.top))
+    vertices, faces = clip_mesh(vertices, faces, _neckline(vertices, design, shaped, lines))
     sleeve = _sleeve_end if design.sleeve > 0 else _armhole
-    return _largest(*clipped(vertices, faces, sleeve(vertices, design, arm, lines)))
+    return _largest(*clip_mesh(vertices, faces, sleeve(vertices, design, arm, lines)))
 
 
 def _neckline(points: Points, design: Design, shaped: "ShapedBody", lines: Lines) -> np.ndarray:
@@ -74,7 +74,7 @@ def _largest(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
     """The largest connected part, without pinholes where two cuts meet."""
     labels = components(faces, len(vertices))
     best = np.bincount(labels[faces[:, 0]]).argmax()
-    vertices, faces = compacted(vertices, faces[labels[faces[:, 0]] == best])
+    vertices, faces = drop_unused_vertices(vertices, faces[labels[faces[:, 0]] == best])
     for loop in boundary_loops(faces):
         rim = vertices[loop]
         if np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).sum() < _PINHOLE:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.garments.clearance import cleared
+from hemline.garments.clearance import push_out_of_body
 from hemline.garments.dressing import body_tree
 from hemline.garments.garment import Garment
 from hemline.garments.pins import Pins
@@ -30,7 +30,7 @@ def finer(garment: Garment, shaped: "ShapedBody") -> Garment:
     faces, ends = subdivided(garment.faces, len(garment.vertices))
     middles = garment.vertices[ends].mean(axis=1)
     tree = body_tree(shaped)
-    vertices = np.concatenate([garment.vertices, cleared(middles, tree, CLEARANCE)])
+    vertices = np.concatenate([garment.vertices, push_out_of_body(middles, tree, CLEARANCE)])
     edge = garment.rest_edges
     turned = np.stack([edge[:, :, 1], edge[:, :, 1] - edge[:, :, 0]], axis=2)
     rest_edges = 0.5 * np.stack([edge, edge, edge, turned], axis=1).reshape(-1, 2, 2)

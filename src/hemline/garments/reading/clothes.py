@@ -8,7 +8,7 @@ import numpy as np
 
 from hemline.arrays import Faces, Int, Vertices
 from hemline.errors import BadGarment
-from hemline.garments.clearance import cleared
+from hemline.garments.clearance import push_out_of_body
 from hemline.garments.dressing import CLEARANCE, body_tree
 from hemline.garments.garment import Garment
 from hemline.garments.pin_rules import PinGroup
@@ -74,7 +74,7 @@ def _cleared(garment: Garment, body: "ShapedBody") -> Garment:
     """The garment out of the body once more, as layers and raised triangles come near to another part of it."""
     pinned = np.zeros(len(garment.vertices), bool)
     pinned[garment.pins.vertices] = True
-    vertices = cleared(garment.vertices, body_tree(body), CLEARANCE, fixed=pinned)
+    vertices = push_out_of_body(garment.vertices, body_tree(body), CLEARANCE, fixed=pinned)
     return replace(garment, vertices=vertices.astype(np.float32))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from hemline.arrays import Vertices
 from hemline.errors import OffBody
-from hemline.garments.clearance import cleared
+from hemline.garments.clearance import push_out_of_body
 from hemline.garments.dressing import CLEARANCE
 from hemline.meshes import ClosestTree
 
@@ -102,4 +102,4 @@ def outside_body(vertices: Vertices, tree: ClosestTree, name: str) -> tuple[Vert
         f"{inside.sum()} vertices were inside the body at rest, the deepest {deepest:.1f} mm; "
         f"{close.sum()} were moved to {1000 * CLEARANCE:.0f} mm outside"
     )
-    return cleared(vertices, tree, CLEARANCE), (note,)
+    return push_out_of_body(vertices, tree, CLEARANCE), (note,)

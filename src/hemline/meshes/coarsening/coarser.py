@@ -56,7 +56,7 @@ def coarser(
             times the fourth power of the longest new edge [m^4].
 
     Raises:
-        BadMesh: Fewer than `LEAST_REGION_WEIGHT` vertices would be left.
+        BadMesh: Fewer than `MIN_BLUR` vertices would be left.
 
     Source: Garland, Heckbert, "Surface simplification using quadric error metrics", 1997. Differs: vertices go onto
         neighbours only, so that what is known of a vertex stays known; evenness; lengths along the cloth.

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, motions
-from hemline.animators.simulated_proxy import LEVELS
+from hemline.animators.simulated_proxy import QUALITY_LEVELS
 from hemline.datasets import Row
 from hemline.errors import BadCluster, HemlineError
 from hemline.garments.garment import Garment
@@ -31,8 +31,8 @@ from hemline.garments.generate import KINDS
 from hemline.garments.proxy.proxy import ProxySize, proxy_of
 from hemline.motions.motion import Motion
 from hemline.sim import Clip, SimSettings, random_shapes
-from hemline.sim.takes.begun import begun
-from hemline.sim.takes.jobs import Call, Job, Tell, nothing_told, run_jobs
+from hemline.sim.takes.start_dataset import start_dataset
+from hemline.sim.takes.jobs import Call, Job, Progress, ignore_progress, run_jobs
 from hemline.sim.takes.produce import Plan, clip_job
 from hemline.sim.takes.rest_states import rest_job
 from hemline.sim.takes.setup import Setup
@@ -82,7 +82,7 @@ def main() -> None:
     parser.add_argument("garments", nargs="*")
     parser.add_argument("--generated", type=int, default=0, help="random designs beside those garments")
     parser.add_argument("--first-seed", type=int, default=1000, help="seed of the first of them")
-    parser.add_argument("--quality", choices=LEVELS, help="a level of `live` instead of the settings of `simulate`")
+    parser.add_argument("--quality", choices=QUALITY_LEVELS, help="a level of `live` instead of the settings of `simulate`")
     parser.add_argument("-o", "--output", type=Path, required=True)
     parser.add_argument("--only", nargs="*", default=None, help="clips, instead of those of fit.clips")
     parser.add_argument("--takes", type=int, default=8, help="takes of each garment")
@@ -101,7 +101,7 @@ def main() -> None:
     if not garments:
         parser.error("name garments, or ask for random designs with --generated")
     size = ProxySize(edge=given.edge, most=given.most, fewest=min(given.most, given.fewest))
-    settings = LEVELS[given.quality].settings() if given.quality else None
+    settings = QUALITY_LEVELS[given.quality].settings() if given.quality else None
     clips, shapes = [given.clips / name for name in names], body_shapes(given.betas, given.bodies, given.seed)
     dealt = parts(clips, len(garments), given.takes, given.seed, shapes)
     recipes = [
@@ -200,14 +200,14 @@ def garment_job(recipe: Recipe) -> Job[str]:
     """Simulate one garment; what to say of it."""
     try:
         if Path(recipe.garment).suffix:  # a file of ours, and what it becomes when it is tried on is kept here
-            garment = proxy(recipe, None, nothing_told)
+            garment = proxy(recipe, None, ignore_progress)
         else:
             garment = yield Call(proxy, recipe, None)
     except BadCluster:
         raise
     except HemlineError as error:
         return f"left out: {error}"
-    dataset, setup = begun(recipe.folder, garment), Setup.of(garment, recipe.settings)
+    dataset, setup = start_dataset(recipe.folder, garment), Setup.of(garment, recipe.settings)
     names: list[str] = []
     reasons: list[str] = []
     for betas in dict.fromkeys(part.betas for part in recipe.parts):
@@ -217,7 +217,7 @@ def garment_job(recipe: Recipe) -> Job[str]:
             rest = yield from rest_job(dataset, setup, betas)
             for clip in clips:
                 if clip is not None:
-                    names += yield from clip_job(dataset, setup, plan, clip, rest, nothing_told)
+                    names += yield from clip_job(dataset, setup, plan, clip, rest, ignore_progress)
         except BadCluster:
             raise
         except HemlineError as error:
@@ -231,7 +231,7 @@ def garment_job(recipe: Recipe) -> Job[str]:
     return said + "".join(f"; failed: {each}" for each in reasons)
 
 
-def proxy(recipe: Recipe, argument: None, tell: Tell) -> Garment:
+def proxy(recipe: Recipe, argument: None, tell: Progress) -> Garment:
     """The garment as it is simulated."""
     worn = open_worn(recipe.garment, bodies.load(BODY).shaped(), recipe.folder, dressed=False)
     return proxy_of(worn, recipe.size)[0]

@@ -19,11 +19,11 @@ from hemline.collide import (
     ProjectionReport,
     Projector,
     ProjectorState,
-    WornGarment,
+    GarmentOnBody,
 )
 from hemline.errors import BadInput
 from hemline.garments import Garment, pieces_apart
-from hemline.playback.detail import WornLevel
+from hemline.playback.detail import LevelOnBody
 
 THICKNESS_MM = 1.5
 """Least distance of a garment from the one beneath it, where it must be moved [mm]."""
@@ -57,14 +57,14 @@ def settled_vertices(animator: Animator) -> Bool[np.ndarray, " verts"]:
     return np.concatenate([np.full(len(part.garment.vertices), isinstance(part, Settled)) for part in parts])
 
 
-def at_rest(animator: Animator) -> Callable[[Any], Vertices]:
+def rest_function(animator: Animator) -> Callable[[Any], Vertices]:
     """What takes a State to the garment at rest on its body (verts, 3) [m]: zeros where the animator is not `SettledGarments`.
 
     Args:
         animator: One animator, or several worn together, whose States come together.
     """
     if isinstance(animator, AnimatorTogether):
-        each = [at_rest(part) for part in animator.parts]
+        each = [rest_function(part) for part in animator.parts]
         return lambda states: np.concatenate([rest(state) for rest, state in zip(each, states, strict=True)])
     if isinstance(animator, Settled):
         return animator.at_rest
@@ -85,8 +85,8 @@ def covers_of(garment: Garment, shaped: ShapedBody) -> tuple[Cover, ...]:
 
 
 def projector_of(
-    level: WornLevel,
-    worn: WornGarment,
+    level: LevelOnBody,
+    worn: GarmentOnBody,
     settled: Bool[np.ndarray, " verts"],
     thickness_mm: float,
     *,
@@ -110,7 +110,7 @@ def projector_of(
     garment, body = level.garment, level.body
     pieces = pieces_apart(garment)
     if len(pieces) == 1:
-        return Projector.prepare(body, garment.vertices, garment.faces, guarantee=guarantee, measure=measure, worn=worn)
+        return Projector.prepare(body, garment.vertices, garment.faces, guarantee=guarantee, measure=measure, on_body=worn)
     bounds = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
     return LayeredProjector.prepare(
         body,

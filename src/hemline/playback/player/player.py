@@ -27,18 +27,18 @@ from hemline.collide import (
     Projector,
     WholeCloth,
     WholeSettings,
-    WornGarment,
+    GarmentOnBody,
 )
 from hemline.errors import BadInput, BadModel
 from hemline.garments import Garment
 from hemline.motions.motion import Pose
-from hemline.playback.detail import worn_at
-from hemline.playback.switch import nearest_vertices, switched_projector, switched_whole
+from hemline.playback.detail import level_on_body
+from hemline.playback.switch import nearest_vertices, transfer_projector, transfer_whole_cloth
 
-from .elapsed import played_time, run_up_steps
+from .time_step import clamp_dt, run_up_steps
 from .frame import Frame
-from .layers import THICKNESS_MM, at_rest, check_thickness, covers_of, projected_by, projector_of, settled_vertices
-from .origin import HERE, Origin, in_world, origin_for, seen_from
+from .layers import THICKNESS_MM, rest_function, check_thickness, covers_of, projected_by, projector_of, settled_vertices
+from .origin import WORLD_ORIGIN, Origin, in_world, origin_for, relative_to
 from .player_state import PlayerState
 from .run_up import run_up
 
@@ -55,7 +55,7 @@ class Player:
         body: The body that wears it.
         garment: The garment that is shown: fewer vertices below a detail of 1.
         collider: What the cloth is kept out of: the body, or below a detail of 0.5 a coarser one around it.
-        error: How far a level is from the full garment that hangs at rest, see `WornLevel` [m].
+        error: How far a level is from the full garment that hangs at rest, see `LevelOnBody` [m].
         whole: What keeps the cloth in one piece, between animator and projection; None: nothing does, or the animator
             is `SettledGarments`.
         limits: What keeps the cloth of `SettledGarments` animators from being stretched too far, in the same place; None: there
@@ -137,9 +137,9 @@ class Player:
             )
         animator.garment.check_pins_on(body)
         check_thickness(thickness_mm)
-        level = worn_at(animator, body, detail)
+        level = level_on_body(animator, body, detail)
         garment, collider = level.garment, level.body
-        worn = WornGarment.of(collider, garment.vertices)
+        worn = GarmentOnBody.of(collider, garment.vertices)
         settled = settled_vertices(level.animator)
         projector = projector_of(
             level,
@@ -235,8 +235,8 @@ class Player:
             )
         nearest, whole = nearest_vertices(other.garment, self.garment), state.whole
         if other.whole and self.whole and whole:
-            whole = switched_whole(other.whole, self.whole, whole, nearest)
-        projector = switched_projector(other.projector, self.projector, state.projector, nearest)
+            whole = transfer_whole_cloth(other.whole, self.whole, whole, nearest)
+        projector = transfer_projector(other.projector, self.projector, state.projector, nearest)
         return replace(state, whole=whole, projector=projector)
 
     def reshaped(self, state: PlayerState, body: ShapedBody) -> tuple["Player", PlayerState]:
@@ -275,10 +275,10 @@ class Player:
         Raises:
             BadInput: The animator cannot be driven so.
         """
-        animator = driven(self.animator)
+        animator = require_driven(self.animator)
 
         def follow(moving: Any, posed: PosedBody, dt: float) -> tuple[Any, Vertices]:
-            near = truth if posed.origin == HERE else (truth - np.array(posed.origin)).astype(np.float32)
+            near = truth if posed.origin == WORLD_ORIGIN else (truth - np.array(posed.origin)).astype(np.float32)
             return animator.follow(moving, posed, dt, near)
 
         return self._stepped(state, pose, dt, follow)
@@ -322,7 +322,7 @@ class Player:
 
     @cached_property
     def _at_rest(self) -> Callable[[Any], Vertices]:
-        return at_rest(self.animator)
+        return rest_function(self.animator)
 
     def _collided(self, posed: PosedBody) -> PosedBody:
         """What the cloth is kept out of, in the same pose."""
@@ -338,7 +338,7 @@ class Player:
 
     def _posed(self, pose: Pose, origin: Origin) -> PosedBody:
         posed = self.body.posed(pose)
-        return posed if origin == HERE else replace(posed, origin=origin)
+        return posed if origin == WORLD_ORIGIN else replace(posed, origin=origin)
 
     def _leading(self, pose: Pose, frames: int, dt: float) -> tuple[list[Pose], Origin]:
         """Poses of the run-up, the first pose last, and the origin that they are counted from.
@@ -347,7 +347,7 @@ class Player:
         """
         there, clip, second = self._placed(pose), pose.clip, None
         origin = origin_for(there)
-        first = seen_from(there, origin)
+        first = relative_to(there, origin)
         if clip is not None and len(clip) > 1 and np.array_equal(pose.translation, clip.translations[0]):
             way = (self._placed(clip[1]).translation - there.translation) * (dt * clip.fps)
             second = Pose(first.rotations, first.translation + way)
@@ -356,12 +356,12 @@ class Player:
     def _stepped(
         self, state: PlayerState, pose: Pose, dt: float, animate: Callable[..., tuple[Any, Vertices]]
     ) -> tuple[PlayerState, Frame]:
-        played, clock, pose = played_time(dt), [time.perf_counter()], self._placed(pose)
-        state, dt = state.moved_along(self.animator, self.body, pose, dt), played
-        local = seen_from(pose, state.origin)
+        played, clock, pose = clamp_dt(dt), [time.perf_counter()], self._placed(pose)
+        state, dt = state.relocate(self.animator, self.body, pose, dt), played
+        local = relative_to(pose, state.origin)
         posed = self._posed(local, state.origin)
         solid = self._collided(posed)
-        surface = self.projector.worn.surface(solid)
+        surface = self.projector.on_body.surface(solid)
         clock.append(time.perf_counter())
         moved, animated = animate(state.animator, posed, dt)
         clock.append(time.perf_counter())
@@ -370,7 +370,7 @@ class Player:
             whole, held = self.whole.step(whole, solid, animated, dt=dt, surface=surface)
             held = held if self.settled is None else np.where(self.settled[:, None], animated, held)
         if self.limits:
-            held = self.limits.limited(held, self._at_rest(moved))
+            held = self.limits.shorten(held, self._at_rest(moved))
         clock.append(time.perf_counter())
         covered = held
         for cover in self.cover or ():
@@ -385,10 +385,10 @@ class Player:
         novelty = self._bounded.novelty(moved) if self._bounded else None
         frame = Frame(vertices, animated, covered, posed, report, spans, novelty, self._terms)
         after = PlayerState(moved, whole, projected, state.origin, local)
-        return after, frame if state.origin == HERE else frame.in_world(in_world(posed, pose))
+        return after, frame if state.origin == WORLD_ORIGIN else frame.in_world(in_world(posed, pose))
 
 
-def driven(animator: Animator) -> Driven:
+def require_driven(animator: Animator) -> Driven:
     """The animator, if simulated vertices can drive it.
 
     Raises:

@@ -8,8 +8,8 @@ from hemline.bodies.body import ShapedBody
 from hemline.collide import LayersState, ProjectorState, WholeState
 from hemline.motions.motion import Pose
 
-from .elapsed import LONGEST, SHORTEST
-from .origin import HERE, Origin, movable, origin_for, way_of
+from .time_step import LONGEST_STEP, SHORTEST_STEP
+from .origin import WORLD_ORIGIN, Origin, is_movable, origin_for, carry_motion
 
 
 @dataclass(frozen=True)
@@ -21,12 +21,12 @@ class PlayerState:
     whole: WholeState | None
     """None where the step is off."""
     projector: ProjectorState | LayersState
-    origin: Origin = HERE
+    origin: Origin = WORLD_ORIGIN
     """Place in the world that all of it is counted from [m]."""
     pose: Pose | None = None
     """The body's, counted from there; None: nothing is known of it, so that the garment is not carried over a pause."""
 
-    def moved_along(self, animator: Animator, body: ShapedBody, pose: Pose, dt: float) -> "PlayerState":
+    def relocate(self, animator: Animator, body: ShapedBody, pose: Pose, dt: float) -> "PlayerState":
         """The state before a frame, counted from the origin of that frame, and carried over a pause.
 
         Args:
@@ -39,10 +39,10 @@ class PlayerState:
             BadInput: The pose is too far away to be played.
         """
         origin = origin_for(pose, self.origin)
-        usual = origin == self.origin and SHORTEST <= dt <= LONGEST
-        if usual or self.pose is None or not (movable(animator) and isinstance(animator, Movable)):
+        usual = origin == self.origin and SHORTEST_STEP <= dt <= LONGEST_STEP
+        if usual or self.pose is None or not (is_movable(animator) and isinstance(animator, Movable)):
             return self
-        way = way_of(self.pose, pose, (self.origin, origin), dt)
+        way = carry_motion(self.pose, pose, (self.origin, origin), dt)
         if way is None:
             return self
-        return replace(self, animator=animator.moved_along(self.animator, body, way), origin=origin)
+        return replace(self, animator=animator.relocate(self.animator, body, way), origin=origin)

@@ -12,7 +12,7 @@ from hemline.compiled import kernel, prange
 
 from .rows import Rows
 
-CHUNK = 128
+VERTEX_CHUNK = 128
 """Vertices in one partial sum: fixed, so that sums do not depend on the number of threads."""
 
 FAST = {"contract", "nsz", "arcp"}
@@ -43,9 +43,9 @@ def elastic_at_vertices(x, incidence: Rows, corner, bending: BendingMatrix, bent
     corner_starts, corners = incidence
     ring_starts, ring, ring_bending, far_starts, far, far_bending = bending
     count = x.shape[0]
-    for chunk in prange((count + CHUNK - 1) // CHUNK):
+    for chunk in prange((count + VERTEX_CHUNK - 1) // VERTEX_CHUNK):
         energy = 0.0
-        for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
+        for i in range(chunk * VERTEX_CHUNK, min(count, (chunk + 1) * VERTEX_CHUNK)):
             x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
             g0, g1, g2 = bent[i, 0], bent[i, 1], bent[i, 2]
             for entry in range(corner_starts[i], corner_starts[i + 1]):
@@ -72,4 +72,4 @@ def elastic_at_vertices(x, incidence: Rows, corner, bending: BendingMatrix, bent
         energy_out[chunk] = energy
 
 
-__all__ = ["CHUNK", "FAST", "BendingMatrix", "elastic_at_vertices"]
+__all__ = ["VERTEX_CHUNK", "FAST", "BendingMatrix", "elastic_at_vertices"]

@@ -16,7 +16,7 @@ from .wind_kernels import plane_waves
 Wind = Callable[[float, Positions], Positions]
 """Wind velocity at every vertex [m/s] from time [s] and positions [m]."""
 
-FRAMES = 6
+WAVE_FRAMES = 6
 """Turned frames of axes: each axis carries two plane waves, so that gusts are as strong in every direction."""
 
 
@@ -57,15 +57,15 @@ class Gusts:
     @cached_property
     def _waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         random = np.random.default_rng(self.seed)
-        turned = random.normal(size=(FRAMES, 4))
+        turned = random.normal(size=(WAVE_FRAMES, 4))
         axes = to_matrix(turned / np.linalg.norm(turned, axis=1, keepdims=True)).reshape(-1, 3)
-        number = np.linalg.norm(random.normal(size=(3 * FRAMES, 3)), axis=1)
-        frames = axes.reshape(FRAMES, 3, 3)
+        number = np.linalg.norm(random.normal(size=(3 * WAVE_FRAMES, 3)), axis=1)
+        frames = axes.reshape(WAVE_FRAMES, 3, 3)
         # the two other axes of the frame are across
         across = np.concatenate([np.roll(frames, shift, axis=1).reshape(-1, 3) for shift in (1, 2)])
         wave = np.tile(number[:, None] * axes, (2, 1))
         turn, phase = random.normal(size=len(wave)), random.uniform(0, 2 * np.pi, len(wave))
-        return wave / self.length, turn / self.seconds, phase, self.strength / np.sqrt(FRAMES) * across
+        return wave / self.length, turn / self.seconds, phase, self.strength / np.sqrt(WAVE_FRAMES) * across
 
     def __call__(self, seconds: float, positions: Positions) -> Positions:
         """Velocity of the air at positions [m/s].
@@ -96,7 +96,7 @@ def wind_of(settings: SimSettings) -> Wind:
     return lambda seconds, positions: np.tile(np.array(settings.wind, np.float64), (len(positions), 1))
 
 
-def checked(wind: Wind) -> Wind:
+def with_checks(wind: Wind) -> Wind:
     """A user's wind whose answers are looked at.
 
     The function gets positions that it cannot change.

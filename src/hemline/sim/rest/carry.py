@@ -6,23 +6,23 @@ import numpy as np
 from jaxtyping import Float
 
 from hemline.arrays import Faces
-from hemline.garments.clearance import smoothed_field
+from hemline.garments.clearance import smooth_field
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.body.friction_anchors import FrictionAnchors
-from hemline.sim.contact.body.surface import Skin, Surface
+from hemline.sim.contact.body.surface import MovingSkin, BodySurface
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
 
-NEAR = 0.05
+TRUST_DISTANCE = 0.05
 """Distance from the skin at which cloth no longer follows the nearest triangle but its neighbours [m]."""
 
-REACH = 0.5
+PELVIS_DISTANCE = 0.5
 """Farther away it follows the pelvis alone [m]."""
 
 
-def carried(
-    positions: Positions, faces: Faces, spacing: float, surface: Surface, first: "PosedBody", second: "PosedBody"
+def carry_along(
+    positions: Positions, faces: Faces, spacing: float, surface: BodySurface, first: "PosedBody", second: "PosedBody"
 ) -> Positions:
     """Where the body takes a garment that is on it: a first guess, not an equilibrium.
 
@@ -37,18 +37,18 @@ def carried(
         first: The body there.
         second: The same body in another shape or pose.
     """
-    skins = [Skin(each.vertices, each.normals) for each in (first, second)]
+    skins = [MovingSkin(each.vertices, each.normals) for each in (first, second)]
     nowhere = np.zeros(len(positions), bool)
-    closest = surface.closest(positions, skins[0], nowhere, reach=REACH)
+    closest = surface.closest(positions, skins[0], nowhere, reach=PELVIS_DISTANCE)
     riding = FrictionAnchors.at(positions, closest.face, skins[0], surface.faces).points(skins[1], surface.faces)
     distance = np.linalg.norm(positions - first.vertices[closest.nearest], axis=1)
-    trust = np.where(closest.face < 0, 0.0, np.exp(-((distance / NEAR) ** 2))) + 1e-3
+    trust = np.where(closest.face < 0, 0.0, np.exp(-((distance / TRUST_DISTANCE) ** 2))) + 1e-3
     rigid = _with_pelvis(positions, first, second)
     way = np.where((closest.face < 0)[:, None], 0.0, riding - rigid)
-    return rigid + smoothed_field(way, faces, trust, (NEAR / spacing) ** 2 / 4)
+    return rigid + smooth_field(way, faces, trust, (TRUST_DISTANCE / spacing) ** 2 / 4)
 
 
-def farthest_way(first: "PosedBody", second: "PosedBody", near: Float[np.ndarray, "points 3"]) -> float:
+def farthest_displacement(first: "PosedBody", second: "PosedBody", near: Float[np.ndarray, "points 3"]) -> float:
     """How far the skin near some points of the first body moves to the second, seen from the pelvis [m]."""
     from scipy.spatial import KDTree
 

@@ -14,8 +14,8 @@ from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState
 
-from .ironing import EVERY, IRONS, ironed
-from .sewing import CLOSED, sewn, stretch
+from .ironing import IRONING_INTERVAL, MAX_IRONINGS, iron
+from .sewing import CLOSED_STRETCH, sew, largest_stretch
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 SEAM_STEP = 1 / 240
 """Length of a step while seams close [s]."""
 
-STILL = 0.02
+STILL_SPEED = 0.02
 """Mean speed below which dynamics have brought the cloth near enough to its equilibrium [m/s]."""
 
-NONE = np.empty((0, 2), np.int32)
+NO_EDGES = np.empty((0, 2), np.int32)
 
 
-def swung(
+def run_damped(
     dressed: DressedBody,
     end: FrameEnd,
     posed: "PosedBody",
@@ -37,7 +37,7 @@ def swung(
     *,
     seconds: float,
     kept: float,
-    still: float = STILL,
+    still: float = STILL_SPEED,
 ) -> ClothState:
     """Dynamics at one pose, until the cloth hardly moves where velocities are damped.
 
@@ -64,43 +64,43 @@ def swung(
         return dressed.fed_back(state, cleaned.positions, cleaned.pinched)
 
     try:
-        state = sewn(dressed.sheet, state, lambda now: still_frame(now, SEAM_STEP, 1))
+        state = sew(dressed.sheet, state, lambda now: still_frame(now, SEAM_STEP, 1))
         for frame in range(frames):
             state = still_frame(state, step, 2 if kept < 1 else None)
             state = replace(state, velocities=kept * state.velocities, change=kept * state.change)
             speed = float(np.linalg.norm(state.velocities, axis=1).mean())
             quiet = kept < 1 and frame > 5 and speed < still
-            due = kept < 1 and (quiet or frame % EVERY == EVERY - 1)
-            crossed = free_crossings(dressed, state.positions, state.pinched, settings) if due else NONE
+            due = kept < 1 and (quiet or frame % IRONING_INTERVAL == IRONING_INTERVAL - 1)
+            crossed = free_crossings(dressed, state.positions, state.pinched, settings) if due else NO_EDGES
             # what was ironed needs time to fall; what crosses again and again has no better place
-            if len(crossed) and irons < IRONS and frame + EVERY < frames:
+            if len(crossed) and irons < MAX_IRONINGS and frame + IRONING_INTERVAL < frames:
                 irons += 1
-                state = replace(state, positions=_flat(dressed, state, crossed))
+                state = replace(state, positions=_iron(dressed, state, crossed))
             elif quiet:
                 break
     except SimulationFailed as reason:
         raise SimulationFailed(f"settling '{dressed.garment.name}': {reason}") from reason
-    return _ironed_at_last(dressed, state, settings) if kept < 1 else state
+    return _iron_once_more(dressed, state, settings) if kept < 1 else state
 
 
 def free_crossings(dressed: DressedBody, positions: Positions, pinched: Mask, settings: SimSettings) -> np.ndarray:
     """Edges that go through the cloth where it could lie otherwise, if that matters; (edges, 2)."""
     if not settings.self_contact:
-        return NONE
+        return NO_EDGES
     crossed = crossing_edges(positions.astype(np.float32), dressed.garment.faces)
     return crossed[~pinched[crossed].any(axis=1)]
 
 
-def _ironed_at_last(dressed: DressedBody, state: ClothState, settings: SimSettings) -> ClothState:
+def _iron_once_more(dressed: DressedBody, state: ClothState, settings: SimSettings) -> ClothState:
     """What crosses still is ironed once more, if that does not tear it: a take starts better with folds pressed flat
     than with folds that go through each other.
     """
     crossed = free_crossings(dressed, state.positions, state.pinched, settings)
     if not len(crossed):
         return state
-    flat = _flat(dressed, state, crossed)
-    return replace(state, positions=flat) if stretch(dressed.sheet, flat) < CLOSED else state
+    flat = _iron(dressed, state, crossed)
+    return replace(state, positions=flat) if largest_stretch(dressed.sheet, flat) < CLOSED_STRETCH else state
 
 
-def _flat(dressed: DressedBody, state: ClothState, crossed: np.ndarray) -> Positions:
-    return ironed(dressed.sheet, state.positions, crossed, ~state.pinched & ~dressed.pinned)
+def _iron(dressed: DressedBody, state: ClothState, crossed: np.ndarray) -> Positions:
+    return iron(dressed.sheet, state.positions, crossed, ~state.pinched & ~dressed.pinned)

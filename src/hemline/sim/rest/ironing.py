@@ -5,17 +5,17 @@ from jaxtyping import Bool, Int
 
 from hemline.sim.cloth.sheet import Positions, Sheet
 
-EVERY = 15
+IRONING_INTERVAL = 15
 """Frames of damped dynamics from one ironing to the next."""
 
-IRONS = 6
+MAX_IRONINGS = 6
 """How often cloth is ironed while it settles, at most."""
 
-ROUNDS = 5
+SMOOTHING_ROUNDS = 5
 """How often a vertex is put between its neighbours."""
 
 
-def ironed(
+def iron(
     sheet: Sheet, positions: Positions, crossed: Int[np.ndarray, "edges 2"], free: Bool[np.ndarray, " verts"]
 ) -> Positions:
     """The cloth with every place that crosses itself smoothed: each vertex there goes to the mean of its neighbours.
@@ -38,7 +38,7 @@ def ironed(
     near &= free & (degree > 0)
     result, touched = positions.copy(), near[row]
     row, column = row[touched], column[touched]
-    for _ in range(ROUNDS):
+    for _ in range(SMOOTHING_ROUNDS):
         total = np.stack([np.bincount(row, result[column, axis], count) for axis in range(3)], axis=1)
         result[near] = total[near] / degree[near, None]
     return result

@@ -16,12 +16,12 @@ from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.body.friction_anchors import FrictionAnchors
-from hemline.sim.contact.body.surface import Skin
+from hemline.sim.contact.body.surface import MovingSkin
 from hemline.sim.step.dressed_body import DressedBody
 
 from .rest import Rest
 from .static_hessian import sheet_hessian
-from .static_step import STICK, Held, StaticStep
+from .static_step import STICK_SLIP, CreaseFaces, StaticStep
 from .statics_kernels import closest_on_faces
 
 if TYPE_CHECKING:
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
     from hemline.bodies import PosedBody
 
-WAY = 1e-8
+CONTACT_DIFFERENCE = 1e-8
 """How far vertices and body are moved for differences of forces [m]: by a hundredth of a weight in contact."""
 
 TURN, RESHAPE = 1e-2, 0.1
 """Angle [rad] and shape coefficient over which the way of pins is differenced."""
 
-SINGULAR = 1e-13
+SINGULAR_PIVOT = 1e-13
 """Share of the largest pivot below which one is 0 but for rounding."""
 
 CONSTANTS = ("density", "young", "poisson", "bending", "friction", "thickness", "contact_stiffness")
@@ -142,7 +142,7 @@ class Sensitivities:
             raise BadInput("no such constant", repr(name), f"use one of {', '.join(CONSTANTS)}")
         of_material = name in {field.name for field in fields(Material)}
         value = getattr(self.rest.garment.material if of_material else self.rest.settings, name)
-        step = WAY if name == "thickness" else 1e-5 * max(abs(value), 1e-3)
+        step = CONTACT_DIFFERENCE if name == "thickness" else 1e-5 * max(abs(value), 1e-3)
         ends = [self._forces(name, value + way, of_material) for way in (step, -step)]
         return self._solved((ends[0] - ends[1]) / (2 * step), np.zeros((len(self.rest.garment.pins), 3)))
 
@@ -178,7 +178,7 @@ class Sensitivities:
         forces, size = np.zeros_like(self.rest.positions), float(np.linalg.norm(velocity, axis=1).max())
         if size == 0:
             return forces
-        step, faces, touched = WAY / size, self._posed.faces, self.rest.positions[self._touching]
+        step, faces, touched = CONTACT_DIFFERENCE / size, self._posed.faces, self.rest.positions[self._touching]
         for way in (step, -step):
             skin, share = _skin(self._skin.vertices + way * velocity, faces), 1 / (2 * way)
             forces[self._touching] += share * self._contact(touched, skin)
@@ -206,9 +206,9 @@ class Sensitivities:
         blocks = np.zeros((len(rest.positions), 3, 3))
         touched = rest.positions[self._touching]
         for axis in range(3):
-            way = WAY * np.eye(3)[axis]
+            way = CONTACT_DIFFERENCE * np.eye(3)[axis]
             ends = [self._contact(touched + sign * way, self._skin) for sign in (1, -1)]
-            blocks[self._touching, :, axis] = -(ends[0] - ends[1]) / (2 * WAY)
+            blocks[self._touching, :, axis] = -(ends[0] - ends[1]) / (2 * CONTACT_DIFFERENCE)
         blocks[dressed.model.held] += dressed.model.spring[:, None, None] * np.eye(3)
         matrix = csc_array(sheet_hessian(step) + block_diag(list(blocks), format="csc"))
         free = csc_array(matrix[self._dofs][:, self._dofs])
@@ -218,7 +218,7 @@ class Sensitivities:
         except RuntimeError as reason:
             raise SimulationFailed(message) from reason
         pivots = np.abs(factor.U.diagonal())
-        if not pivots.min() > SINGULAR * pivots.max():
+        if not pivots.min() > SINGULAR_PIVOT * pivots.max():
             raise SimulationFailed(message)
         return matrix, factor
 
@@ -231,7 +231,7 @@ class Sensitivities:
             model, workspace, rest.positions, rest.pinched, scene, rest.friction_anchors, whole=True, held=rest.face
         )
 
-    def _point_forces(self, skin: Skin) -> Positions:
+    def _point_forces(self, skin: MovingSkin) -> Positions:
         """Forces of the body's vertices on the cloth, each with its triangle of the cloth and one of the body."""
         x, points = self.rest.positions, self._step.meeting.points
         result = np.zeros_like(x)
@@ -248,7 +248,7 @@ class Sensitivities:
         np.add.at(result, corners, weights[:, :, None] * (load[:, None] * normal)[:, None])
         return result
 
-    def _contact(self, positions: Positions, skin: Skin) -> Positions:
+    def _contact(self, positions: Positions, skin: MovingSkin) -> Positions:
         """Forces of contact and friction on the touching vertices, each on its own triangle of the body.
 
         The plain twin of what `contact_planes` and `gradient` do, in float64 and with the load of the moment.
@@ -265,11 +265,11 @@ class Sensitivities:
         slip = positions - friction_anchors.points(skin, faces)
         slip -= np.einsum("vi,vi->v", slip, normal)[:, None] * normal
         size = np.linalg.norm(slip, axis=1)
-        over = np.where(size < STICK, (2 - size / STICK) / STICK, 1 / np.maximum(size, 1e-12))
+        over = np.where(size < STICK_SLIP, (2 - size / STICK_SLIP) / STICK_SLIP, 1 / np.maximum(size, 1e-12))
         return load[:, None] * (normal - (self._dressed.sheet.friction[which] * over)[:, None] * slip)
 
 
-def _planes(positions: Positions, face: Held, skin: Skin, faces: Faces) -> tuple[Positions, Positions]:
+def _planes(positions: Positions, face: CreaseFaces, skin: MovingSkin, faces: Faces) -> tuple[Positions, Positions]:
     """Closest point on the given triangle for each position, and the interpolated normal there."""
     weights = np.zeros((len(positions), 2))
     closest_on_faces(positions, face, skin.vertices, faces, weights)
@@ -278,8 +278,8 @@ def _planes(positions: Positions, face: Held, skin: Skin, faces: Faces) -> tuple
     return point, normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
-def _skin(vertices: Positions, faces: np.ndarray) -> Skin:
+def _skin(vertices: Positions, faces: np.ndarray) -> MovingSkin:
     """The body's surface in float64."""
     normals = np.empty_like(vertices)
     area_normals(vertices, faces, normals)
-    return Skin(vertices, normals)
+    return MovingSkin(vertices, normals)

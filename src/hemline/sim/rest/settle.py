@@ -18,7 +18,7 @@ from .settling import Method, Settling
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
-TAKE_START = 0.05
+TAKE_START_TOLERANCE = 0.05
 """Residual share with which a take may start: dynamics go on from there."""
 
 
@@ -44,7 +44,7 @@ def settle(
 
     From the rest pose and the garment's own start positions, or from `start`, the body is moved in stations of at most
     10 cm; from the garment's own shape, too, where dressing it on another one would push it through itself. At each
-    station the cloth is carried along by the skin and settled by Newton's method (`statics.Search`). Where that fails,
+    station the cloth is carried along by the skin and settled by Newton's method (`statics.EquilibriumSearch`). Where that fails,
     and at first where nothing has settled yet, damped dynamics bring the cloth near.
 
     Args:
@@ -83,7 +83,7 @@ def settle(
         start = start or rest_state(garment, shaped, settings)
         _check_drape(start, shaped)
         return Settling(garment, shaped, pose, settings, start, tolerance, garment).walked()
-    return _settled(garment, shaped, pose, settings, start, tolerance, method)
+    return _settle(garment, shaped, pose, settings, start, tolerance, method)
 
 
 def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Take:
@@ -106,10 +106,10 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
 def rest_state(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Rest:
     """As `rest_drape`, with all that is known about it."""
     quiet = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
-    return _settled(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START, refuse=False)
+    return _settle(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START_TOLERANCE, refuse=False)
 
 
-def _settled(
+def _settle(
     garment: Garment,
     shaped: "ShapedBody",
     pose: Pose,

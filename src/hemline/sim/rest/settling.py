@@ -18,44 +18,44 @@ from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState, Scene
 
-from .carry import carried, farthest_way
-from .damped import STILL, free_crossings, swung
+from .carry import carry_along, farthest_displacement
+from .damped import STILL_SPEED, free_crossings, run_damped
 from .rest import Rest
-from .sewing import stretch
-from .static_step import Held
-from .statics import Equilibrium, Search
-from .tangles import MOST, refuse_tangles
-from .walk import accepted, walked
+from .sewing import largest_stretch
+from .static_step import CreaseFaces
+from .statics import Equilibrium, EquilibriumSearch
+from .tangles import MAX_CROSSING_RATIO, refuse_tangles
+from .walk import accept, walk_into_pose
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
 
-NEWTON_STEPS = 400
+MAX_NEWTON_STEPS = 400
 """Newton steps of one search, at most."""
 
-STRIDE = 0.1
+MAX_STATION_MOVE = 0.1
 """How far the skin under the cloth may move from one station of a continuation to the next [m]."""
 
-FINE_STRIDE = 0.006
+MAX_SHAPE_STATION_MOVE = 0.006
 """So far where the garment follows the change of the body from its own shape [m]."""
 
-ON_THE_WAY = 0.3
+STATION_TOLERANCE = 0.3
 """Residual share that is small enough at the stations in between."""
 
-MOST_AT_START = 0.005
+MAX_CROSSING_RATIO_AT_START = 0.005
 """Share of the edges that may go through the cloth where a take starts: a fold pressed into an armpit, which motion
-opens again. An equilibrium may have fewer (`tangles.MOST`)."""
+opens again. An equilibrium may have fewer (`tangles.MAX_CLUSTERS`)."""
 
-KEPT_SPEED = 0.9
+VELOCITY_RATIO = 0.9
 """Share of the velocity that is kept from frame to frame while settling by dynamics."""
 
-SHAKEN = 0.5
+SHAKING_TIME = 0.5
 """Time of damped dynamics between two searches [s]."""
 
-DRAPING = 1.0
+DRAPING_TIME = 1.0
 """Time of dynamics that counts as draping in AgentDress [s]."""
 
-ATTEMPTS = 5
+MAX_ATTEMPTS = 5
 """Searches at one station, at most."""
 
 Method = Literal["newton", "draping", "walked"]
@@ -90,7 +90,7 @@ class Settling:
                 positions, posed = self._carried(positions, posed, station), station
             return self._draped(posed, positions, friction_anchors)
         if self.start is None:
-            positions = self._swung(posed, positions, self.settings.settle, KEPT_SPEED).positions
+            positions = self._swung(posed, positions, self.settings.settle, VELOCITY_RATIO).positions
         if self.start is None or not stations:
             search, found = self._balanced(posed, positions, friction_anchors, last=not stations)
             positions, friction_anchors = found.positions, found.friction_anchors
@@ -105,10 +105,10 @@ class Settling:
         assert self.start is not None
         posed = self.shaped.posed(self.pose)
         self.refuse = False
-        state = walked(self.dressed, self._end(posed), self.start.positions, self.pose)
+        state = walk_into_pose(self.dressed, self._end(posed), self.start.positions, self.pose)
         search = self._search(state.pinched, self.dressed.scene(posed))
         found = search.run(state.positions, None, tolerance=np.inf, newton_steps=0)
-        return accepted(self._rest(posed, found, state.pinched, "walked", most=1.0), state)
+        return accept(self._rest(posed, found, state.pinched, "walked", most=1.0), state)
 
     def _origin(self) -> tuple["PosedBody", Positions, FrictionAnchors | None]:
         """Where the cloth is known, and how it lies there."""
@@ -123,10 +123,10 @@ class Settling:
         """Bodies from the origin, itself left out, to the goal; none where they are the same."""
         goal = self.shaped.posed(self.pose)
         if self.start is not None or origin.shaped is self.shaped:
-            return self._way(origin, goal, positions, STRIDE)
+            return self._way(origin, goal, positions, MAX_STATION_MOVE)
         # from the garment's own shape: first the shape, finely, then the pose
         rest = self.shaped.posed(self.shaped.rest_pose)
-        return self._way(origin, rest, positions, FINE_STRIDE) + self._way(rest, goal, positions, STRIDE)
+        return self._way(origin, rest, positions, MAX_SHAPE_STATION_MOVE) + self._way(rest, goal, positions, MAX_STATION_MOVE)
 
     @staticmethod
     def _way(first: "PosedBody", last: "PosedBody", positions: Positions, stride: float) -> list["PosedBody"]:
@@ -135,7 +135,7 @@ class Settling:
         same = np.array_equal(one, two)
         if same and first.pose.hash == last.pose.hash:
             return []
-        count = max(1, int(np.ceil(farthest_way(first, last, positions) / stride)))
+        count = max(1, int(np.ceil(farthest_displacement(first, last, positions) / stride)))
         shapes = [last.shaped if same else last.shaped.body.shaped(one + part * (two - one)) for part in _parts(count)]
         poses = [between(first.pose, last.pose, part) for part in _parts(count)]
         return [*(shape.posed(pose) for shape, pose in zip(shapes, poses, strict=True)), last]
@@ -143,25 +143,25 @@ class Settling:
     def _carried(self, positions: Positions, first: "PosedBody", second: "PosedBody") -> Positions:
         sheet = self.dressed.sheet
         spacing = float(sheet.edge_length.mean())
-        return carried(positions, self.garment.faces, spacing, self.dressed.surface, first, second)
+        return carry_along(positions, self.garment.faces, spacing, self.dressed.surface, first, second)
 
     def _balanced(
         self, posed: "PosedBody", positions: Positions, friction_anchors: FrictionAnchors | None, *, last: bool
-    ) -> tuple[Search, Equilibrium]:
+    ) -> tuple[EquilibriumSearch, Equilibrium]:
         """Newton's method, then dynamics and again; and again while the pinched vertices change.
 
         Raises:
             SimulationFailed: The last station is not in equilibrium.
         """
-        tolerance = self.tolerance if last else max(self.tolerance, ON_THE_WAY)
+        tolerance = self.tolerance if last else max(self.tolerance, STATION_TOLERANCE)
         scene = self.dressed.scene(posed)
         held = self.start.held if self.start is not None else None
         began = positions
         positions, pinched = self._cleaned(posed, positions)
-        attempts, tangled = ATTEMPTS if self.refuse else 1, False
+        attempts, tangled = MAX_ATTEMPTS if self.refuse else 1, False
         for attempt in range(attempts):
             search = self._search(pinched, scene, held)
-            found = search.run(positions, friction_anchors, tolerance=tolerance, newton_steps=NEWTON_STEPS)
+            found = search.run(positions, friction_anchors, tolerance=tolerance, newton_steps=MAX_NEWTON_STEPS)
             self.newton_steps, self.solver_steps = (
                 self.newton_steps + search.newton_steps,
                 self.solver_steps + search.solver_steps,
@@ -180,11 +180,11 @@ class Settling:
                 pinched = after
             if attempt + 1 < attempts and (tangled or found.residual_share > tolerance):
                 self.method = "newton after dynamics"
-                state = self._swung(posed, found.positions, SHAKEN, KEPT_SPEED)
+                state = self._swung(posed, found.positions, SHAKING_TIME, VELOCITY_RATIO)
                 positions, pinched = state.positions, state.pinched
         if last and not self.refuse:
             sheet = self.dressed.sheet
-            return self._stilled(posed, min(found.positions, began, key=lambda each: stretch(sheet, each)))
+            return self._stilled(posed, min(found.positions, began, key=lambda each: largest_stretch(sheet, each)))
         if last:
             pinched = int(search.pinched.sum())
             where = f", {pinched} vertices are pinched between parts of the body" if pinched else ""
@@ -195,13 +195,13 @@ class Settling:
             )
         return search, found
 
-    def _search(self, pinched: Mask, scene: Scene, held: Held | None = None) -> Search:
-        return Search(self.dressed.model, self.dressed.stepper.workspace, pinched, scene, held)
+    def _search(self, pinched: Mask, scene: Scene, held: CreaseFaces | None = None) -> EquilibriumSearch:
+        return EquilibriumSearch(self.dressed.model, self.dressed.stepper.workspace, pinched, scene, held)
 
-    def _stilled(self, posed: "PosedBody", positions: Positions) -> tuple[Search, Equilibrium]:
+    def _stilled(self, posed: "PosedBody", positions: Positions) -> tuple[EquilibriumSearch, Equilibrium]:
         """Where damped dynamics end, balanced or not."""
         self.method = "dynamics"
-        state = self._swung(posed, positions, self.settings.settle, KEPT_SPEED, still=0.1 * STILL)
+        state = self._swung(posed, positions, self.settings.settle, VELOCITY_RATIO, still=0.1 * STILL_SPEED)
         search = self._search(state.pinched, self.dressed.scene(posed))
         return search, search.run(state.positions, None, tolerance=np.inf, newton_steps=0)
 
@@ -216,15 +216,15 @@ class Settling:
         return FrameEnd(self.laid, posed.shaped)
 
     def _swung(
-        self, posed: "PosedBody", positions: Positions, seconds: float, kept: float, still: float = STILL
+        self, posed: "PosedBody", positions: Positions, seconds: float, kept: float, still: float = STILL_SPEED
     ) -> ClothState:
         dressed = (
             self.dressed if posed.shaped is self.shaped else DressedBody(self.garment, posed.shaped, self.settings)
         )
-        return swung(dressed, self._end(posed), posed, positions, seconds=seconds, kept=kept, still=still)
+        return run_damped(dressed, self._end(posed), posed, positions, seconds=seconds, kept=kept, still=still)
 
     def _draped(self, posed: "PosedBody", positions: Positions, friction_anchors: FrictionAnchors | None) -> Rest:
-        state = self._swung(posed, positions, DRAPING, 1.0)
+        state = self._swung(posed, positions, DRAPING_TIME, 1.0)
         search = self._search(state.pinched, self.dressed.scene(posed))
         found = search.run(state.positions, friction_anchors, tolerance=np.inf, newton_steps=0)
         return self._rest(posed, found, state.pinched, "draping")
@@ -242,7 +242,7 @@ class Settling:
         within = inside(posed.vertices, posed.faces, vertices)
         crossing = 0.0
         if self.settings.self_contact:
-            most = most or (MOST if self.refuse else MOST_AT_START)
+            most = most or (MAX_CROSSING_RATIO if self.refuse else MAX_CROSSING_RATIO_AT_START)
             crossing = refuse_tangles(self.garment.name, sheet, vertices, posed, pinched, most=most)
         deepest = self._end(posed).clean(posed, positions, 1.0).deepest_mm if within.any() else 0.0
         return Rest(

@@ -13,7 +13,7 @@ from hemline.sim.solver.block_kernels import PAD
 
 from .static_step import StaticStep
 
-BEND = 1e-7
+HINGE_DIFFERENCE = 1e-7
 """How far vertices are moved for differences of the forces of hinges [m]."""
 
 
@@ -46,14 +46,14 @@ def sheet_hessian(step: StaticStep) -> Any:
     starts = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=count))])
     matrix = bsr_array((values[order], column[order], starts), shape=(3 * count, 3 * count)).tocsc()
     if len(sheet.hinge_rest):
-        matrix = matrix + _placed(_hinge_blocks(step.x, step), sheet.hinges, count)
+        matrix = matrix + _scatter_blocks(_hinge_blocks(step.x, step), sheet.hinges, count)
     if potential.pairs is not None and len(potential.pairs.pairs):
         rows = potential.pairs.pairs.rows
-        matrix = matrix + _placed(_pair_blocks(step.x, rows), rows.corners, count)
+        matrix = matrix + _scatter_blocks(_pair_blocks(step.x, rows), rows.corners, count)
     return matrix
 
 
-def _placed(
+def _scatter_blocks(
     entries: Float[np.ndarray, "elements 12 12"], corners: Integer[np.ndarray, "elements 4"], count: int
 ) -> Any:
     """The matrix of elements of four vertices each."""
@@ -80,10 +80,10 @@ def _hinge_blocks(x: Positions, step: StaticStep) -> Float[np.ndarray, "hinges 1
     energy, result = np.empty(count), np.empty((count, 12, 12))
     for coordinate in range(12):
         ends = []
-        for way in (BEND, -BEND):
+        for way in (HINGE_DIFFERENCE, -HINGE_DIFFERENCE):
             moved, gradient = apart.copy(), np.empty((count, 12))
             moved.reshape(count, 12)[:, coordinate] += way
             hinge_forces(moved, own, sheet.hinge_weight, step.model.hinge_rest, gradient, energy)
             ends.append(gradient)
-        result[:, :, coordinate] = (ends[0] - ends[1]) / (2 * BEND)
+        result[:, :, coordinate] = (ends[0] - ends[1]) / (2 * HINGE_DIFFERENCE)
     return 0.5 * (result + result.transpose(0, 2, 1))

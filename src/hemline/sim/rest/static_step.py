@@ -7,10 +7,10 @@ from hemline.sim.cloth.inertia_kernels import Inertia
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.body.body_contact import Contact
 from hemline.sim.contact.body.friction_anchors import FrictionAnchors
-from hemline.sim.contact.body.planes import ClosestPoints, Planes, no_planes
-from hemline.sim.step.meeting import Meeting
+from hemline.sim.contact.body.planes import SkinPoints, Planes, no_planes
+from hemline.sim.step.pair_contacts import PairContacts
 from hemline.sim.step.model import ClothModel
-from hemline.sim.step.newton import newton
+from hemline.sim.step.newton import newton_step
 from hemline.sim.step.potential import Potential
 from hemline.sim.step.state import Scene
 from hemline.sim.step.terms.air import constant_force
@@ -19,22 +19,22 @@ from hemline.sim.step.workspace import Workspace
 
 from .statics_kernels import closest_on_faces
 
-STICK = 2e-4
+STICK_SLIP = 2e-4
 """Slip below which static friction is smoothed [m]."""
 
-FORWARD = 4.0
+MAX_STRETCH = 4.0
 """How much farther than a Newton step the line search looks: without compression the Hessian is too stiff."""
 
-LEVEL = 1e-4
+MIN_LEAN_DISTANCE = 1e-4
 """Distance from the body below which its interpolated normal says the direction of contact [m]."""
 
 SOLVER_SHARE, SOLVER_STEPS = 0.05, 400
 """How far conjugate gradients go in a Newton step of the statics, as the settings of the same names."""
 
-WEAKEST = 1e3
+WEAK_REGULARISATION = 1e3
 """Regularisation m / h^2 as h [s] that is hardly any."""
 
-Held = Int[np.ndarray, " verts"]
+CreaseFaces = Int[np.ndarray, " verts"]
 
 
 class StaticStep:
@@ -76,19 +76,19 @@ class StaticStep:
         scene: Scene,
         friction_anchors: FrictionAnchors | None,
         *,
-        h: float = WEAKEST,
+        h: float = WEAK_REGULARISATION,
         soft: float = 1.0,
         whole: bool = False,
-        held: Held | None = None,
+        held: CreaseFaces | None = None,
         pressed: Float[np.ndarray, " verts"] | None = None,
-        known: ClosestPoints | None = None,
+        known: SkinPoints | None = None,
     ):
         self.model, self.soft = model, soft
         settings, sheet = model.settings, model.sheet
         x = np.array(positions, np.float64, order="C")
         x[model.pinned] = scene.pinned[model.hard]
         self.contact = self._contact(x, pinched, scene, known)
-        self.meeting = Meeting(model, workspace, self.contact, x, x)
+        self.meeting = PairContacts(model, workspace, self.contact, x, x)
         planes, self.face = self._planes(x, held)
         self.depth = np.clip(settings.thickness - planes.gap(x), 0, settings.contact_depth)
         self.load = planes.stiffness * self.depth
@@ -110,9 +110,9 @@ class StaticStep:
             start=x,
             over_h=0.0,
             cap=np.full_like(model.cap, np.inf) if whole else model.cap * (1 / h) ** 2,
-            inertia=_about(model, x, h, scene.pinned),
+            inertia=_inertia_about(model, x, h, scene.pinned),
             air=constant_force(x, sheet.mass[:, None] * np.array(settings.gravity)),
-            contact=skin_contact(planes, sheet.friction * self.pressed, settings, STICK),
+            contact=skin_contact(planes, sheet.friction * self.pressed, settings, STICK_SLIP),
         )
         self.potential.replace_pairs(self.meeting.lay(x))
         self.potential.evaluate(x)
@@ -137,12 +137,12 @@ class StaticStep:
             StepRejected: The Hessian is not positive.
         """
         potential, start = self.potential, self.potential.x
-        taken = newton(potential, fresh=True, solver_share=SOLVER_SHARE, solver_steps=SOLVER_STEPS)
+        taken = newton_step(potential, fresh=True, solver_share=SOLVER_SHARE, solver_steps=SOLVER_STEPS)
         kept, energy, self.foreseen = potential.x, potential.energy, potential.residual_share
         if taken.share < 1:
             return taken.solver_steps
         way, self.stretch = kept - start, 1.0
-        while self.stretch < FORWARD:
+        while self.stretch < MAX_STRETCH:
             potential.evaluate(start + 2 * self.stretch * way)
             if not potential.energy < energy:
                 break
@@ -159,11 +159,11 @@ class StaticStep:
         slip = self.x - carried
         slip = slip - np.einsum("vi,vi->v", slip, normal)[:, None] * normal
         size = np.linalg.norm(slip, axis=1, keepdims=True)
-        points = carried + np.maximum(1 - STICK / np.maximum(size, 1e-12), 0.0) * slip
+        points = carried + np.maximum(1 - STICK_SLIP / np.maximum(size, 1e-12), 0.0) * slip
         moved = FrictionAnchors.at(points, self.friction_anchors.face, self.contact.now, self.contact.surface.faces)
         return FrictionAnchors(np.where(self.load > 0, moved.face, -1).astype(np.int32), moved.local)
 
-    def _contact(self, x: Positions, pinched: np.ndarray, scene: Scene, known: ClosestPoints | None) -> Contact | None:
+    def _contact(self, x: Positions, pinched: np.ndarray, scene: Scene, known: SkinPoints | None) -> Contact | None:
         """Contact of the vertices with the body where both are, if there is one."""
         model = self.model
         if model.surface is None or scene.skin is None:
@@ -171,7 +171,7 @@ class StaticStep:
         stiffness = self.soft * model.contact_stiffness * np.where(pinched, model.settings.pinched_share, 1.0)
         return Contact(model.surface, scene.skin, scene.skin, x, x, model.fixed, stiffness, known)
 
-    def _planes(self, x: Positions, held: Held | None) -> tuple[Planes, Held]:
+    def _planes(self, x: Positions, held: CreaseFaces | None) -> tuple[Planes, CreaseFaces]:
         """The planes of the body, and its triangles under them: those that are kept to, else the closest."""
         contact = self.contact
         if contact is None:
@@ -180,7 +180,7 @@ class StaticStep:
             return contact.planes, contact.ahead.face
         face, weights = np.where(held >= 0, held, contact.ahead.face), contact.ahead.weights.copy()
         closest_on_faces(x, face, contact.now.vertices, contact.surface.faces, weights)
-        return contact.laid(ClosestPoints(contact.ahead.nearest, face, weights)), face
+        return contact.laid(SkinPoints(contact.ahead.nearest, face, weights)), face
 
     def _lean(self) -> None:
         """Turn the contact planes onto the triangles, the forces unchanged.
@@ -193,7 +193,7 @@ class StaticStep:
         way = x - planes.point
         away = way * np.sign(np.einsum("vi,vi->v", way, planes.normal))[:, None]
         length = np.linalg.norm(away, axis=1, keepdims=True)
-        normal = np.where(length > LEVEL, away / np.maximum(length, LEVEL), planes.normal)
+        normal = np.where(length > MIN_LEAN_DISTANCE, away / np.maximum(length, MIN_LEAN_DISTANCE), planes.normal)
         gap = np.where(planes.stiffness > 0, planes.gap(x), 0.0)[:, None]
         leaned = planes._replace(normal=normal, point=x - gap * normal)
         potential.contact = potential.contact.on(leaned)
@@ -203,7 +203,7 @@ class StaticStep:
         potential.evaluate_contact()
 
 
-def _about(model: ClothModel, x: Positions, h: float, targets: Float[np.ndarray, "pins 3"]) -> Inertia:
+def _inertia_about(model: ClothModel, x: Positions, h: float, targets: Float[np.ndarray, "pins 3"]) -> Inertia:
     """m / h^2 about where the cloth is, with the springs of soft pins."""
     stiffness, goal, held = model.sheet.mass * (1 / h) ** 2, x.copy(), model.held
     stiffness[held] += model.spring

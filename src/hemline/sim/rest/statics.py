@@ -9,27 +9,27 @@ from jaxtyping import Bool, Float, Int
 
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.body.friction_anchors import FrictionAnchors
-from hemline.sim.contact.body.planes import ClosestPoints
+from hemline.sim.contact.body.planes import SkinPoints
 from hemline.sim.step.model import ClothModel
 from hemline.sim.step.state import Scene, StepRejected
 from hemline.sim.step.workspace import Workspace
 
-from .static_step import Held, StaticStep
+from .static_step import CreaseFaces, StaticStep
 
-FARTHEST = 0.02
+MAX_VERTEX_MOVE = 0.02
 """A Newton step that moves a vertex farther than this is taken again with more regularisation [m]."""
 
 FIRST, LEAST, MOST = 0.03, 1e-4, 1e3
 """Regularisation m / h^2 as h [s]: of the first Newton step, the strongest, the weakest."""
 
-SOFT = 0.05
+SOFT_CONTACT = 0.05
 """Share of the contact stiffness with which the search begins far from equilibrium."""
 
 FAR, ENOUGH, NEAR = 1.0, 0.1, 0.02
 """Residual share above which contact is soft at first; at which it hardens; below which the Hessian keeps all
 compression, and friction goes by the load itself."""
 
-RELEASED = 0.01
+CREASE_RELEASE = 0.01
 """Distance from the side of a crease beyond which a vertex is no more held to it [m]."""
 
 TURNED, FLIPS = 0.9, 3
@@ -39,7 +39,7 @@ GROWTH, SHORT = 1.5, 1e-3
 """A Newton step after which the residual is so many times what it was is taken again, unless h was this short [s]; or
 unless no contact came or went and the step knew it: where cloth buckles, the energy falls and the residual grows."""
 
-PATIENCE = 40
+MAX_STALLED_STEPS = 40
 """Newton steps in which the residual must fall by a tenth, since the last valley began."""
 
 
@@ -63,14 +63,14 @@ class Equilibrium:
     forces: Positions
     load: Float[np.ndarray, " verts"]
     face: Int[np.ndarray, " verts"]
-    held: Held
+    held: CreaseFaces
     friction_anchors: FrictionAnchors | None
     residual_share: float
     newton_steps: int = 0
     solver_steps: int = 0
 
 
-class Search:
+class EquilibriumSearch:
     """Looks for the equilibrium near some positions.
 
     Newton's method with m / h^2 added to the Hessian: h doubles after each step that the line search takes whole and is
@@ -97,14 +97,14 @@ class Search:
         workspace: Workspace,
         pinched: Bool[np.ndarray, " verts"],
         scene: Scene,
-        held: Held | None = None,
+        held: CreaseFaces | None = None,
     ):
         self.model, self.workspace, self.pinched, self.scene = model, workspace, pinched, scene
         self.newton_steps = self.solver_steps = 0
         self.flips = np.zeros(len(pinched), np.int32)
         self.held = np.full(len(pinched), -1, np.int32) if held is None else held
         self.last: StaticStep | None = None
-        self._known: ClosestPoints | None = None
+        self._known: SkinPoints | None = None
 
     def run(
         self, positions: Positions, friction_anchors: FrictionAnchors | None, *, tolerance: float, newton_steps: int
@@ -123,9 +123,9 @@ class Search:
         step = self._step(positions, friction_anchors)
         if step.potential.residual_share > FAR:
             step = self._descend(
-                self._step(positions, friction_anchors, soft=SOFT), max(tolerance, ENOUGH), newton_steps
+                self._step(positions, friction_anchors, soft=SOFT_CONTACT), max(tolerance, ENOUGH), newton_steps
             )
-            step = self._step(step.x + ((1 - SOFT) * step.depth)[:, None] * step.planes.normal, step.friction_anchors)
+            step = self._step(step.x + ((1 - SOFT_CONTACT) * step.depth)[:, None] * step.planes.normal, step.friction_anchors)
         step = self._descend(step, tolerance, newton_steps)
         return Equilibrium(
             positions=step.x,
@@ -151,7 +151,7 @@ class Search:
             turned = np.einsum("vi,vi->v", step.planes.normal, self.last.planes.normal) < TURNED
             self.flips += turned & (step.load > 0) & (self.last.load > 0) & (step.face != self.last.face)
             self.held = np.where((self.flips >= FLIPS) & (self.held < 0), step.face, self.held)
-            left = (self.held >= 0) & (step.planes.gap(step.x) > RELEASED)
+            left = (self.held >= 0) & (step.planes.gap(step.x) > CREASE_RELEASE)
             self.held = np.where(left, -1, self.held).astype(np.int32)
         self.last = step
         return step
@@ -160,7 +160,7 @@ class Search:
         """Newton steps until the residual is small, or falls no more; the best place, evaluated."""
         soft, h, since, mark = step.soft, FIRST, 0, step.potential.residual_share
         least, best, friction_anchors, low = mark, step.x, step.friction_anchors, mark
-        while least > tolerance and self.newton_steps < newton_steps and since < PATIENCE and h > LEAST:
+        while least > tolerance and self.newton_steps < newton_steps and since < MAX_STALLED_STEPS and h > LEAST:
             start, residual, anchored, touching = (
                 step.x,
                 step.potential.residual_share,
@@ -172,7 +172,7 @@ class Search:
             except StepRejected:
                 spent = 0
             self.newton_steps, self.solver_steps, since = self.newton_steps + 1, self.solver_steps + spent, since + 1
-            taken = spent and math.isfinite(step.potential.energy) and 0 < np.abs(step.x - start).max() < FARTHEST
+            taken = spent and math.isfinite(step.potential.energy) and 0 < np.abs(step.x - start).max() < MAX_VERTEX_MOVE
             h = min((2.0 if step.stretch else 0.5) * h, MOST) if taken else 0.25 * h
             whole, foreseen = soft == 1.0 and residual < NEAR, step.foreseen
             step = self._step(step.x if taken else start, step.friction_anchors, h=h, soft=soft, whole=whole)

@@ -13,12 +13,12 @@ from hemline.sim.cloth.sheet import Sheet
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
 
-MOST = 0.002
+MAX_CROSSING_RATIO = 0.002
 """Share of the edges that may go through a triangle of a garment that is not refused."""
 
 
 def refuse_tangles(
-    name: str, sheet: Sheet, vertices: Vertices, posed: "PosedBody", pinched: Mask, *, most: float = MOST
+    name: str, sheet: Sheet, vertices: Vertices, posed: "PosedBody", pinched: Mask, *, most: float = MAX_CROSSING_RATIO
 ) -> float:
     """The share of edges that go through a triangle, where it is small.
 

@@ -13,13 +13,13 @@ from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState
 
 from .damped import free_crossings
-from .ironing import ironed
+from .ironing import iron
 from .rest import Rest
 
 if TYPE_CHECKING:
     from hemline.motions.motion import Pose
 
-FASTEST_MM_S = 20.0
+MAX_SPEED_MM_S = 20.0
 """Mean speed at the end up to which cloth counts as still [mm/s]."""
 
 MOST_PINCHED, MOST_CROSSING_PERCENT = 0.03, 3.0
@@ -47,14 +47,14 @@ class Walk:
     held: int = 30
     substeps: int = 2
     kept: float = 0.9
-    ironed: tuple[int, ...] = (10, 20, 30)
+    iron: tuple[int, ...] = (10, 20, 30)
 
 
 WALK = Walk()
 """The protocol of anchors and test sets."""
 
 
-def walked(dressed: DressedBody, end: FrameEnd, drape: Positions, goal: "Pose", walk: Walk = WALK) -> ClothState:
+def walk_into_pose(dressed: DressedBody, end: FrameEnd, drape: Positions, goal: "Pose", walk: Walk = WALK) -> ClothState:
     """The cloth after the body went into a pose and stood still there.
 
     Turned about the vertical and moved with it, the pose leads to the same cloth, turned and moved.
@@ -83,19 +83,19 @@ def walked(dressed: DressedBody, end: FrameEnd, drape: Positions, goal: "Pose", 
         state, pose = dressed.fed_back(state, cleaned.positions, cleaned.pinched), following
         state = replace(state, velocities=walk.kept * state.velocities, change=walk.kept * state.change)
         if frame in walk.ironed:
-            state = _ironed(dressed, state)
+            state = _iron_crossings(dressed, state)
     return state
 
 
-def _ironed(dressed: DressedBody, state: ClothState) -> ClothState:
+def _iron_crossings(dressed: DressedBody, state: ClothState) -> ClothState:
     crossed = free_crossings(dressed, state.positions, state.pinched, dressed.settings)
     if not len(crossed):
         return state
     free = ~state.pinched & ~dressed.pinned
-    return replace(state, positions=ironed(dressed.sheet, state.positions, crossed, free))
+    return replace(state, positions=iron(dressed.sheet, state.positions, crossed, free))
 
 
-def accepted(rest: Rest, state: ClothState) -> Rest:
+def accept(rest: Rest, state: ClothState) -> Rest:
     """A walked garment with its speed among the figures, `speed_mm_s`.
 
     Raises:
@@ -104,7 +104,7 @@ def accepted(rest: Rest, state: ClothState) -> Rest:
     speed = 1e3 * float(np.linalg.norm(state.velocities, axis=1).mean())
     pinched, crossing = float(rest.pinched.mean()), rest.figures["self_crossing_percent"]
     for what, found, most in (
-        ("mean speed [mm/s]", speed, FASTEST_MM_S),
+        ("mean speed [mm/s]", speed, MAX_SPEED_MM_S),
         ("pinched share", pinched, MOST_PINCHED),
         ("edges through the cloth [%]", crossing, MOST_CROSSING_PERCENT),
     ):

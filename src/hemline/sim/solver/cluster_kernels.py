@@ -30,7 +30,7 @@ def _sweep(starts, columns, owner, number, members, first, stamp, seen, order_ou
 
 
 @kernel
-def halved(starts, columns, members, parts, part_out):
+def bisect_vertices(starts, columns, members, parts, part_out):
     """Cut vertices into so many parts.
 
     # in:  starts, columns: neighbours of each vertex; members: the vertices to be cut, ascending
@@ -81,4 +81,4 @@ def halved(starts, columns, members, parts, part_out):
     return made
 
 
-__all__ = ["halved"]
+__all__ = ["bisect_vertices"]

@@ -8,12 +8,12 @@ from jaxtyping import Bool, UInt
 from hemline.sim.cloth.rows import Rows, incidence
 from hemline.sim.cloth.sheet import Sheet
 
-from .cluster_kernels import halved
+from .cluster_kernels import bisect_vertices
 
-SIZE = 80
+VERTICES_PER_CLUSTER = 80
 """Free vertices in a cluster, about."""
 
-MOST = 160
+MAX_CLUSTERS = 160
 """Clusters, at most: the coarse system is solved directly."""
 
 
@@ -43,7 +43,7 @@ def make_clusters(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Clusters:
 
     count, free = sheet.vertex_count, np.flatnonzero(~fixed)
     graph = _graph(sheet)
-    parts = cut(sheet, free, int(np.clip(len(free) // SIZE, 1, MOST)))
+    parts = cut(sheet, free, int(np.clip(len(free) // VERTICES_PER_CLUSTER, 1, MAX_CLUSTERS)))
     label = np.full(count, -1, np.int64)
     for number, part in enumerate(parts):
         label[part] = number
@@ -65,7 +65,7 @@ def cut(sheet: Sheet, vertices: np.ndarray, parts: int) -> list[np.ndarray]:
     """
     graph, members = _graph(sheet), np.sort(vertices).astype(np.int64)
     part = np.full(sheet.vertex_count, -1, np.int64)
-    made = halved(graph.indptr, graph.indices, members, parts, part)
+    made = bisect_vertices(graph.indptr, graph.indices, members, parts, part)
     rows = incidence(part[members], members, made)
     return np.split(rows.columns.astype(np.int64), rows.starts[1:-1].astype(np.int64))
 

@@ -17,7 +17,7 @@ from .layout import Pattern
 
 FAST = {"contract", "nsz", "arcp"}
 
-FEW = 200
+FEW_PAIRS = 200
 """Pairs that one thread is done with before others have begun."""
 
 
@@ -250,7 +250,7 @@ def conjugate_gradients(
         for cluster in prange(clusters):
             for i in range(begin[cluster], end[cluster]):
                 turn(i, cluster, beta, shift_out, product_out, search_out)
-        if pair_count > FEW:
+        if pair_count > FEW_PAIRS:
             for p in prange(pair_count):
                 pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
         for cluster in prange(clusters):
@@ -270,7 +270,7 @@ def conjugate_gradients(
                     search_out,
                     product_out,
                 )
-                if pair_count > FEW:
+                if pair_count > FEW_PAIRS:
                     v = vertex[i]
                     if pair_starts[v] < pair_starts[v + 1]:
                         total += add_pairs(
@@ -287,7 +287,7 @@ def conjugate_gradients(
         bend = 0.0
         for cluster in range(clusters):
             bend += partial_out[cluster]
-        if pair_count <= FEW:
+        if pair_count <= FEW_PAIRS:
             for p in range(pair_count):
                 pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
                 for c in range(4):
@@ -304,7 +304,7 @@ def conjugate_gradients(
 
 
 __all__ = [
-    "FEW",
+    "FEW_PAIRS",
     "Matrix",
     "PairBlocks",
     "Sums",

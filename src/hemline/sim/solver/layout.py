@@ -11,7 +11,7 @@ from hemline.sim.cloth.sheet import Sheet
 
 from .clusters import make_clusters
 
-LINE = 4
+SLOTS_PER_LINE = 4
 """Vertices of a solver's vector in a line of cache: clusters begin at a multiple of it."""
 
 
@@ -75,7 +75,7 @@ def make_layout(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Layout:
     clusters = make_clusters(sheet, fixed)
     members = clusters.members
     sizes = np.diff(members.starts.astype(np.int64))
-    lines = (sizes + LINE - 1) // LINE * LINE
+    lines = (sizes + SLOTS_PER_LINE - 1) // SLOTS_PER_LINE * SLOTS_PER_LINE
     begin = np.cumsum(lines) - lines
     still = np.flatnonzero(fixed)
     free_slots, count = int(lines.sum()), int(lines.sum()) + len(still)
@@ -85,8 +85,8 @@ def make_layout(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Layout:
     vertex, cluster = np.zeros(count, np.uint32), np.full(count, len(sizes), np.uint32)
     vertex[slot] = np.arange(sheet.vertex_count)
     cluster[slot] = clusters.label
-    ring, ring_order = _reordered(sheet.ring, slot, count)
-    far, far_order = _reordered(sheet.far, slot, count)
+    ring, ring_order = _reorder(sheet.ring, slot, count)
+    far, far_order = _reorder(sheet.far, slot, count)
     place = np.empty(len(ring_order), np.uint32)
     place[ring_order] = np.arange(len(ring_order))
     return Layout(
@@ -104,7 +104,7 @@ def make_layout(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Layout:
     )
 
 
-def _reordered(rows: Rows, slot: np.ndarray, count: int) -> tuple[Rows, np.ndarray]:
+def _reorder(rows: Rows, slot: np.ndarray, count: int) -> tuple[Rows, np.ndarray]:
     """The pattern by slots, and which of the old entries each new one is."""
     lengths = np.diff(rows.starts.astype(np.int64))
     row, column = slot[np.repeat(np.arange(len(lengths)), lengths)], slot[rows.columns]

@@ -11,10 +11,10 @@ from hemline.collide import limb_of_vertices
 from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Pose
-from hemline.sim.cloth.joined import joined
+from hemline.sim.cloth.join import join_sheets
 from hemline.sim.cloth.sheet import Elastic, Sheet, make_sheet
 from hemline.sim.cloth.wind import Wind
-from hemline.sim.contact.body.surface import Skin, Surface
+from hemline.sim.contact.body.surface import MovingSkin, BodySurface
 from hemline.sim.contact.pairs.capsules import Capsules
 from hemline.sim.settings import SimSettings
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
 
 
-def sheet_of(garment: Garment) -> Sheet:
+def make_garment_sheet(garment: Garment) -> Sheet:
     """The garment's cloth, laid out for the solver, piece by piece."""
     sheets, first, owner = [], 0, garment.face_pieces
     for number, piece in enumerate(garment.worn):
@@ -44,7 +44,7 @@ def sheet_of(garment: Garment) -> Sheet:
         shape = None if piece.flat_rest else garment.vertices[first : first + piece.vertex_count]
         sheets.append(make_sheet(faces, garment.rest_edges[owner == number], elastic, rest_vertices=shape))
         first += piece.vertex_count
-    return joined(sheets)
+    return join_sheets(sheets)
 
 
 class DressedBody:
@@ -60,8 +60,8 @@ class DressedBody:
             got = f"{faces.max()}; {shaped.body.name} has {len(shaped.body.faces)}"
             raise BadGarment(what, got, "read its mesh again with this body")
         limb = limb_of_vertices(shaped.body)
-        self.surface = Surface(shaped.body.faces, reach=settings.contact_reach, limb=limb[shaped.body.faces[:, 0]])
-        self.sheet = sheet_of(garment)
+        self.surface = BodySurface(shaped.body.faces, reach=settings.contact_reach, limb=limb[shaped.body.faces[:, 0]])
+        self.sheet = make_garment_sheet(garment)
         self.pinned = np.zeros(self.sheet.vertex_count, bool)
         self.pinned[garment.pins.vertices] = True
         self.stepper = Stepper(
@@ -83,7 +83,7 @@ class DressedBody:
     def scene(self, posed: "PosedBody") -> Scene:
         """What drives the cloth at a pose."""
         pins = np.asarray(self.garment.pins.on(posed), np.float64)
-        return Scene(pins, Skin(posed.vertices, posed.normals), posed.joints)
+        return Scene(pins, MovingSkin(posed.vertices, posed.normals), posed.joints)
 
     def frame(
         self, state: ClothState, first: Pose, second: Pose, *, substeps: int | None = None, seconds: float | None = None

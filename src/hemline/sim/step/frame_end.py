@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 SETTINGS = ProjectionSettings(margin=0.001, gap=0.0003, release=1e-3)
 """Contact holds the cloth off the body, so the projection has a thin margin, and no displacement outlives its frame."""
 
-FARTHEST_LED = 0.01
+MAX_PINCHED_MOVE = 0.01
 """A vertex that is inside two parts of the body at once is not led out farther than that [m]."""
 
-COUNTED_EVERY = 10
+COUNT_INTERVAL = 10
 """Frames from one count by winding numbers, beside the projection's own, to the next."""
 
 _PREFIX = "projector."
@@ -87,7 +87,7 @@ class FrameEnd:
         pinched = np.union1d(report.pinched, kept)
         moved = (after != before).any(axis=1)
         within = 0
-        if self.state.frame % COUNTED_EVERY == 0:
+        if self.state.frame % COUNT_INTERVAL == 0:
             found = inside(posed.vertices, posed.faces, after)
             found[pinched] = False
             within = int(found.sum())
@@ -98,7 +98,7 @@ class FrameEnd:
         """Vertices between two parts of the body that are in each other, far from any way out: led out one by one, in
         a fold, neighbours would come out at different sides of a limb.
         """
-        far = np.flatnonzero(np.linalg.norm(after - before, axis=1) > FARTHEST_LED)
+        far = np.flatnonzero(np.linalg.norm(after - before, axis=1) > MAX_PINCHED_MOVE)
         if not len(far):
             return far
         turns = winding_numbers(posed.vertices, posed.faces, before[far])

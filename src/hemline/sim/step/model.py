@@ -10,13 +10,13 @@ from hemline.sim.cloth.elastic_kernels import BendingMatrix
 from hemline.sim.cloth.membrane_kernels import Fabric
 from hemline.sim.cloth.rows import Rows, incidence
 from hemline.sim.cloth.sheet import Sheet
-from hemline.sim.cloth.wind import Wind, checked, wind_of
-from hemline.sim.contact.body.surface import Surface
+from hemline.sim.cloth.wind import Wind, with_checks, wind_of
+from hemline.sim.contact.body.surface import BodySurface
 from hemline.sim.contact.pairs.capsules import Capsules
 from hemline.sim.settings import SimSettings
 from hemline.sim.solver.layout import Layout, make_layout
 
-KEPT_COMPRESSION = 0.9
+COMPRESSION_RATIO = 0.9
 """Share of the compression that inertia makes harmless which stays in the Hessian."""
 
 
@@ -50,7 +50,7 @@ class ClothModel:
     sheet: Sheet
     settings: SimSettings
     wind: Wind
-    surface: Surface | None
+    surface: BodySurface | None
     capsules: Capsules | None
     home: Int[np.ndarray, " verts"]
     limb_of_face: Int[np.ndarray, " faces"]
@@ -74,7 +74,7 @@ def make_model(
     *,
     pinned: Int[np.ndarray, " pins"] = (),  # type: ignore[assignment]
     pin_stiffness: Float[np.ndarray, " pins"] | None = None,
-    surface: Surface | None = None,
+    surface: BodySurface | None = None,
     capsules: Capsules | None = None,
     home: Int[np.ndarray, " verts"] | None = None,
     settings: SimSettings | None = None,
@@ -86,7 +86,7 @@ def make_model(
         BadInput: A pin is not a vertex of the sheet, or its stiffness is not positive.
     """
     settings, count = settings or SimSettings(), sheet.vertex_count
-    pins, stiffness = _checked_pins(pinned, pin_stiffness, count)
+    pins, stiffness = _check_pins(pinned, pin_stiffness, count)
     hard = np.isinf(stiffness)
     fixed = np.zeros(count, bool)
     fixed[pins[hard]] = True
@@ -102,7 +102,7 @@ def make_model(
     return ClothModel(
         sheet=sheet,
         settings=settings,
-        wind=wind_of(settings) if wind is None else checked(wind),
+        wind=wind_of(settings) if wind is None else with_checks(wind),
         surface=surface,
         capsules=capsules,
         home=home,
@@ -114,7 +114,7 @@ def make_model(
         fixed=fixed,
         contact_stiffness=settings.contact_stiffness * sheet.vertex_area,
         mean_weight=9.81 * float(sheet.mass.mean()),
-        cap=KEPT_COMPRESSION * sheet.density * sheet.area / 3 / np.linalg.eigvalsh(gram)[:, 1],
+        cap=COMPRESSION_RATIO * sheet.density * sheet.area / 3 / np.linalg.eigvalsh(gram)[:, 1],
         fabric=Fabric(sheet.faces, sheet.shape, sheet.area, sheet.lame, sheet.shear, sheet.damping),
         bending=bending,
         hinge_rest=2 * np.sin(0.5 * sheet.hinge_rest),
@@ -123,7 +123,7 @@ def make_model(
     )
 
 
-def _checked_pins(pinned: np.ndarray, pin_stiffness: np.ndarray | None, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _check_pins(pinned: np.ndarray, pin_stiffness: np.ndarray | None, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Pins and their stiffnesses, or what is wrong with them."""
     pins = np.asarray(pinned, np.int32)
     if pins.size and not (pins.min() >= 0 and pins.max() < count):

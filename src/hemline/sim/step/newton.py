@@ -6,13 +6,13 @@ import numpy as np
 
 from .potential import Potential
 from .state import StepRejected
-from .vertex_kernels import moved, opposed
+from .vertex_kernels import step_along, write_right_side
 
-HALVINGS = 8
+MAX_LINE_HALVINGS = 8
 """How often a Newton step is halved, at most."""
 
 
-class Taken(NamedTuple):
+class NewtonStep(NamedTuple):
     """A Newton step.
 
     Attributes:
@@ -24,7 +24,7 @@ class Taken(NamedTuple):
     solver_steps: int
 
 
-def newton(potential: Potential, *, fresh: bool, solver_share: float, solver_steps: int) -> Taken:
+def newton_step(potential: Potential, *, fresh: bool, solver_share: float, solver_steps: int) -> NewtonStep:
     r"""Move a potential towards its minimum: $x \leftarrow x - s H^{-1} \nabla E$, $s$ the largest of 1, 1/2, 1/4, ...
     with which the energy does not grow.
 
@@ -42,18 +42,18 @@ def newton(potential: Potential, *, fresh: bool, solver_share: float, solver_ste
     pairs = potential.assemble()
     if fresh and not system.coarsen():
         raise StepRejected("the Hessian is not positive")
-    opposed(potential.workspace.gradient, slot, system.right)
+    write_right_side(potential.workspace.gradient, slot, system.right)
     spent = system.solve(pairs, share=solver_share, steps=solver_steps)
-    return Taken(_searched(potential), spent)
+    return NewtonStep(_line_search(potential), spent)
 
 
-def _searched(potential: Potential) -> float:
+def _line_search(potential: Potential) -> float:
     """Go along the solution as far as the energy falls; the share that was taken."""
     solution, slot = potential.workspace.system.vectors.solution, potential.model.layout.slot
     before, energy, x = potential.x, potential.energy, np.empty_like(potential.x)
-    for halving in range(HALVINGS):
+    for halving in range(MAX_LINE_HALVINGS):
         share = 0.5**halving
-        moved(before, share, solution, slot, x)
+        step_along(before, share, solution, slot, x)
         potential.evaluate(x)
         if potential.energy <= energy + 1e-10 * abs(energy):
             return share

@@ -11,7 +11,7 @@ from hemline.sim.contact.pairs.pairs import Pairs
 from hemline.sim.solver.conjugate_kernels import PairBlocks
 from hemline.sim.step.terms.air import constant_force
 from hemline.sim.step.terms.bending import Bending
-from hemline.sim.step.terms.contact_pairs import NO_BLOCKS, ContactPairs
+from hemline.sim.step.terms.contact_pairs import NO_PAIR_BLOCKS, ContactPairs
 from hemline.sim.step.terms.inertia import no_inertia
 from hemline.sim.step.terms.membrane import Membrane
 from hemline.sim.step.terms.skin_contact import no_contact
@@ -101,7 +101,7 @@ class Potential:
         terms = tuple(self.inertia), tuple(self.air), tuple(self.contact)
         if self.pairs is None:
             work.pair_diagonal[:] = 0
-            pairs = NO_BLOCKS
+            pairs = NO_PAIR_BLOCKS
         else:
             pairs = self.pairs.blocks(self.x, layout, work.pair_diagonal)
         self.membrane.blocks(layout.ring_bending, system.matrix.blocks)

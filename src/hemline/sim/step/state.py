@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.body.surface import Skin
+from hemline.sim.contact.body.surface import MovingSkin
 from hemline.sim.contact.history.contact_history import HistoryFaces
 
 
@@ -45,7 +45,7 @@ class Scene:
     """
 
     pinned: Float[np.ndarray, "pins 3"]
-    skin: Skin | None = None
+    skin: MovingSkin | None = None
     joints: Float[np.ndarray, "joints 3"] | None = None
 
 

@@ -5,26 +5,26 @@ import math
 import numpy as np
 
 from hemline.sim.contact.body.body_contact import Contact
-from hemline.sim.contact.body.planes import ClosestPoints, no_planes
+from hemline.sim.contact.body.planes import SkinPoints, no_planes
 from hemline.sim.contact.history.contact_history import ContactHistory
 from hemline.sim.contact.history.contact_with_history import ContactWithHistory, Wearing
 from hemline.sim.contact.pairs.pair_kernels import PairRows
-from hemline.sim.step.terms.air import air_of
-from hemline.sim.step.terms.inertia import inertia_of
+from hemline.sim.step.terms.air import air_term
+from hemline.sim.step.terms.inertia import inertia_term
 from hemline.sim.step.terms.skin_contact import skin_contact
 
-from .meeting import Meeting
+from .pair_contacts import PairContacts
 from .model import ClothModel
-from .newton import newton
+from .newton import newton_step
 from .potential import Potential
 from .state import ClothState, Scene, StepRejected, StepReport
-from .vertex_kernels import farther_than
+from .vertex_kernels import count_farther
 from .workspace import Workspace
 
-FASTEST = 60.0
+MAX_SPEED = 60.0
 """A vertex faster than this is taken for a step that failed [m/s]."""
 
-WORST_ERROR = 0.015
+MAX_ERROR = 0.015
 """So is a mean residual that would move a free vertex farther than this within the step [m]."""
 
 
@@ -49,17 +49,17 @@ class Step:
         h: float,
         then: Scene,
         now: Scene,
-        known: ClosestPoints | None = None,
+        known: SkinPoints | None = None,
     ):
         self.model, self.state, self.h = model, state, h
         settings, sheet = model.settings, model.sheet
         guess = state.positions + h * (state.velocities + state.change)
         guess[model.pinned] = now.pinned[model.hard]
-        inertia = inertia_of(model, state, h, now.pinned)
-        air = air_of(model, workspace, state, h)
+        inertia = inertia_term(model, state, h, now.pinned)
+        air = air_term(model, workspace, state, h)
         self.contact = self._contact(then, now, guess, known)
         planes = no_planes(sheet.vertex_count) if self.contact is None else self.contact.planes
-        self.meeting = Meeting(model, workspace, self.contact, state.positions, guess, self._off_bones(then, now))
+        self.meeting = PairContacts(model, workspace, self.contact, state.positions, guess, self._off_bones(then, now))
         self.potential = Potential(
             model,
             workspace,
@@ -78,7 +78,7 @@ class Step:
         settings, potential = self.model.settings, self.potential
         taken = solver_steps = 0
         while taken < settings.newton_steps:
-            _, spent = newton(
+            _, spent = newton_step(
                 potential,
                 fresh=taken == 0,
                 solver_share=settings.solver_share,
@@ -112,7 +112,7 @@ class Step:
             time=state.time + self.h,
         )
 
-    def _contact(self, then: Scene, now: Scene, guess: np.ndarray, known: ClosestPoints | None) -> Contact | None:
+    def _contact(self, then: Scene, now: Scene, guess: np.ndarray, known: SkinPoints | None) -> Contact | None:
         """Contact of the vertices with the body, if there is one."""
         model, state, share = self.model, self.state, self.model.settings.pinched_share
         if model.surface is None or then.skin is None or now.skin is None:
@@ -155,8 +155,8 @@ class Step:
         x, start, potential = self.potential.x, self.state.positions, self.potential
         if not (math.isfinite(potential.energy) and np.isfinite(x).all()):
             raise StepRejected("positions are not finite")
-        if farther_than(x, start, FASTEST * self.h):
+        if count_farther(x, start, MAX_SPEED * self.h):
             speed = float(np.linalg.norm(x - start, axis=1).max()) / self.h
             raise StepRejected(f"a vertex moves at {speed:.3g} m/s")
-        if 9.81 * potential.residual_share * self.h**2 > WORST_ERROR:
+        if 9.81 * potential.residual_share * self.h**2 > MAX_ERROR:
             raise StepRejected(f"the residual stays at {potential.residual_share:.3g} weights")

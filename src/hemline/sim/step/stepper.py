@@ -9,8 +9,8 @@ from jaxtyping import Float, Int
 from hemline.errors import BadInput, SimulationFailed
 from hemline.sim.cloth.sheet import Positions, Sheet
 from hemline.sim.cloth.wind import Wind
-from hemline.sim.contact.body.planes import ClosestPoints
-from hemline.sim.contact.body.surface import Surface
+from hemline.sim.contact.body.planes import SkinPoints
+from hemline.sim.contact.body.surface import BodySurface
 from hemline.sim.contact.pairs.capsules import Capsules
 from hemline.sim.settings import SimSettings
 
@@ -58,7 +58,7 @@ class Stepper:
         *,
         pinned: Int[np.ndarray, " pins"] = (),  # type: ignore[assignment]
         pin_stiffness: Float[np.ndarray, " pins"] | None = None,
-        surface: Surface | None = None,
+        surface: BodySurface | None = None,
         capsules: Capsules | None = None,
         home: Int[np.ndarray, " verts"] | None = None,
         settings: SimSettings | None = None,
@@ -75,7 +75,7 @@ class Stepper:
             wind=wind,
         )
         self.workspace = Workspace(self.model)
-        self.known: ClosestPoints | None = None
+        self.known: SkinPoints | None = None
 
     def start(self, positions: Positions) -> ClothState:
         """At rest at the given positions.

@@ -6,7 +6,7 @@ in one pass over the vertices, because their energies are summed vertex by verte
 
 from hemline.compiled import kernel, prange
 from hemline.sim.cloth.air_kernels import Air, air_terms
-from hemline.sim.cloth.elastic_kernels import CHUNK, FAST
+from hemline.sim.cloth.elastic_kernels import VERTEX_CHUNK, FAST
 from hemline.sim.cloth.inertia_kernels import Inertia, inertia_terms
 from hemline.sim.contact.body.load_kernels import SkinContact, contact_terms, slip_terms
 from hemline.sim.solver.conjugate_kernels import Matrix
@@ -25,9 +25,9 @@ def gradient(
     start, air_force, air_matrix = air
     normal, point, carried, stiffness, limit, thickness, depth, creep = contact
     count = x.shape[0]
-    for chunk in prange((count + CHUNK - 1) // CHUNK):
+    for chunk in prange((count + VERTEX_CHUNK - 1) // VERTEX_CHUNK):
         energy, residual = 0.0, 0.0
-        for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
+        for i in range(chunk * VERTEX_CHUNK, min(count, (chunk + 1) * VERTEX_CHUNK)):
             x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
             value, i0, i1, i2 = inertia_terms(inertial_stiffness[i], x0 - goal[i, 0], x1 - goal[i, 1], x2 - goal[i, 2])
             energy += value
@@ -122,7 +122,7 @@ def diagonal_blocks(
 
 
 @kernel(parallel=True)
-def farther_than(x, y, distance):
+def count_farther(x, y, distance):
     """How many points of x are farther than a distance from those of y."""
     count = 0
     for i in prange(x.shape[0]):
@@ -132,7 +132,7 @@ def farther_than(x, y, distance):
 
 
 @kernel(parallel=True)
-def opposed(gradient, slot, right_out):
+def write_right_side(gradient, slot, right_out):
     """Minus the gradient as a vector of the solver: four numbers a slot."""
     for i in prange(gradient.shape[0]):
         for axis in range(3):
@@ -140,7 +140,7 @@ def opposed(gradient, slot, right_out):
 
 
 @kernel(parallel=True)
-def moved(x, share, solution, slot, out):
+def step_along(x, share, solution, slot, out):
     """out = x + share solution, the solution being a vector of the solver."""
     for i in prange(x.shape[0]):
         for axis in range(3):
@@ -149,8 +149,8 @@ def moved(x, share, solution, slot, out):
 
 __all__ = [
     "diagonal_blocks",
-    "farther_than",
+    "count_farther",
     "gradient",
-    "moved",
-    "opposed",
+    "step_along",
+    "write_right_side",
 ]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.sim.cloth.elastic_kernels import CHUNK
+from hemline.sim.cloth.elastic_kernels import VERTEX_CHUNK
 from hemline.sim.cloth.membrane_kernels import Stretch
 from hemline.sim.contact.pairs.body_points import BodyPointSearch
 from hemline.sim.contact.pairs.self_search import SelfSearch
@@ -39,7 +39,7 @@ class Workspace:
     def __init__(self, model: ClothModel):
         sheet, settings = model.sheet, model.settings
         faces, verts, hinges = len(sheet.faces), sheet.vertex_count, len(sheet.hinge_rest)
-        chunks = (verts + CHUNK - 1) // CHUNK
+        chunks = (verts + VERTEX_CHUNK - 1) // VERTEX_CHUNK
         self.strain_start = np.zeros((faces, 3))
         self.stretch = Stretch(np.empty((faces, 9)), np.empty((faces, 6)), np.empty((faces, 3)), np.empty(faces))
         self.hinge_gradient, self.hinge_energy, self.bent = (

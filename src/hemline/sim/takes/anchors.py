@@ -22,9 +22,9 @@ from hemline.sim.rest.settling import Method
 from hemline.sim.rest.walk import WALK
 from hemline.sim.settings import SIMULATOR, SimSettings
 
-from .begun import begun
-from .jobs import Call, Job, Report, Tell, run_jobs
-from .made_with import made_with
+from .start_dataset import start_dataset
+from .jobs import Call, Job, Report, Progress, run_jobs
+from .build_info import build_info
 from .setup import Setup, drape, shaped
 from .workers import workers
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 
-STAND_INS = 5
+MAX_STAND_INS = 5
 """Poses that are tried before an anchor is given up."""
 
 
@@ -81,7 +81,7 @@ def produce_anchors(
         BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
     """
     setup, tell = Setup.of(garment, settings), report or (lambda name, done, total: None)
-    tasks = [_Task(each.pose, _given(each.betas), tuple(turns), tuple(betas)) for each in anchors]
+    tasks = [_Task(each.pose, _shape_key(each.betas), tuple(turns), tuple(betas)) for each in anchors]
     for task in tasks:
         setup.body.shaped(task.shape)
 
@@ -91,7 +91,7 @@ def produce_anchors(
         return take.name
 
     with workers(jobs, scheduler) as those:
-        dataset = begun(folder, garment)
+        dataset = start_dataset(folder, garment)
         names = run_jobs((anchor(dataset, number, task) for number, task in enumerate(tasks)), those)
     rows = {row.name: row for row in dataset.rows()}
     return [rows[name] for name in names]
@@ -109,7 +109,7 @@ class _Task:
 
 
 @dataclass(frozen=True)
-class Posed:
+class PosedTakes:
     """A garment walked into one pose on each of some shapes.
 
     Attributes:
@@ -132,7 +132,7 @@ def produce_posed(
     jobs: int = 1,
     scheduler: str | None = None,
     report: Report | None = None,
-) -> list[Posed | None]:
+) -> list[PosedTakes | None]:
     """Walk a garment into poses on each of some shapes, into a dataset; what is there already is kept.
 
     A pose in which the garment does not come to rest on one of the shapes gives way to the next candidate. What failed
@@ -158,13 +158,13 @@ def produce_posed(
         BadOutput: It cannot be written.
         BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
     """
-    setup, given = Setup.of(garment, settings), [_given(each) for each in shapes]
+    setup, given = Setup.of(garment, settings), [_shape_key(each) for each in shapes]
     for betas in given:
         setup.body.shaped(betas)
     with workers(jobs, scheduler) as those:
-        dataset = begun(folder, garment)
+        dataset = start_dataset(folder, garment)
         work = (
-            _posed_job(dataset, setup, poses, given, tuple(turns), _named(report, number))
+            _pose_job(dataset, setup, poses, given, tuple(turns), _numbered(report, number))
             for number, poses in enumerate(candidates)
         )
         return run_jobs(work, those)
@@ -181,7 +181,7 @@ def produce_scattered(
     jobs: int = 1,
     scheduler: str | None = None,
     report: Report | None = None,
-) -> list[Posed | None]:
+) -> list[PosedTakes | None]:
     """Walk a garment into one pose on each of many shapes, the poses in turn; see `produce_posed`.
 
     Args:
@@ -198,36 +198,36 @@ def produce_scattered(
     Returns:
         What each shape became; None where no pose came to rest.
     """
-    setup, tried = Setup.of(garment, settings), min(STAND_INS, len(poses))
+    setup, tried = Setup.of(garment, settings), min(MAX_STAND_INS, len(poses))
 
     def turned(number: int) -> Iterator[Pose]:
         return (poses[(number + later) % len(poses)] for later in range(tried))
 
     with workers(jobs, scheduler) as those:
-        dataset = begun(folder, garment)
+        dataset = start_dataset(folder, garment)
         work = (
-            _posed_job(dataset, setup, tuple(turned(number)), [_given(betas)], tuple(turns), _named(report, number))
+            _pose_job(dataset, setup, tuple(turned(number)), [_shape_key(betas)], tuple(turns), _numbered(report, number))
             for number, betas in enumerate(shapes)
         )
         return run_jobs(work, those)
 
 
-def _given(betas: Sequence[float]) -> tuple[float, ...]:
+def _shape_key(betas: Sequence[float]) -> tuple[float, ...]:
     return tuple(float(beta) for beta in np.asarray(betas, np.float32))
 
 
-def _named(report: Report | None, number: int) -> Tell:
+def _numbered(report: Report | None, number: int) -> Progress:
     return lambda done, total: report(str(number), done, total) if report else None
 
 
-def _posed_job(
+def _pose_job(
     dataset: Dataset,
     setup: Setup,
     poses: Sequence[Pose],
     shapes: Sequence[tuple[float, ...]],
     turns: tuple[int, ...],
-    tell: Tell,
-) -> Job[Posed | None]:
+    tell: Progress,
+) -> Job[PosedTakes | None]:
     """One anchor on all shapes, by the first candidate that comes to rest on all of them."""
     for pose in poses:
         names: list[str] = []
@@ -238,7 +238,7 @@ def _posed_job(
             names.append(take.name)
             tell(len(names), len(shapes))
         if len(names) == len(shapes):
-            return Posed(pose, tuple(names))
+            return PosedTakes(pose, tuple(names))
     return None
 
 
@@ -277,7 +277,7 @@ def _anchor_job(dataset: Dataset, setup: Setup, task: _Task) -> Job[Take]:
     return take
 
 
-def _anchor(setup: Setup, task: _Task, tell: Tell) -> Take:
+def _anchor(setup: Setup, task: _Task, tell: Progress) -> Take:
     """An anchor, or why there is none, as a take."""
     garment, body = setup.garment, shaped(setup, task.shape)
     try:
@@ -287,9 +287,9 @@ def _anchor(setup: Setup, task: _Task, tell: Tell) -> Take:
             body = start.shaped
         rest = settle(garment, body, task.pose, setup.settings, start=start, method=task.method)
         derivatives = derivatives_of(rest, task.turns, task.betas)
-        return replace(rest.take(), kind="anchor", derivatives=derivatives, made_with=made_with())
+        return replace(rest.take(), kind="anchor", derivatives=derivatives, made_with=build_info())
     except SimulationFailed as reason:
-        return _failed(garment, body, task.pose, setup.settings, str(reason))
+        return _failed_take(garment, body, task.pose, setup.settings, str(reason))
 
 
 def derivatives_of(rest: Rest, turns: Sequence[int], betas: Sequence[int]) -> dict[str, np.ndarray]:
@@ -312,7 +312,7 @@ def derivatives_of(rest: Rest, turns: Sequence[int], betas: Sequence[int]) -> di
     return {name: value.astype(np.float32) for name, value in found.items()}
 
 
-def _failed(garment: Garment, shaped: "ShapedBody", pose: Pose, settings: SimSettings, reason: str) -> Take:
+def _failed_take(garment: Garment, shaped: "ShapedBody", pose: Pose, settings: SimSettings, reason: str) -> Take:
     """An anchor that could not be settled: the garment as it was made, and why."""
     motion = Motion(
         pose.rotations[None],
@@ -331,5 +331,5 @@ def _failed(garment: Garment, shaped: "ShapedBody", pose: Pose, settings: SimSet
         figures={},
         inputs={},
         failed=reason,
-        made_with=made_with(),
+        made_with=build_info(),
     )

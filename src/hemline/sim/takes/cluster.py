@@ -20,17 +20,17 @@ from weakref import WeakKeyDictionary
 
 from hemline.errors import BadCluster, HemlineWarning, MissingExtra
 
-from .jobs import Call, Tell, kept_setup, nothing_told
+from .jobs import Call, Progress, cached_setup, ignore_progress
 
-TIMEOUT = 10.0
+CONNECT_TIMEOUT = 10.0
 """How long a scheduler is waited for [s]."""
-AHEAD = 2
+CALLS_PER_WORKER = 2
 """Calls a worker: one that it makes, one that waits for it."""
-FEWEST = 16
+MIN_CALLS = 16
 """Calls that are sent however few workers there are, so that a cluster that grows with its work sees some."""
-EVERY = 1.0
+PROGRESS_INTERVAL = 1.0
 """A worker tells how far a call is no more often than this [s]."""
-LOST = "run the same command again: what is done is kept"
+RETRY_CURE = "run the same command again: what is done is kept"
 
 
 @functools.cache
@@ -55,9 +55,9 @@ class Cluster:
         self._pool = client.get_executor(pure=False)
         self._topic = f"hemline-{uuid.uuid4().hex}"
         self._told: deque[tuple[int, int, int]] = deque()
-        self._heard: dict[int, Tell] = {}
+        self._heard: dict[int, Progress] = {}
         self._setups: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()
-        self._sent, self._slots, self._counted = 0, FEWEST, -float("inf")
+        self._sent, self._slots, self._counted = 0, MIN_CALLS, -float("inf")
         client.subscribe_topic(self._topic, lambda event: self._told.append(tuple(event[1])))
 
     @property
@@ -66,7 +66,7 @@ class Cluster:
         if time.monotonic() - self._counted > 2.0:
             self._counted = time.monotonic()
             with self._said():
-                self._slots = max(FEWEST, AHEAD * len(self._client.nthreads()))
+                self._slots = max(MIN_CALLS, CALLS_PER_WORKER * len(self._client.nthreads()))
         return self._slots
 
     def submit(self, call: Call) -> "Future[Any]":
@@ -74,9 +74,9 @@ class Cluster:
         from distributed.protocol.pickle import dumps
 
         def called(*given: Any) -> Any:  # sent as it is, so that a worker without hemline can say so
-            from .cluster import answered
+            from .cluster import answer_call
 
-            return answered(*given)
+            return answer_call(*given)
 
         self._sent += 1
         self._heard[number := self._sent] = call.heard
@@ -96,7 +96,7 @@ class Cluster:
         done = wait(under_way, timeout=0.1, return_when=FIRST_COMPLETED).done
         while self._told:
             number, steps, total = self._told.popleft()
-            self._heard.get(number, nothing_told)(steps, total)
+            self._heard.get(number, ignore_progress)(steps, total)
         return done
 
     def check(self) -> None:
@@ -143,7 +143,7 @@ class Cluster:
         if isinstance(error, ImportError | AttributeError):
             return BadCluster("a worker has no hemline, or another one", error, _same())
         if isinstance(error, CancelledError | CommClosedError | OSError) or self._client.status != "running":
-            return BadCluster(f"the scheduler at {self._address} went away", type(error).__name__, LOST)
+            return BadCluster(f"the scheduler at {self._address} went away", type(error).__name__, RETRY_CURE)
         return error
 
     @contextmanager
@@ -161,7 +161,7 @@ def cluster(address: str) -> Iterator[Cluster]:
     """The workers of a scheduler; at the end of the block it forgets what was not done.
 
     Args:
-        address: Such as `tcp://host:8786`; it is waited for `TIMEOUT` long.
+        address: Such as `tcp://host:8786`; it is waited for `CONNECT_TIMEOUT` long.
 
     Raises:
         BadCluster: None answers there, or its workers cannot run this hemline.
@@ -175,11 +175,11 @@ def cluster(address: str) -> Iterator[Cluster]:
     for name in ("distributed", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
-        client = Client(address, timeout=TIMEOUT, set_as_default=False)
+        client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, ValueError, TypeError) as reason:
         what = f"no dask scheduler answers at {address}"
         cure = "start one with 'dask scheduler' and name it as tcp://HOST:8786"
-        raise BadCluster(what, f"nothing within {TIMEOUT:g} s", cure) from reason
+        raise BadCluster(what, f"nothing within {CONNECT_TIMEOUT:g} s", cure) from reason
     try:
         found = Cluster(client, address)
         found.check()
@@ -201,7 +201,7 @@ def _check(worker: str, there: str, threads: int) -> None:
         raise BadCluster(f"worker {worker} must have one thread: a take is simulated by one", threads, cure)
 
 
-def answered(there: str, topic: str, number: int, key: str, setup: bytes, asked: bytes) -> Any:
+def answer_call(there: str, topic: str, number: int, key: str, setup: bytes, asked: bytes) -> Any:
     """Make one call, on a worker; one that came late was not asked before which hemline it has.
 
     Args:
@@ -229,9 +229,9 @@ def answered(there: str, topic: str, number: int, key: str, setup: bytes, asked:
 
     def tell(done: int, total: int) -> None:
         nonlocal last
-        if done == total or time.monotonic() - last > EVERY:
+        if done == total or time.monotonic() - last > PROGRESS_INTERVAL:
             last = time.monotonic()
             worker.log_event(topic, [number, done, total])
 
     work, argument = loads(asked)
-    return work(kept_setup(key, lambda: loads(setup)), argument, tell)
+    return work(cached_setup(key, lambda: loads(setup)), argument, tell)

@@ -17,7 +17,7 @@ from hemline.motions.motion import JOINT_COUNT, Motion, Pose
 from hemline.motions.pose_clusters import PoseClusters, cluster_poses, without_heading
 from hemline.sim.settings import SimSettings
 
-from .anchors import STAND_INS, Posed, produce_posed, produce_scattered
+from .anchors import MAX_STAND_INS, PosedTakes, produce_posed, produce_scattered
 from .jobs import Report
 from .rest_states import random_shapes, spread_shapes
 
@@ -46,9 +46,9 @@ class Database:
 
     clusters: PoseClusters
     weights: Float[np.ndarray, " joints"]
-    anchors: list[Posed | None]
-    beside: list[Posed | None]
-    random: list[Posed | None]
+    anchors: list[PosedTakes | None]
+    beside: list[PosedTakes | None]
+    random: list[PosedTakes | None]
     shapes: list[tuple[float, ...]]
 
 
@@ -121,7 +121,7 @@ def make_database(
         settings=settings,
         jobs=jobs,
         scheduler=scheduler,
-        report=_counted(tell, "T-pose", len(shapes)),
+        report=_counter(tell, "T-pose", len(shapes)),
     )
     dataset = open_dataset(folder)
     sensitivity = mean_sensitivity([dataset.take(each.names[0]) for each in stood if each is not None])
@@ -133,14 +133,14 @@ def make_database(
     more = produce_posed(
         folder,
         garment,
-        [[Pose(poses[index], rest) for index in members[:STAND_INS]] for members in single],
+        [[Pose(poses[index], rest) for index in members[:MAX_STAND_INS]] for members in single],
         settings=settings,
         jobs=jobs,
         scheduler=scheduler,
-        report=_counted(tell, "poses", beside),
+        report=_counter(tell, "poses", beside),
     )
 
-    def scatter(posed: list[Posed | None]) -> list[Posed | None]:
+    def scatter(posed: list[PosedTakes | None]) -> list[PosedTakes | None]:
         settled = [each.pose for each in posed if each is not None]
         return produce_scattered(
             folder,
@@ -150,11 +150,11 @@ def make_database(
             settings=settings,
             jobs=jobs,
             scheduler=scheduler,
-            report=_counted(tell, "random bodies", random),
+            report=_counter(tell, "random bodies", random),
         )
 
     scattered = scatter(more) if beside else []
-    candidates = [[Pose(poses[index], rest) for index in members[:STAND_INS]] for members in clusters.members]
+    candidates = [[Pose(poses[index], rest) for index in members[:MAX_STAND_INS]] for members in clusters.members]
     anchors = produce_posed(
         folder,
         garment,
@@ -163,7 +163,7 @@ def make_database(
         settings=settings,
         jobs=jobs,
         scheduler=scheduler,
-        report=_counted(tell, "anchors", count * len(shapes)),
+        report=_counter(tell, "anchors", count * len(shapes)),
     )
     if derivatives:
         produce_posed(
@@ -174,7 +174,7 @@ def make_database(
             settings=settings,
             jobs=jobs,
             scheduler=scheduler,
-            report=_counted(tell, "derivatives", count),
+            report=_counter(tell, "derivatives", count),
         )
     if not beside:
         scattered = scatter(anchors)
@@ -190,7 +190,7 @@ def poses_of(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]:
     return without_heading(np.asarray(found)).astype(np.float32).astype(np.float64)
 
 
-def _counted(tell: Report, stage: str, total: int) -> Report:
+def _counter(tell: Report, stage: str, total: int) -> Report:
     """Counts calls: those below it name one anchor each."""
     done = 0
 

@@ -14,26 +14,26 @@ from typing import Any, Protocol, TypeVar, runtime_checkable
 Result = TypeVar("Result")
 Report = Callable[[str, int, int], None]
 """Called with what is worked on, the steps done and the steps in all."""
-Tell = Callable[[int, int], None]
+Progress = Callable[[int, int], None]
 """Called with the steps done and the steps in all."""
 
 
-KEPT = 4
+MAX_CACHED_SETUPS = 4
 """Setups that a worker keeps."""
 _setups: OrderedDict[Any, Any] = OrderedDict()
 
 
-def kept_setup(key: Any, received: Callable[[], Any]) -> Any:
+def cached_setup(key: Any, received: Callable[[], Any]) -> Any:
     """The setup of that key as it came first to this worker: what is prepared for it is kept with it."""
     if key not in _setups:
         _setups[key] = received()
     _setups.move_to_end(key)
-    while len(_setups) > KEPT:
+    while len(_setups) > MAX_CACHED_SETUPS:
         _setups.popitem(last=False)
     return _setups[key]
 
 
-def nothing_told(done: int, total: int) -> None:
+def ignore_progress(done: int, total: int) -> None:
     """Where nobody wants to know."""
 
 
@@ -41,13 +41,13 @@ def nothing_told(done: int, total: int) -> None:
 class Call:
     """One piece of work, of seconds to minutes, that depends on what is in it and on nothing else."""
 
-    work: Callable[[Any, Any, Tell], Any]
+    work: Callable[[Any, Any, Progress], Any]
     """A function of a module: given setup, argument and whom to tell."""
     setup: Any
     """What many calls have in common, the same object in all of them; a worker gets it once and keeps it."""
     argument: Any
     """What is its own."""
-    heard: Tell = nothing_told
+    heard: Progress = ignore_progress
     """Called in this process with what the work tells."""
 
 
@@ -108,9 +108,9 @@ def run_jobs(jobs: Iterable[Job[Result]], workers: Workers) -> list[Result]:
             return [results[number] for number in sorted(results)]
         for done in workers.finished(under_way):
             number, job = under_way.pop(done)
-            advance(number, job, lambda job=job, done=done: _given(job, done))
+            advance(number, job, lambda job=job, done=done: _resume(job, done))
 
 
-def _given(job: Job[Result], done: "Future[Any]") -> Call:
+def _resume(job: Job[Result], done: "Future[Any]") -> Call:
     error = done.exception()
     return job.send(done.result()) if error is None else job.throw(error)

@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 
 from hemline.compiled import available
 
-from .jobs import Call, Tell, kept_setup, nothing_told
+from .jobs import Call, Progress, cached_setup, ignore_progress
 
 
 class Here:
@@ -40,7 +40,7 @@ class Processes:
 
     def __init__(self, pool: ProcessPoolExecutor, slots: int, progress: Any):
         self.slots, self._pool, self._progress = slots, pool, progress
-        self._heard: dict[int, Tell] = {}
+        self._heard: dict[int, Progress] = {}
         self._setups: WeakKeyDictionary[Any, int] = WeakKeyDictionary()
         self._numbers = itertools.count()
 
@@ -48,7 +48,7 @@ class Processes:
         """Send it to the next free process."""
         number, setup = next(self._numbers), self._setups.setdefault(call.setup, next(self._numbers))
         self._heard[number] = call.heard
-        future = self._pool.submit(_called, number, call.work, setup, call.setup, call.argument)
+        future = self._pool.submit(_run_call, number, call.work, setup, call.setup, call.argument)
         future.add_done_callback(lambda _: self._heard.pop(number))
         return future
 
@@ -57,7 +57,7 @@ class Processes:
         done = wait(under_way, timeout=0.1, return_when=FIRST_COMPLETED).done
         while not self._progress.empty():
             number, steps, total = self._progress.get()
-            self._heard.get(number, nothing_told)(steps, total)
+            self._heard.get(number, ignore_progress)(steps, total)
         return done
 
 
@@ -100,7 +100,7 @@ def _start_worker(parent: int, threads: int, progress: Any) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def _called(number: int, work: Any, key: int, setup: Any, argument: Any) -> Any:
+def _run_call(number: int, work: Any, key: int, setup: Any, argument: Any) -> Any:
     last = 0.0
 
     def tell(done: int, total: int) -> None:
@@ -109,4 +109,4 @@ def _called(number: int, work: Any, key: int, setup: Any, argument: Any) -> Any:
             last = time.monotonic()
             _progress.put((number, done, total))
 
-    return work(kept_setup(key, lambda: setup), argument, tell)
+    return work(cached_setup(key, lambda: setup), argument, tell)

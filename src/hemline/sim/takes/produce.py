@@ -16,9 +16,9 @@ from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion
 from hemline.sim.settings import SIMULATOR, SimSettings
 
-from .begun import begun
+from .start_dataset import start_dataset
 from .end_state import EndState, check_end_of_take
-from .jobs import Call, Job, Report, Tell, run_jobs
+from .jobs import Call, Job, Report, Progress, run_jobs
 from .rest_states import rest_job
 from .setup import Setup, shaped
 from .simulate import simulate
@@ -94,7 +94,7 @@ def produce(
     tell = report or (lambda clip, done, total: None)
     called = _told_apart([clip.motion.name for clip in clips])
     with workers(jobs, scheduler) as those:
-        dataset = begun(folder, garment)
+        dataset = start_dataset(folder, garment)
         for name, clip in zip(called, clips, strict=True):
             tell(name, 0, clip.motion.frames_at(setup.settings.fps))
         (rest,) = run_jobs([rest_job(dataset, setup, plan.betas)], those)
@@ -107,7 +107,7 @@ def produce(
     return [by_name[name] for name in names]
 
 
-def clip_job(dataset: Dataset, setup: Setup, plan: Plan, clip: Clip, rest: Take, tell: Tell) -> Job[list[str]]:
+def clip_job(dataset: Dataset, setup: Setup, plan: Plan, clip: Clip, rest: Take, tell: Progress) -> Job[list[str]]:
     """Make what a dataset lacks of a clip, part after part.
 
     Args:
@@ -176,7 +176,7 @@ def part_inputs(setup: Setup, plan: Plan, clip: Clip, part: Motion, index: int, 
     }
 
 
-def _placed(setup: Setup, given: tuple[Plan, Motion], tell: Tell) -> Motion:
+def _placed(setup: Setup, given: tuple[Plan, Motion], tell: Progress) -> Motion:
     """A clip as the body makes it."""
     plan, motion = given
     body = shaped(setup, plan.betas)
@@ -185,7 +185,7 @@ def _placed(setup: Setup, given: tuple[Plan, Motion], tell: Tell) -> Motion:
 
 
 def _simulated(
-    setup: Setup, given: tuple[tuple[float, ...], Motion, Take | None, EndState | None], tell: Tell
+    setup: Setup, given: tuple[tuple[float, ...], Motion, Take | None, EndState | None], tell: Progress
 ) -> tuple[Take, float]:
     """One part of a clip, and the seconds that it took."""
     betas, part, start, resume = given

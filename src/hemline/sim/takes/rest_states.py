@@ -13,9 +13,9 @@ from hemline.garments.garment import Garment
 from hemline.sim.rest.settle import rest_drape
 from hemline.sim.settings import SIMULATOR, SimSettings
 
-from .begun import begun
-from .jobs import Call, Job, Tell, run_jobs
-from .made_with import made_with
+from .start_dataset import start_dataset
+from .jobs import Call, Job, Progress, run_jobs
+from .build_info import build_info
 from .setup import Setup, shaped
 from .workers import workers
 
@@ -67,8 +67,8 @@ def rest_job(dataset: Dataset, setup: Setup, betas: tuple[float, ...]) -> Job[Ta
     return take
 
 
-def _settled(setup: Setup, betas: tuple[float, ...], tell: Tell) -> Take:
-    return replace(rest_drape(setup.garment, shaped(setup, betas), setup.settings), made_with=made_with())
+def _settled(setup: Setup, betas: tuple[float, ...], tell: Progress) -> Take:
+    return replace(rest_drape(setup.garment, shaped(setup, betas), setup.settings), made_with=build_info())
 
 
 def produce_rests(
@@ -118,5 +118,5 @@ def produce_rests(
         return found
 
     with workers(jobs, scheduler) as those:
-        dataset = begun(folder, garment)
+        dataset = start_dataset(folder, garment)
         return run_jobs((rest(dataset, betas) for betas in asked), those)

@@ -14,7 +14,7 @@ from hemline.motions.motion import Pose
 from hemline.motions.pose_clusters import cluster_poses
 from hemline.sim.settings import SimSettings
 
-from .anchors import STAND_INS, Posed, produce_posed
+from .anchors import MAX_STAND_INS, PosedTakes, produce_posed
 from .jobs import Report
 
 
@@ -29,7 +29,7 @@ def produce_in_poses_of(
     scheduler: str | None = None,
     settings: SimSettings | None = None,
     report: Report | None = None,
-) -> list[Posed | None]:
+) -> list[PosedTakes | None]:
     """Settle a garment in poses in which another dataset has it on the mean shape, into a dataset of its own.
 
     The poses are those in the middle of as many clusters; what is there already is kept.
@@ -68,7 +68,7 @@ def produce_in_poses_of(
         cure = f"ask for 1 to {len(poses)} of them (--poses)"
         raise BadInput(f"{other.folder} has {len(poses)} poses on the mean shape", count, cure)
     clusters = cluster_poses(np.array([pose.rotations for pose in poses], np.float64), weights, count, seed=seed)
-    candidates = [[poses[index] for index in members[:STAND_INS]] for members in clusters.members]
+    candidates = [[poses[index] for index in members[:MAX_STAND_INS]] for members in clusters.members]
     return produce_posed(folder, garment, candidates, settings=settings, jobs=jobs, scheduler=scheduler, report=report)
 
 

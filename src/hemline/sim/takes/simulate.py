@@ -24,7 +24,7 @@ from hemline.sim.step.frame_end import FrameEnd, remembered
 from hemline.sim.step.state import ClothState
 
 from .end_state import EndState, check_end_state
-from .made_with import made_with
+from .build_info import build_info
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -146,7 +146,7 @@ def simulate(
             "settings": asdict(settings),
             "simulator": SIMULATOR,
         },
-        made_with=made_with(),
+        made_with=build_info(),
         end_state=_end_state(state, before) | end.memory(),
     )
 
@@ -211,7 +211,7 @@ def _joined(first: Motion, second: Motion) -> Motion:
 def _check_resume(resume: EndState, garment: Garment, shaped: "ShapedBody", end: FrameEnd) -> None:
     """Refuse what no simulation of this garment on this body goes on from."""
     _check_count("resume", resume.get("positions", np.zeros(0)), garment)
-    faces = len(end.projector.worn.patches.faces)
+    faces = len(end.projector.on_body.patches.faces)
     check_end_state(resume, len(garment.vertices), shaped.body, faces, owner="'resume'")
 
 

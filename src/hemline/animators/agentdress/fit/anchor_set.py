@@ -57,7 +57,7 @@ class AnchorSet:
     other_offsets: Float[np.ndarray, "others verts 3"]
     sensitivity: tuple[Float[np.ndarray, "verts joints 3"], Float[np.ndarray, "verts joints 3"]]
     binding: Binding
-    together: Int[np.ndarray, " poses"]
+    groups: Int[np.ndarray, " poses"]
 
     @classmethod
     def of(cls, dataset: Dataset, config: AgentDressConfig | None = None) -> "AnchorSet":
@@ -86,8 +86,8 @@ class AnchorSet:
         betas = _pad_rows(shapes)
         settled = [SettledGarments.of(body.shaped(shape), [dataset.take(found[shape]) for found in whole]) for shape in shapes]
         single = SettledGarments.of(body.shaped(), [dataset.take(found[shapes[0]]) for found in fewer])
-        carried = np.array([each.carried(binding) for each in settled])
-        fitted = ShapeModel.fitted(carried, betas, components=options.shape_components, ridge=options.shape_ridge)
+        carried = np.array([each.fit_rest(binding) for each in settled])
+        fitted = ShapeModel.fit(carried, betas, components=options.shape_components, ridge=options.shape_ridge)
         rest = extend_to_all_betas(fitted, body, binding.nearest, dataset.garment.faces)
         others = [
             (pose, shape, name)
@@ -130,7 +130,7 @@ class AnchorSet:
         added = (worn[order] - mean[poses[order]]).reshape(len(order), -1)
         return poses[order], betas[order], added.astype(np.float64)
 
-    def only(self, anchors: Int[np.ndarray, " some"], singles: Int[np.ndarray, " some_singles"]) -> "AnchorSet":
+    def subset(self, anchors: Int[np.ndarray, " some"], singles: Int[np.ndarray, " some_singles"]) -> "AnchorSet":
         """Some of the anchors, and some of the poses beside them: what fewer would tell."""
         kept = np.concatenate([anchors, len(self.rotations) + singles]).astype(int)
         now = np.full(len(self.rotations) + len(self.single_rotations), -1)
@@ -146,7 +146,7 @@ class AnchorSet:
             other_poses=now[self.other_poses[others]],
             other_betas=self.other_betas[others],
             other_offsets=self.other_offsets[others],
-            together=self.together[kept],
+            together=self.groups[kept],
         )
 
 

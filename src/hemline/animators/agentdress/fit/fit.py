@@ -94,7 +94,7 @@ def fit(
     others = MaterialChanges.of(dataset.garment, anchors, materials) if materials else None
     model = fit_anchors(dataset.garment, anchors, config, materials=others, progress=tell)
     if rows:
-        model = with_rigging(RiggedAnchors.fitted(dataset, rows, model, anchors, tell))
+        model = with_rigging(RiggedAnchors.search(dataset, rows, model, anchors, tell))
     figures = dict(model.figures) | fit_quality(dataset, anchors)
     warn_of_poor_fit(dataset.garment.name, figures, config)
     return replace(model, figures=figures, licences=_licences((dataset, *materials)))
@@ -166,23 +166,23 @@ def fit_anchors(
         offset=pose.mean.reshape(-1, 3).astype(np.float32),
         basis=pack_basis(np.concatenate([pose.basis, shapes.basis]), deviations, extra=SECOND_COLUMNS),
         pose_weights=pose.fit.weights.astype(np.float32),
-        shapes=shapes.samples.halved(),
+        shapes=shapes.samples.in_half_precision(),
         clearances=_clearances(anchors, shaped, config.clearance),
     )
     of_shapes = shape_figures(anchors, config)
     figures = (
         {
             "anchors": float(len(anchors.rotations)),
-            "poses": float(len(anchors.together)),
-            "mirrored_poses": float(len(pose.rotations) - len(anchors.together)),
+            "poses": float(len(anchors.groups)),
+            "mirrored_poses": float(len(pose.rotations) - len(anchors.groups)),
             "shapes": float(len(anchors.betas)),
             "kernel_width": pose.fit.width,
             "kernel_ridge": pose.fit.ridge,
-            "pose_left_out_mm": pose.left_out_mm,
+            "pose_left_out_mm": pose.leave_one_out_mm,
             "pose_left_out_skinned_mm": _mean_baseline_mm(pose.offsets),
             "pose_basis_mm": _residual_mm(pose.offsets - pose.mean, pose.basis),
             # for a pose and a shape that are both new
-            "error_to_expect_mm": pose.left_out_mm + of_shapes["shape_left_out_mm"],
+            "error_to_expect_mm": pose.leave_one_out_mm + of_shapes["shape_left_out_mm"],
         }
         | of_shapes
         | dict(shapes.figures)
@@ -198,7 +198,7 @@ def fit_anchors(
         figures=figures,
         licences=(body.licence,) if body.licence else (),
         fitted_betas=(float(anchors.betas.min()), float(anchors.betas.max())),
-        materials=shapes.materials and shapes.materials.halved(),
+        materials=shapes.materials and shapes.materials.in_half_precision(),
     )
 
 

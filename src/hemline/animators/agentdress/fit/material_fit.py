@@ -35,7 +35,7 @@ class MaterialChanges:
     own: Material
     known: tuple[str, ...]
     poses: Int[np.ndarray, " samples"]
-    where: Float[np.ndarray, "samples 3"]
+    coordinates: Float[np.ndarray, "samples 3"]
     added: Float[np.ndarray, "samples rows"]
 
     @classmethod
@@ -101,13 +101,13 @@ def fit_materials(
         basis: Directions of the garment, one a row.
         regions: Share of each region in each vertex.
     """
-    given = ShapeChanges(changes.poses, changes.where, outputs, together[changes.poses])
+    given = ShapeChanges(changes.poses, changes.coordinates, outputs, together[changes.poses])
     found, missed_mm = best_shape_kernel(distances, given, basis, regions)
     samples = ShapeSamples(
         changes.poses.astype(np.int32),
-        changes.where.astype(np.float32),
+        changes.coordinates.astype(np.float32),
         found.weights.astype(np.float32),
-        np.eye(changes.where.shape[1], dtype=np.float32),
+        np.eye(changes.coordinates.shape[1], dtype=np.float32),
     )
     figures = {
         "materials": float(len(changes.known)),

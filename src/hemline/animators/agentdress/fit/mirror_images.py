@@ -47,7 +47,7 @@ def add_mirror_images(anchors: AnchorSet, image: MirrorImage, *, rest_too: bool)
         other_poses=poses[order],
         other_betas=np.repeat(anchors.other_betas, 2, axis=0)[order],
         other_offsets=_interleave(anchors.other_offsets, _mirror(anchors.other_offsets, image) + aside)[order],
-        together=np.repeat(anchors.together, 2),
+        together=np.repeat(anchors.groups, 2),
     )
 
 
@@ -64,7 +64,7 @@ def add_mirrored_changes(changes: MaterialChanges, image: MirrorImage) -> Materi
     return replace(
         changes,
         poses=poses[order],
-        where=np.repeat(changes.where, 2, axis=0)[order],
+        where=np.repeat(changes.coordinates, 2, axis=0)[order],
         added=_interleave(added, _mirror(added, image))[order].reshape(len(poses), -1),
     )
 

@@ -44,7 +44,7 @@ class PoseModelFit:
     leave_one_out_mm: float
 
     @classmethod
-    def fitted(
+    def search(
         cls,
         given: AnchorSet,
         axes: Float[np.ndarray, "regions axes"],
@@ -68,8 +68,8 @@ class PoseModelFit:
         best: tuple[float, PoseFit] | None = None
         for width in POSE_WIDTHS:
             for ridge in POSE_RIDGES:
-                found = fit_kernel(distances, outputs, given.together, width=width, ridge=ridge)
-                missed = leave_one_out_mm(found.left_out, basis, regions)
+                found = fit_kernel(distances, outputs, given.groups, width=width, ridge=ridge)
+                missed = leave_one_out_mm(found.leave_one_out, basis, regions)
                 if best is None or missed < best[0]:
                     best = missed, found
         assert best is not None
@@ -95,5 +95,5 @@ def best_pose_fit(
     ways = [anchors]
     if image is not None:
         ways = [add_mirror_images(anchors, image, rest_too=way) for way in (False, True)]
-    found = [PoseModelFit.fitted(each, axes, regions, config) for each in ways]
-    return min(found, key=lambda each: each.left_out_mm)
+    found = [PoseModelFit.search(each, axes, regions, config) for each in ways]
+    return min(found, key=lambda each: each.leave_one_out_mm)

@@ -35,7 +35,7 @@ def region_weights(binding: Binding) -> Float[np.ndarray, "verts regions"]:
     of_bone = np.zeros((JOINT_COUNT, len(REGIONS)))
     for region, names in enumerate(REGIONS):
         of_bone[[JOINT_NAMES.index(name) for name in names], region] = 1.0
-    shares = binding.shares() @ of_bone
+    shares = binding.dense_weights() @ of_bone
     shares = shares[:, shares.mean(axis=0) >= LEAST_REGION_FRACTION]
     total = shares.sum(axis=1, keepdims=True)
     return np.where(total > 1e-6, shares / np.maximum(total, 1e-6), 1.0 / shares.shape[1])

@@ -5,7 +5,7 @@ import numpy as np
 from hemline.animators.agentdress.shape_model import ShapeModel
 from hemline.arrays import Faces, Int
 from hemline.bodies.body import Body
-from hemline.garments.clearance import smoothed_field
+from hemline.garments.clearance import smooth_field
 
 
 def extend_to_all_betas(model: ShapeModel, body: Body, nearest: Int[np.ndarray, " verts"], faces: Faces) -> ShapeModel:
@@ -22,7 +22,7 @@ def extend_to_all_betas(model: ShapeModel, body: Body, nearest: Int[np.ndarray, 
     linear[:known] = model.effects[:known]
     for beta in range(known, len(body.shapedirs)):
         moved = body.shapedirs[beta, nearest].astype(np.float64)
-        linear[beta] = smoothed_field(moved, faces, np.ones(len(nearest)), 1.0).ravel()
+        linear[beta] = smooth_field(moved, faces, np.ones(len(nearest)), 1.0).ravel()
     squares = np.zeros_like(linear)
     squares[:known] = model.effects[known:]
     return ShapeModel(model.mean, np.concatenate([linear, squares]), model.explained)

@@ -93,18 +93,18 @@ class RiggedAnchors:
         """
         shaped = bodies.load(model.body_name).shaped()
         poses, worn = zip(*((take.motion[0], take.vertices[0]) for take in map(dataset.take, rows)), strict=True)
-        rigging = Rigging.fitted(
+        rigging = Rigging.fit(
             [shaped.posed(pose) for pose in poses],
             np.array(worn, np.float64),
             (derivatives_by_joint(dataset.take(row)) for row in rows),
-            anchors.binding.shares(),
+            anchors.binding.dense_weights(),
             stiffness,
         )
         rotations = np.array([pose.rotations for pose in poses], np.float64)
         return cls(model, anchors, shaped, rotations, rigging, stiffness)
 
     @classmethod
-    def fitted(
+    def search(
         cls,
         dataset: Dataset,
         rows: Sequence[Row],
@@ -129,18 +129,18 @@ class RiggedAnchors:
         """
         anchors = self.anchors
         beside = list(zip(anchors.single_rotations[::VALIDATION_STEP], anchors.single_offsets[::VALIDATION_STEP], strict=True))
-        missed = [self._missed_mm(*each) for each in beside] or self._left_out_mm()
+        missed = [self._error_mm(*each) for each in beside] or self._leave_one_out_mm()
         return float(np.mean(missed))
 
-    def _left_out_mm(self) -> list[float]:
+    def _leave_one_out_mm(self) -> list[float]:
         every, rigging, missed = np.arange(len(self.rotations)), self.rigging, []
         for anchor, rotations in enumerate(self.rotations):
-            there = rigging.transforms[anchor], self.model.tables.rest, rigging.worn[anchor]
-            others = self.only(np.delete(every, anchor))
-            missed.append(others._missed_mm(rotations, self.anchors.binding.offsets(*there)))
+            there = rigging.transforms[anchor], self.model.tables.rest, rigging.vertices[anchor]
+            others = self.subset(np.delete(every, anchor))
+            missed.append(others._error_mm(rotations, self.anchors.binding.offsets(*there)))
         return missed
 
-    def _missed_mm(self, rotations: Float[np.ndarray, "joints 4"], offsets: Float[np.ndarray, "verts 3"]) -> float:
+    def _error_mm(self, rotations: Float[np.ndarray, "joints 4"], offsets: Float[np.ndarray, "verts 3"]) -> float:
         told = self(Pose(rotations, self.shaped.rest_pose.translation))
         return 1e3 * float(np.linalg.norm(told - offsets, axis=1).mean())
 
@@ -150,8 +150,8 @@ class RiggedAnchors:
         worn = self.rigging.at(transforms, anchor_blend(self.model, self.rotations, pose))
         return self.anchors.binding.offsets(transforms, self.model.tables.rest, worn)
 
-    def only(self, some: Int[np.ndarray, " some"]) -> "RiggedAnchors":
+    def subset(self, some: Int[np.ndarray, " some"]) -> "RiggedAnchors":
         """Fewer anchors, at the same stiffness."""
         whole = self.rigging
-        rigging = Rigging(whole.transforms[some], whole.worn[some], whole.weights[some])
+        rigging = Rigging(whole.transforms[some], whole.vertices[some], whole.weights[some])
         return replace(self, rotations=self.rotations[some], rigging=rigging)

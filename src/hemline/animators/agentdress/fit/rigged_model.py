@@ -45,7 +45,7 @@ def with_rigging(rigged: RiggedAnchors) -> AnimatorAgentDress:
             rotations=rotations,
             basis=PackedBasis(digits, scales, basis.modes[shaping] - np.int32(modes)),
             pose_weights=np.zeros((tables.regions.shape[1], len(rotations), 0), np.float32),
-            rigged=RiggedTables.packed(rigged.rigging, poses),
+            rigged=RiggedTables.pack(rigged.rigging, poses),
         ),
         config=replace(model.config, pose_model="sor"),
         figures=figures,

@@ -17,7 +17,7 @@ class SettledGarments:
 
     rotations: Float[np.ndarray, "poses joints 4"]
     transforms: Float[np.ndarray, "poses joints 3 4"]
-    worn: Float[np.ndarray, "poses verts 3"]
+    vertices: Float[np.ndarray, "poses verts 3"]
 
     @classmethod
     def of(cls, shaped: ShapedBody, takes: list[Take]) -> "Settled":
@@ -28,11 +28,11 @@ class SettledGarments:
             np.array([take.vertices[0] for take in takes], np.float64),
         )
 
-    def carried(self, binding: Binding) -> Float[np.ndarray, " rows"]:
+    def fit_rest(self, binding: Binding) -> Float[np.ndarray, " rows"]:
         """The garment in the rest pose of the body that skinning carries nearest to these [m]."""
-        return binding.carried(self.transforms, self.worn).ravel()
+        return binding.fit_rest(self.transforms, self.vertices).ravel()
 
     def offsets(self, binding: Binding, rest: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "poses verts 3"]:
         """How far each garment is from `rest`, carried along, in the turned frames of its binding [m]."""
-        found = [binding.offsets(t, rest, worn) for t, worn in zip(self.transforms, self.worn, strict=True)]
+        found = [binding.offsets(t, rest, worn) for t, worn in zip(self.transforms, self.vertices, strict=True)]
         return np.array(found, np.float32).reshape(-1, *rest.shape)

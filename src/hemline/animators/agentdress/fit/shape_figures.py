@@ -16,13 +16,13 @@ def shape_figures(anchors: AnchorSet, config: AgentDressConfig) -> dict[str, flo
     own, without, still, explained = [], [], [], []
     some = anchors.offsets[:: max(1, len(anchors.offsets) // 12)].reshape(-1, count, rests.shape[1])
     for each in rests + some.astype(np.float64):
-        whole = ShapeModel.fitted(each, betas, **options)
+        whole = ShapeModel.fit(each, betas, **options)
         explained.append(whole.explained)
         own.append(_distance_mm(whole.at(betas), each))
         still.append(_distance_mm(np.repeat(each[:1], count, axis=0), each))
         for shape in range(count):
             kept = np.arange(count) != shape
-            model = ShapeModel.fitted(each[kept], betas[kept], **options)
+            model = ShapeModel.fit(each[kept], betas[kept], **options)
             without.append(_distance_mm(model.at(betas[~kept]), each[~kept]))
     return {
         "shape_explained_share": float(np.mean(explained)),

@@ -64,7 +64,7 @@ def fit_shapes(
 def shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeModel]:
     """What the shape does in each anchor, by the paper's model of one (Eq. 5 and 6)."""
     return [
-        ShapeModel.fitted(
+        ShapeModel.fit(
             each.reshape(len(each), -1).astype(np.float64),
             anchors.betas,
             components=config.shape_components,
@@ -88,7 +88,7 @@ def _by_kernel(
     basis, every = principal_of_rows(rows, config.shape_modes)
     outputs = every[: len(changes)]
     known = pad_betas(betas, len(scale))
-    given = ShapeChanges(poses, known @ scale, outputs, anchors.together[poses])
+    given = ShapeChanges(poses, known @ scale, outputs, anchors.groups[poses])
     found, missed_mm = best_shape_kernel(distances, given, basis, regions)
     samples = ShapeSamples(
         poses.astype(np.int32),
@@ -105,7 +105,7 @@ def _by_kernel(
     told = None
     if materials is not None:
         told, of_materials = fit_materials(
-            materials, every[len(changes) :], distances, anchors.together, basis, regions
+            materials, every[len(changes) :], distances, anchors.groups, basis, regions
         )
         figures |= of_materials
     return ShapeFit(basis, deviations_of(every), samples, found.width, figures, told)

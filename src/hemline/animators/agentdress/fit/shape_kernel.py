@@ -29,9 +29,9 @@ class ShapeChanges:
     """
 
     poses: Int[np.ndarray, " samples"]
-    where: Float[np.ndarray, "samples betas"]
+    coordinates: Float[np.ndarray, "samples betas"]
     outputs: Float[np.ndarray, "samples outputs"]
-    together: Int[np.ndarray, " samples"]
+    groups: Int[np.ndarray, " samples"]
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class ShapeKernelFit:
     width: float
     ridge: float
     weights: Float[np.ndarray, "regions samples outputs"]
-    left_out: Float[np.ndarray, "regions samples outputs"]
+    leave_one_out: Float[np.ndarray, "regions samples outputs"]
 
 
 def best_shape_kernel(
@@ -69,7 +69,7 @@ def best_shape_kernel(
     for width in SHAPE_WIDTHS:
         for ridge in SHAPE_RIDGES:
             found = fit_shape_kernel(distances, changes, width=width, ridge=ridge)
-            missed = leave_one_out_mm(found.left_out, basis, regions)
+            missed = leave_one_out_mm(found.leave_one_out, basis, regions)
             if best is None or missed < best[0]:
                 best = missed, found
     assert best is not None
@@ -94,12 +94,12 @@ def fit_shape_kernel(
     from scipy.linalg import cho_factor, cho_solve
 
     poses, outputs, identity = changes.poses, changes.outputs, np.eye(len(changes.poses))
-    between = kernel_over_shapes(changes.where, changes.where, SHAPE_LENGTH_SCALE)
+    between = kernel_over_shapes(changes.coordinates, changes.coordinates, SHAPE_LENGTH_SCALE)
     weights, left_out = [], []
     for region in range(distances.shape[1]):
         gram = kernel(distances[:, region].astype(np.float64), width)[np.ix_(poses, poses)] * between
         inverse = cho_solve(cho_factor(gram + ridge * identity), identity)
         solved = inverse @ outputs
         weights.append(solved)
-        left_out.append(leave_groups_out(inverse, solved, changes.together))
+        left_out.append(leave_groups_out(inverse, solved, changes.groups))
     return ShapeKernelFit(width, ridge, np.stack(weights), np.stack(left_out))

@@ -43,15 +43,15 @@ class RiggedTables:
     weights: Int[np.ndarray, "rigged verts most_bones"]
 
     @classmethod
-    def packed(cls, rigging: Rigging, poses: Int[np.ndarray, " rigged"]) -> Self:
+    def pack(cls, rigging: Rigging, poses: Int[np.ndarray, " rigged"]) -> Self:
         """Round a rigging: coordinates to some hundredths of a millimetre, weights to parts of 255.
 
         Args:
             rigging: At most 8 bones of each vertex have weight.
             poses: Which pose of the model each anchor is in.
         """
-        middle = (rigging.worn.min(axis=1) + rigging.worn.max(axis=1)) / 2
-        apart = rigging.worn - middle[:, None]
+        middle = (rigging.vertices.min(axis=1) + rigging.vertices.max(axis=1)) / 2
+        apart = rigging.vertices - middle[:, None]
         step = np.float32(np.abs(apart).max() / MOST_STEPS)
         transforms = rigging.transforms.copy()
         transforms[..., 3] -= middle[:, None]

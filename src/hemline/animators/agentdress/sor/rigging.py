@@ -36,11 +36,11 @@ class Rigging:
     """
 
     transforms: Float[np.ndarray, "anchors joints 3 4"]
-    worn: Float[np.ndarray, "anchors verts 3"]
+    vertices: Float[np.ndarray, "anchors verts 3"]
     weights: Float[np.ndarray, "anchors verts joints"]
 
     @classmethod
-    def fitted(
+    def fit(
         cls,
         posed: Sequence[PosedBody],
         worn: Float[np.ndarray, "anchors verts 3"],
@@ -70,9 +70,9 @@ class Rigging:
             transforms: Skin transforms of the pose, on the mean shape.
             blend: What each anchor counts for at each vertex (AgentDress, Eq. 8); rows sum to 1.
         """
-        result = np.zeros_like(self.worn[0])
+        result = np.zeros_like(self.vertices[0])
         for anchor in np.flatnonzero(blend.any(axis=0)):
-            skinned = skin_points(relative_transforms(transforms, self.transforms[anchor]), self.weights[anchor], self.worn[anchor])
+            skinned = skin_points(relative_transforms(transforms, self.transforms[anchor]), self.weights[anchor], self.vertices[anchor])
             result += blend[:, anchor, None] * skinned
         return result
 

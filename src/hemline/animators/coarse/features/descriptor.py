@@ -10,13 +10,13 @@ from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.errors import BadMesh, HemlineWarning
 from hemline.meshes.edges import edges
 
-REACH = 0.6
+AFFINITY_RADIUS = 0.6
 """Distance at which the affinity of two points has fallen to 0.61 [m]."""
-STRETCHED = 10.0
+COMPRESSION = 10.0
 """Eigenvalues are compared, and given to networks, as the inverse hyperbolic sine of so many times them."""
-EQUAL = 1e-5
+SAME_DISTANCE = 1e-5
 """Distances that differ by less are the same [m]."""
-SEARCHES = 400
+MAX_SEARCHES = 400
 """How many vertices of a part are looked at, at most, to find the most eccentric one."""
 
 
@@ -38,7 +38,7 @@ class Descriptor:
         """How many of the eigenvalues are zeros that fill up."""
         return len(self.eigenvalues) - len(self.samples)
 
-    def padded_to(self, size: int) -> Float[np.ndarray, " size"]:
+    def pad_to(self, size: int) -> Float[np.ndarray, " size"]:
         """The eigenvalues with zeros up to a size [1], float32."""
         return np.pad(self.eigenvalues, (0, max(0, size - len(self.eigenvalues))))
 
@@ -70,7 +70,7 @@ class Descriptor:
             with graphs", 1959; Takes, Kosters, "Determining the diameter of small world networks", 2011 (bounds by
             which most vertices need not be searched from). Differs: they begin with a random vertex.
         """
-        samples, between = sampled(vertices, faces, size)
+        samples, between = sample_points(vertices, faces, size)
         if len(samples) < size:
             what, got = f"a spectral descriptor of {size} numbers is filled up with zeros", f"{len(samples)} vertices"
             warnings.warn(HemlineWarning(what, got, "use a finer mesh"), stacklevel=2)
@@ -89,15 +89,15 @@ class Descriptor:
             affinities over all rotations). Differs: eigenvalues are compared, as points of two garments do not
             correspond; compressed, as the first few of 256 would count alone.
         """
-        return float(np.linalg.norm(compressed(self.eigenvalues) - compressed(other.eigenvalues)))
+        return float(np.linalg.norm(compress_eigenvalues(self.eigenvalues) - compress_eigenvalues(other.eigenvalues)))
 
 
-def compressed(eigenvalues: Float[np.ndarray, "... descriptor"]) -> Float[np.ndarray, "... descriptor"]:
+def compress_eigenvalues(eigenvalues: Float[np.ndarray, "... descriptor"]) -> Float[np.ndarray, "... descriptor"]:
     """Eigenvalues as they are compared: differences count by their share where values are large; float64."""
-    return np.arcsinh(STRETCHED * np.asarray(eigenvalues, np.float64))
+    return np.arcsinh(COMPRESSION * np.asarray(eigenvalues, np.float64))
 
 
-def sampled(
+def sample_points(
     vertices: Vertices, faces: Faces, size: int
 ) -> tuple[Int[np.ndarray, " samples"], Float[np.ndarray, "samples samples"]]:
     """Points spread over a garment, and their distances from each other along edges [m]; inf where no way leads.
@@ -112,14 +112,14 @@ def sampled(
     """
     if len(vertices) == 0 or len(faces) == 0:
         raise BadMesh("a spectral descriptor needs a mesh", "no triangles", "check the file")
-    samples, distances = _spread(_edge_lengths(vertices, faces), min(size, len(vertices)))
+    samples, distances = _farthest_points(_edge_lengths(vertices, faces), min(size, len(vertices)))
     between = distances[:, samples]
     return samples, 0.5 * (between + between.T)
 
 
 def affinity(distances: np.ndarray) -> np.ndarray:
-    r"""$e^{-d^2 / 2\sigma^2}$ of distances [m], $\sigma$ = `SHAPE_LENGTH_SCALE`; 0 where no way leads."""
-    return np.exp(-((distances / REACH) ** 2) / 2)
+    r"""$e^{-d^2 / 2\sigma^2}$ of distances [m], $\sigma$ = `SEARCH_RATIO`; 0 where no way leads."""
+    return np.exp(-((distances / AFFINITY_RADIUS) ** 2) / 2)
 
 
 def eigenvectors(
@@ -165,7 +165,7 @@ def _from(lengths: Any, sources: np.ndarray) -> np.ndarray:
     return dijkstra(lengths, indices=sources)
 
 
-def _spread(lengths: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _farthest_points(lengths: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Points, farthest first, and the distances of all vertices from each."""
     firsts = _first_points(lengths)[:count]
     samples = [firsts.pop(0)]
@@ -176,8 +176,8 @@ def _spread(lengths: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
         if firsts:
             chosen = firsts.pop(0)
         else:
-            far = np.flatnonzero(nearest >= nearest.max() - EQUAL)
-            chosen = int(far[np.argmax(np.round(total[far] / EQUAL))])
+            far = np.flatnonzero(nearest >= nearest.max() - SAME_DISTANCE)
+            chosen = int(far[np.argmax(np.round(total[far] / SAME_DISTANCE))])
         samples.append(chosen)
         rows.append(_from(lengths, np.array([chosen]))[0])
         nearest = np.minimum(nearest, rows[-1])
@@ -191,7 +191,7 @@ def _first_points(lengths: Any) -> list[int]:
 
     count, part = connected_components(lengths, directed=False)
     found = [_most_eccentric(lengths, np.flatnonzero(part == i)) for i in range(count)]
-    return [vertex for _, _, vertex in sorted(found, key=lambda each: (-round(each[0] / EQUAL), -each[1]))]
+    return [vertex for _, _, vertex in sorted(found, key=lambda each: (-round(each[0] / SAME_DISTANCE), -each[1]))]
 
 
 def _most_eccentric(lengths: Any, members: np.ndarray) -> tuple[float, float, int]:
@@ -200,14 +200,14 @@ def _most_eccentric(lengths: Any, members: np.ndarray) -> tuple[float, float, in
         return 0.0, 0.0, int(members[0])
     within = lengths[members][:, members]
     upper, best = np.full(len(members), np.inf), (0.0, 0.0, 0)
-    for _ in range(SEARCHES):
+    for _ in range(MAX_SEARCHES):
         chosen = int(np.argmax(upper))
         row = _from(within, np.array([chosen]))[0]
         extent, total = row.max(), row.sum()
         upper = np.minimum(upper, row + extent)
         upper[chosen] = -np.inf
-        if (round(extent / EQUAL), round(total / EQUAL)) > (round(best[0] / EQUAL), round(best[1] / EQUAL)):
+        if (round(extent / SAME_DISTANCE), round(total / SAME_DISTANCE)) > (round(best[0] / SAME_DISTANCE), round(best[1] / SAME_DISTANCE)):
             best = extent, total, chosen
-        if upper.max() < best[0] - EQUAL:
+        if upper.max() < best[0] - SAME_DISTANCE:
             break
     return best[0], best[1], int(members[best[2]])

@@ -8,27 +8,27 @@ from hemline.bodies.dual_quaternion_kernels import dual_quaternions
 from hemline.collide.primitives.primitive_kernels import primitive_distance
 from hemline.compiled import kernel, prange
 
-FAR = 0.3
+BODY_RANGE = 0.3
 """Distance from the body beyond which it is not felt [m]."""
-LONGEST = 0.5
+VECTOR_LIMIT = 0.5
 """Length to which vectors are softly limited [m]."""
-TINY = np.float32(1e-20)
+DENORMAL_LIMIT = np.float32(1e-20)
 """What is smaller is nothing: denormal numbers are slow."""
 
 
 @kernel(inline="always")
-def _put(out, v, column, turn, x, y, z):
+def _write_vector(out, v, column, turn, x, y, z):
     # a vector of the world into the vertex's turned frame, softly no longer than LONGEST
     a, b, c, d = turn[0], -turn[1], -turn[2], -turn[3]
     e0, e1, e2 = 2 * (c * z - d * y), 2 * (d * x - b * z), 2 * (b * y - c * x)
     x, y, z = x + a * e0 + c * e2 - d * e1, y + a * e1 + d * e0 - b * e2, z + a * e2 + b * e1 - c * e0
-    scale = 1 / math.sqrt(1 + (x * x + y * y + z * z) / (LONGEST * LONGEST))
+    scale = 1 / math.sqrt(1 + (x * x + y * y + z * z) / (VECTOR_LIMIT * VECTOR_LIMIT))
     out[v, column], out[v, column + 1], out[v, column + 2] = x * scale, y * scale, z * scale
     return column + 3
 
 
 @kernel(inline="always")
-def _felt(out, v, column, turn, colliders, frames, parts, x, y, z):
+def _write_nearness(out, v, column, turn, colliders, frames, parts, x, y, z):
     # for each part of the body: how near it is (1 on its surface, 0 at FAR), and the direction away from it so long
     best = np.full(parts[1][-1] + 1, np.inf)
     away = np.zeros((len(best), 3))
@@ -41,20 +41,20 @@ def _felt(out, v, column, turn, colliders, frames, parts, x, y, z):
         lz = f[0, 2] * px + f[1, 2] * py + f[2, 2] * pz
         gx, gy, gz = lx - colliders[3][k, 0], ly - colliders[3][k, 1], lz - colliders[3][k, 2]
         part = parts[0][k]
-        reach = min(best[part], FAR) + colliders[3][k, 3]
+        reach = min(best[part], BODY_RANGE) + colliders[3][k, 3]
         if gx * gx + gy * gy + gz * gz > reach * reach:
             continue
         distance, gx, gy, gz = primitive_distance(colliders[0][k], colliders[2], k, lx, ly, lz)
-        if distance < best[part] and distance < FAR:
+        if distance < best[part] and distance < BODY_RANGE:
             best[part] = distance
             away[part, 0] = f[0, 0] * gx + f[0, 1] * gy + f[0, 2] * gz
             away[part, 1] = f[1, 0] * gx + f[1, 1] * gy + f[1, 2] * gz
             away[part, 2] = f[2, 0] * gx + f[2, 1] * gy + f[2, 2] * gz
     for part in range(len(best)):
-        near = max(-1.0, 1 - best[part] / FAR) if best[part] < FAR else 0.0
+        near = max(-1.0, 1 - best[part] / BODY_RANGE) if best[part] < BODY_RANGE else 0.0
         near = min(near, 2.0)
         out[v, column] = near
-        _put(out, v, column + 1, turn, near * away[part, 0], near * away[part, 1], near * away[part, 2])
+        _write_vector(out, v, column + 1, turn, near * away[part, 0], near * away[part, 1], near * away[part, 2])
         column += 4
     return column
 
@@ -85,7 +85,7 @@ def skin_and_turn(rest, joints, weights, transforms, positions_out, turns_out):
 
 @kernel(parallel=True)
 def remember(before, after, dt, lags, swings, memory, memory_out):
-    # in: before, after (verts, 3): the point at the step's ends; lags (lags, 2), swings (swings, 4) of `memory.Step`;
+    # in: before, after (verts, 3): the point at the step's ends; lags (lags, 2), swings (swings, 4) of `memory.FilterStep`;
     #     memory (verts, lags + 2 swings + 1, 3): trails of lags; of each swing its trail and the velocity of its end;
     #     the velocity of the point
     # out: memory after the step
@@ -95,14 +95,14 @@ def remember(before, after, dt, lags, swings, memory, memory_out):
             velocity = (after[v, axis] - before[v, axis]) / dt
             for k in range(count):
                 trail = lags[k, 0] * memory[v, k, axis] - lags[k, 1] * velocity
-                memory_out[v, k, axis] = trail if abs(trail) > TINY else np.float32(0)
+                memory_out[v, k, axis] = trail if abs(trail) > DENORMAL_LIMIT else np.float32(0)
             for k in range(len(swings)):
                 at = count + 2 * k
                 trail, ending = memory[v, at, axis], memory[v, at + 1, axis] - velocity
                 went = swings[k, 0] * trail + swings[k, 1] * ending
-                memory_out[v, at, axis] = went if abs(went) > TINY else np.float32(0)
+                memory_out[v, at, axis] = went if abs(went) > DENORMAL_LIMIT else np.float32(0)
                 went = swings[k, 2] * trail + swings[k, 3] * ending + velocity
-                memory_out[v, at + 1, axis] = went if abs(went) > TINY else np.float32(0)
+                memory_out[v, at + 1, axis] = went if abs(went) > DENORMAL_LIMIT else np.float32(0)
             memory_out[v, last, axis] = velocity
 
 
@@ -124,11 +124,11 @@ def describe(
         for which in range(2):
             memory = trails if which == 0 else carried_trails
             for k in range(lags):
-                column = _put(out, v, column, turn, memory[v, k, 0], memory[v, k, 1], memory[v, k, 2])
+                column = _write_vector(out, v, column, turn, memory[v, k, 0], memory[v, k, 1], memory[v, k, 2])
             for k in range(len(rates)):
                 at, rate = lags + 2 * k, rates[k]
-                column = _put(out, v, column, turn, memory[v, at, 0], memory[v, at, 1], memory[v, at, 2])
-                column = _put(
+                column = _write_vector(out, v, column, turn, memory[v, at, 0], memory[v, at, 1], memory[v, at, 2])
+                column = _write_vector(
                     out,
                     v,
                     column,
@@ -137,18 +137,18 @@ def describe(
                     rate * (memory[v, at + 1, 1] - memory[v, last, 1]),
                     rate * (memory[v, at + 1, 2] - memory[v, last, 2]),
                 )
-        column = _put(out, v, column, turn, carried[v, 0] - x, carried[v, 1] - y, carried[v, 2] - z)
-        column = _put(out, v, column, turn, 0.0, -0.5, 0.0)
+        column = _write_vector(out, v, column, turn, carried[v, 0] - x, carried[v, 1] - y, carried[v, 2] - z)
+        column = _write_vector(out, v, column, turn, 0.0, -0.5, 0.0)
         for which in range(2):
             if which == 0:
-                column = _felt(out, v, column, turn, colliders, frames, parts, x, y, z)
+                column = _write_nearness(out, v, column, turn, colliders, frames, parts, x, y, z)
             else:
-                column = _felt(
+                column = _write_nearness(
                     out, v, column, turn, colliders, frames, parts, carried[v, 0], carried[v, 1], carried[v, 2]
                 )
         for k in range(len(points)):
             at = column
-            column = _put(out, v, column, turn, points[k, 0] - x, points[k, 1] - y, points[k, 2] - z)
+            column = _write_vector(out, v, column, turn, points[k, 0] - x, points[k, 1] - y, points[k, 2] - z)
             for axis in range(3):
                 out[v, at + axis] -= rest_offsets[v, k, axis]
 

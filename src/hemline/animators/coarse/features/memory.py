@@ -24,7 +24,7 @@ SWINGS = ((4.0, 0.3), (7.0, 0.3), (12.0, 0.4))
 
 
 @dataclass(frozen=True)
-class Step:
+class FilterStep:
     """How the filters go on over one time step; float32 arrays for the kernel."""
 
     lags: Float[np.ndarray, "lags 2"]

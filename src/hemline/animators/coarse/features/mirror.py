@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.animators.coarse.proxy_on_body import DYNAMIC, PARTS, POINTS, STATIC, TRAILS
+from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, BODY_PARTS, FEATURE_JOINTS, STATIC_COUNT, TRAIL_COUNT
 from hemline.arrays import Float, Int
 from hemline.motions import JOINT_NAMES
 
@@ -10,7 +10,7 @@ VECTOR = np.array([-1, 1, 1], np.float32)
 """Signs of a vector in a mirrored frame."""
 
 
-def _swapped(names: list[str]) -> Int[np.ndarray, " names"]:
+def _swap_sides(names: list[str]) -> Int[np.ndarray, " names"]:
     other = {"left": "right", "right": "left"}
     mirrored = [" ".join(other.get(part, part) for part in name.replace("_", " ").split()) for name in names]
     plain = [name.replace("_", " ") for name in names]
@@ -19,28 +19,28 @@ def _swapped(names: list[str]) -> Int[np.ndarray, " names"]:
 
 def dynamic_mirror() -> tuple[Int[np.ndarray, " dynamic"], Float[np.ndarray, " dynamic"]]:
     """Which column goes where, and with which sign: mirrored = told[..., order] * signs."""
-    vectors = 2 * TRAILS // 3 + 2
+    vectors = 2 * TRAIL_COUNT // 3 + 2
     order = [*range(3 * vectors)]
     signs = [*np.tile(VECTOR, vectors)]
     for _ in range(2):
         first = len(order)
-        for part in _swapped(list(PARTS)):
+        for part in _swap_sides(list(BODY_PARTS)):
             order += [first + 4 * int(part) + k for k in range(4)]
             signs += [1, *VECTOR]
     first = len(order)
-    for point in _swapped([JOINT_NAMES[joint] for joint in POINTS]):
+    for point in _swap_sides([JOINT_NAMES[joint] for joint in FEATURE_JOINTS]):
         order += [first + 3 * int(point) + k for k in range(3)]
         signs += [*VECTOR]
-    order += range(len(order), DYNAMIC)
+    order += range(len(order), DYNAMIC_COUNT)
     signs += [*VECTOR, 1]
-    assert len(order) == len(signs) == DYNAMIC
+    assert len(order) == len(signs) == DYNAMIC_COUNT
     return np.array(order), np.array(signs, np.float32)
 
 
 def static_mirror() -> tuple[Int[np.ndarray, " static"], Float[np.ndarray, " static"]]:
     """The same for features that do not change."""
     order, signs = [*range(13)], [*VECTOR, 1, *VECTOR, 1, 1, 1, *VECTOR]
-    order += [13 + int(joint) for joint in _swapped(list(JOINT_NAMES))]
+    order += [13 + int(joint) for joint in _swap_sides(list(JOINT_NAMES))]
     signs += [1] * len(JOINT_NAMES)
-    assert len(order) == STATIC
+    assert len(order) == STATIC_COUNT
     return np.array(order), np.array(signs, np.float32)

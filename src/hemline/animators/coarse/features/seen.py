@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from hemline.animators.leaps import Rigid
+from hemline.animators.teleport import RigidTransform
 from hemline.arrays import Float
 from hemline.motions.motion import JOINT_COUNT
 from hemline.motions.quaternions import from_matrix, heading, inverse, multiply, rotate, slerp, to_axis_angle, to_matrix
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
     from hemline.motions.motion import Pose
 
-POSES = 65
+POSE_COUNT = 65
 """Poses that a network is given: the present one and 64 before it."""
 POSE_WIDTH = 3 * JOINT_COUNT + 3
 """Numbers of one pose: axis-angles of all joints, and the pelvis's way since the frame before [m]."""
-TICK = 1 / 30
+POSE_INTERVAL = 1 / 30
 """Time between poses that the network is given [s]."""
 
 
 @dataclass(frozen=True)
-class Times:
+class PoseHistory:
     """Some moments of a body, the last one now."""
 
     seconds: Float[np.ndarray, " times"]
@@ -40,12 +40,12 @@ class Times:
     def followed(self, pose: "Pose", dt: float) -> Self:
         """After a time `dt` [s], in a pose; what lies farther back than the network looks is dropped."""
         seconds = np.append(self.seconds - dt, 0.0)
-        kept = slice(max(0, int(np.searchsorted(seconds, -POSES * TICK, side="right")) - 1), None)
+        kept = slice(max(0, int(np.searchsorted(seconds, -POSE_COUNT * POSE_INTERVAL, side="right")) - 1), None)
         rotations = np.concatenate([self.rotations, pose.rotations[None].astype(np.float64)])
         translations = np.concatenate([self.translations, pose.translation[None].astype(np.float64)])
         return type(self)(seconds[kept], rotations[kept], translations[kept])
 
-    def moved(self, way: Rigid) -> Self:
+    def transform(self, way: RigidTransform) -> Self:
         """Turned and moved as a whole."""
         rotations = self.rotations.copy()
         rotations[:, 0] = multiply(from_matrix(way.turn)[None], rotations[:, 0])
@@ -57,11 +57,11 @@ class Times:
 
         Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Sections III-C and IV (m = 64). Differs: one heading for all.
         """
-        wanted = TICK * np.arange(-POSES, 1)
+        wanted = POSE_INTERVAL * np.arange(-POSE_COUNT, 1)
         later = np.clip(np.searchsorted(self.seconds, wanted), 1, max(1, len(self.seconds) - 1))
         if len(self.seconds) == 1:
-            rotations = np.repeat(self.rotations, POSES + 1, axis=0)
-            translations = np.repeat(self.translations, POSES + 1, axis=0)
+            rotations = np.repeat(self.rotations, POSE_COUNT + 1, axis=0)
+            translations = np.repeat(self.translations, POSE_COUNT + 1, axis=0)
         else:
             span = self.seconds[later] - self.seconds[later - 1]
             share = np.clip((wanted - self.seconds[later - 1]) / span, 0, 1)
@@ -70,14 +70,14 @@ class Times:
             translations = one + share[:, None] * (other - one)
         back = inverse(heading(rotations[-1, 0]))
         rotations[:, 0] = multiply(back[None], rotations[:, 0])
-        found = np.empty((POSES, POSE_WIDTH), np.float32)
-        found[:, : 3 * JOINT_COUNT] = to_axis_angle(rotations[1:]).reshape(POSES, -1)
+        found = np.empty((POSE_COUNT, POSE_WIDTH), np.float32)
+        found[:, : 3 * JOINT_COUNT] = to_axis_angle(rotations[1:]).reshape(POSE_COUNT, -1)
         found[:, 3 * JOINT_COUNT :] = rotate(back[None], np.diff(translations, axis=0))
         return found
 
 
 @dataclass(frozen=True)
-class Seen:
+class PelvisFrame:
     """A posed body as the network sees it: the pelvis is the origin, its heading is taken out."""
 
     turn: Float[np.ndarray, "3 3"]
@@ -94,11 +94,11 @@ class Seen:
         """Points of the world, seen [m], float32."""
         return ((points - self.origin) @ self.turn).astype(np.float32)
 
-    def out(self, points: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
+    def to_world(self, points: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
         """Points that are seen, in the world [m], float32."""
         return (points @ self.turn.T + self.origin).astype(np.float32)
 
-    def turns(self, turns: Float[np.ndarray, "verts 4"]) -> Float[np.ndarray, "verts 4"]:
+    def local_turns(self, turns: Float[np.ndarray, "verts 4"]) -> Float[np.ndarray, "verts 4"]:
         """Turns into the world, wxyz, seen; float32."""
         return multiply(inverse(from_matrix(self.turn)), turns.astype(np.float64)).astype(np.float32)
 
@@ -109,7 +109,7 @@ class Seen:
         return np.ascontiguousarray(found, np.float32)
 
 
-def body_inputs(shaped: "ShapedBody", posed: "PosedBody", seen: Seen) -> Float[np.ndarray, " body"]:
+def body_inputs(shaped: "ShapedBody", posed: "PosedBody", seen: PelvisFrame) -> Float[np.ndarray, " body"]:
     """Betas and axis-angles of the present pose, the root's without its heading, float32."""
     rotations = posed.pose.rotations.astype(np.float64)
     rotations[0] = multiply(inverse(from_matrix(seen.turn)), rotations[0])

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 
 INFLUENCES = 8
 """Joints of a vertex, at most."""
-BREADTH = 0.5
+BLUR_FRACTION = 0.5
 """How far beyond the nearest skin it is looked, as a share of the distance to it."""
-LEAST = 0.01
+MIN_BLUR = 0.01
 """The same for cloth on the skin [m]."""
 
 
@@ -52,7 +52,7 @@ def soft_weights(rest: Vertices, shaped: "ShapedBody") -> SoftWeights:
         part = rest[first : first + 256]
         squared = ((part[:, None] - points[None]) ** 2).sum(axis=2)
         nearest = squared.min(axis=1, keepdims=True)
-        breadth = np.maximum(LEAST, BREADTH * np.sqrt(nearest))
+        breadth = np.maximum(MIN_BLUR, BLUR_FRACTION * np.sqrt(nearest))
         dense[first : first + 256] = np.exp((nearest - squared) / (2 * breadth**2)) @ skin
     joints = np.argsort(-dense, axis=1, kind="stable")[:, :INFLUENCES].astype(np.int32)
     weights = np.take_along_axis(dense, joints, axis=1)

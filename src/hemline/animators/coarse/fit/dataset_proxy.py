@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from hemline import bodies
-from hemline.animators.coarse.beginning import beginner
+from hemline.animators.coarse.beginning import opening_simulator
 from hemline.animators.coarse.proxy_on_body import ProxyOnBody
 from hemline.animators.simulated_proxy import SimulatedProxy
 from hemline.arrays import Int
@@ -20,16 +20,16 @@ class DatasetProxy:
     """The garment of a dataset on a body, as its proxy."""
 
     proxy: ProxyOnBody
-    kept: Int[np.ndarray, " coarse"]
+    vertex_ids: Int[np.ndarray, " coarse"]
     """Which vertex of the dataset's garment each of its vertices is."""
 
     @cached_property
-    def simulated(self) -> SimulatedProxy:
+    def simulator(self) -> SimulatedProxy:
         """What simulates it at the beginning of a take."""
-        return beginner(self.proxy)
+        return opening_simulator(self.proxy)
 
 
-def worn_in(dataset: Dataset, betas: Sequence[float], size: ProxySize) -> DatasetProxy:
+def proxy_of_dataset(dataset: Dataset, betas: Sequence[float], size: ProxySize) -> DatasetProxy:
     """The garment of a dataset on a body, settled.
 
     Args:

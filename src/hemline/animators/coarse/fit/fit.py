@@ -11,7 +11,7 @@ from hemline.animators.checkpoints import checkpoint_folder
 from hemline.animators.coarse.config import CoarseConfig
 from hemline.animators.coarse.network import Network
 from hemline.animators.coarse.relatives import Relatives
-from hemline.animators.coarse.weights import ReadsNetworks, Weights
+from hemline.animators.coarse.weights import NetworkReader, Weights
 from hemline.animators.model_file import load
 from hemline.animators.terms import garment_terms
 from hemline.datasets.collection import Collection, Entry
@@ -21,16 +21,16 @@ from hemline.files import content_hash
 from hemline.garments.proxy.proxy import proxy_of
 from hemline.motions.terms import as_stated
 
-from .sided_frames import SIDES, SidedFrames, id_of
-from .walk import Walk
+from .split_frames import HELD_OUT, SplitFrames, take_id
+from .walk import TakeWalk
 
 
-class LearnsNetworks(ReadsNetworks, Protocol):
+class NetworkTrainer(NetworkReader, Protocol):
     """A kind of animator whose network is learned."""
 
     def learned(
         self,
-        frames: SidedFrames,
+        frames: SplitFrames,
         config: Any,
         *,
         start: Any,
@@ -44,7 +44,7 @@ class LearnsNetworks(ReadsNetworks, Protocol):
 
 
 def fit(
-    kind: LearnsNetworks,
+    kind: NetworkTrainer,
     data: Collection,
     config: Any,
     *,
@@ -70,15 +70,15 @@ def fit(
         BadModel: The training diverged.
     """
     tell = progress or (lambda *_: None)
-    start = _start(kind.name, config.start) if config.start else None
-    config = config if start is None else replace(start.config, **_how(config))
-    sides = divided(data, config.held_out, garments=start is None)
-    if not sides["train"] or not any(sides[name] for name in SIDES):
+    start = _starting_weights(kind.name, config.start) if config.start else None
+    config = config if start is None else replace(start.config, **_training_options(config))
+    sides = split_takes(data, config.held_out, garments=start is None)
+    if not sides["train"] or not any(sides[name] for name in HELD_OUT):
         raise BadDataset(f"{kind.name} needs takes to learn from and takes to choose by", "none", "simulate more clips")
     mark = content_hash(asdict(config) | {"seed": seed, "takes": [each.row.name for each in sides["train"]]})
     with checkpoint_folder(checkpoints) as folder:
-        walk = Walk(config.size, config.stride)
-        frames = SidedFrames.of(
+        walk = TakeWalk(config.size, config.stride)
+        frames = SplitFrames.of(
             data, sides, walk, folder / "frames", jobs=config.jobs, tell=lambda *done: tell("read", *done)
         )
         before = None if start is None else start.network
@@ -93,12 +93,12 @@ def fit(
     return Weights(kind, config, network, known, figures, licences_of(data)).rounded()
 
 
-def _how(config: CoarseConfig) -> dict[str, Any]:
+def _training_options(config: CoarseConfig) -> dict[str, Any]:
     """Options of how it is learned; the others are those of the weights that are gone on from."""
     return {each.name: getattr(config, each.name) for each in fields(config) if each.name not in config.SIZES}
 
 
-def _start(kind: str, name: str) -> Weights:
+def _starting_weights(kind: str, name: str) -> Weights:
     """The weights of a model to go on from."""
     model = load(name)
     weights = getattr(model, "weights", None)
@@ -116,7 +116,7 @@ def licences_of(data: Collection) -> list[str]:
     return list(as_stated(sorted(found)))
 
 
-def divided(data: Collection, held_out: float, *, garments: bool = True) -> dict[str, list[Entry]]:
+def split_takes(data: Collection, held_out: float, *, garments: bool = True) -> dict[str, list[Entry]]:
     """Takes to learn from, and those of new subjects, of new garments, and of both.
 
     Args:
@@ -125,13 +125,13 @@ def divided(data: Collection, held_out: float, *, garments: bool = True) -> dict
         garments: Whether garments are held out, too.
     """
     shares = (1 - held_out, held_out, 0.0)
-    clips = {id_of(entry) for entry in data.split("train", by="subject", fractions=shares)}
+    clips = {take_id(entry) for entry in data.split("train", by="subject", fractions=shares)}
     known = {
-        id_of(entry) for entry in (data.split("train", by="garment", fractions=shares) if garments else data.clips())
+        take_id(entry) for entry in (data.split("train", by="garment", fractions=shares) if garments else data.clips())
     }
-    found: dict[str, list[Entry]] = {name: [] for name in ("train", *SIDES)}
+    found: dict[str, list[Entry]] = {name: [] for name in ("train", *HELD_OUT)}
     for entry in data.clips():
-        clip, garment = id_of(entry) in clips, id_of(entry) in known
+        clip, garment = take_id(entry) in clips, take_id(entry) in known
         name = "train" if clip and garment else "new_clip" if garment else "new_garment" if clip else "both_new"
         found[name].append(entry)
     return found

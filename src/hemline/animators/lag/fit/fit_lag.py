@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.animators.coarse.fit.sided_frames import SIDES, SidedFrames
-from hemline.animators.coarse.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.coarse.fit.split_frames import HELD_OUT, SplitFrames
+from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT
 from hemline.animators.lag.config import LagConfig
 from hemline.animators.lag.lag_network import LagNetwork
 
@@ -14,7 +14,7 @@ from .lag_samples import GarmentSamples, garment_samples
 
 
 def fit_lag(
-    frames: SidedFrames,
+    frames: SplitFrames,
     config: LagConfig,
     *,
     start: LagNetwork | None,
@@ -44,11 +44,11 @@ def fit_lag(
 
     from .lag_training import LagObjective, TorchLagNet
 
-    samples = {name: garment_samples(frames, name) for name in ("train", *SIDES)}
-    train, valid = samples["train"], [each for name in SIDES for each in samples[name]]
+    samples = {name: garment_samples(frames, name) for name in ("train", *HELD_OUT)}
+    train, valid = samples["train"], [each for name in HELD_OUT for each in samples[name]]
     net = TorchLagNet(config.width, *scales(train), seed, config.precision)
     if start is not None:
-        net.go_on_from(start.net)
+        net.load_weights(start.net)
     objective = LagObjective(net, train, valid, config)
     trainer = Trainer(objective, Schedule(config.epochs, config.garments, config.rate, seed, config.threads))
     kept = Checkpoint(checkpoints / "lag.safetensors", mark, 1, seconds=60.0) if checkpoints else None
@@ -57,13 +57,13 @@ def fit_lag(
     for name, each in samples.items():
         if each:
             figures[f"{name}_mm"] = 1e3 * _mean(objective.errors(each), each)
-            figures[f"{name}_skinned_mm"] = 1e3 * _mean([_skinned(one) for one in each], each)
+            figures[f"{name}_skinned_mm"] = 1e3 * _mean([_skinning_error(one) for one in each], each)
     return LagNetwork(net.played()), figures
 
 
 def scales(samples: Sequence[GarmentSamples]) -> tuple[np.ndarray, np.ndarray]:
     """Mean and spread of each feature, float32; of a feature that is always the same the spread is 1."""
-    count, sums = 0, np.zeros(STATIC + DYNAMIC)
+    count, sums = 0, np.zeros(STATIC_COUNT + DYNAMIC_COUNT)
     squares = sums.copy()
     for each in samples:
         told = each.told(np.arange(0, len(each), max(1, len(each) // 20))).astype(np.float64)
@@ -76,7 +76,7 @@ def scales(samples: Sequence[GarmentSamples]) -> tuple[np.ndarray, np.ndarray]:
     return mean.astype(np.float32), np.where(spread < 1e-4, 1, np.maximum(spread, 0.01)).astype(np.float32)
 
 
-def _skinned(samples: GarmentSamples) -> float:
+def _skinning_error(samples: GarmentSamples) -> float:
     return float(np.linalg.norm(samples.apart(), axis=2).mean())
 
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hemline.animators.coarse.fit.sided_frames import SidedFrames
-from hemline.animators.coarse.fit.worn_frames import WornFrames
+from hemline.animators.coarse.fit.split_frames import SplitFrames
+from hemline.animators.coarse.fit.garment_frames import GarmentFrames
 from hemline.arrays import Float, Int
 
 Ends = np.ndarray | slice
@@ -16,7 +16,7 @@ ALL = slice(None)
 class GarmentSamples:
     """Some frames of one garment on one body; their arrays may be mapped from a file."""
 
-    worn: WornFrames
+    worn: GarmentFrames
     rows: Int[np.ndarray, " frames"]
     """Which of its frames."""
 
@@ -40,6 +40,6 @@ class GarmentSamples:
         return array[self.rows[frames]][:, verts].astype(np.float32)
 
 
-def garment_samples(frames: SidedFrames, side: str) -> list[GarmentSamples]:
+def garment_samples(frames: SplitFrames, side: str) -> list[GarmentSamples]:
     """The frames of one side, garment by garment and body by body."""
     return [GarmentSamples(*each) for each in frames.part(side)]

@@ -8,12 +8,12 @@ import torch
 from torch import nn
 
 from hemline.animators.coarse.features.mirror import VECTOR, dynamic_mirror, static_mirror
-from hemline.animators.coarse.proxy_on_body import BEGUN, DYNAMIC, STATIC, Cells
+from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, DYNAMIC_COUNT, STATIC_COUNT, Cells
 from hemline.animators.lag.lag_net import LagNet, layer_sizes
 
 from .lag_samples import ALL, Ends, GarmentSamples
 
-VALIDATED = 4
+VALIDATION_STRIDE = 4
 """Every so many samples of a garment are looked at after an epoch."""
 
 
@@ -26,7 +26,7 @@ class TorchLagNet(nn.Module):
         generator = torch.Generator().manual_seed(seed)
         self.weights = nn.ParameterDict()
         self.biases = nn.ParameterDict()
-        for name, (rows, columns) in layer_sizes(STATIC + DYNAMIC, width).items():
+        for name, (rows, columns) in layer_sizes(STATIC_COUNT + DYNAMIC_COUNT, width).items():
             scale = 0.0 if name == "fourth" else (2 / rows) ** 0.5
             self.weights[name] = nn.Parameter(scale * torch.randn(rows, columns, generator=generator))
             self.biases[name] = nn.Parameter(torch.zeros(columns))
@@ -47,7 +47,7 @@ class TorchLagNet(nn.Module):
         products = inputs.to(self.precision) @ self.weights[name].to(self.precision)
         return torch.relu(products + self.biases[name].to(self.precision))
 
-    def go_on_from(self, net: LagNet) -> None:
+    def load_weights(self, net: LagNet) -> None:
         """Begin with the weights of one that plays."""
         with torch.no_grad():
             for name, weight in self.weights.items():
@@ -67,7 +67,7 @@ class TorchLagNet(nn.Module):
 
 @dataclass(frozen=True)
 class TorchCells:
-    """`Cells` for torch."""
+    """`LimbGrid` for torch."""
 
     count: int
     cell: torch.Tensor
@@ -106,7 +106,7 @@ class LagObjective:
 
     def __init__(self, net: TorchLagNet, train: Sequence[GarmentSamples], valid: Sequence[GarmentSamples], config):
         self.net, self.config = net, config
-        self.train, self.valid = [_Ready(each) for each in train], [_Ready(each) for each in valid]
+        self.train, self.valid = [_TorchSamples(each) for each in train], [_TorchSamples(each) for each in valid]
         self._dynamic, self._static = dynamic_mirror(), static_mirror()
         chunks = [
             (number, first)
@@ -140,16 +140,16 @@ class LagObjective:
         mirrored = config.mirrored and random.random() < 0.5
         count = min(config.vertices // 2, len(ready.edges))
         edges = ready.edges[random.choice(len(ready.edges), count, replace=False)]
-        return _Drawn(garment, frames, edges, mirrored, random.random() < config.unknown)
+        return _FrameDraw(garment, frames, edges, mirrored, random.random() < config.unknown)
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
         """Mean distance of vertices in some of the frames, each garment alike."""
-        return torch.stack([self._error(each, VALIDATED) for each in self.valid]).mean()
+        return torch.stack([self._error(each, VALIDATION_STRIDE) for each in self.valid]).mean()
 
     def errors(self, all_samples: Sequence[GarmentSamples]) -> list[float]:
         """Mean distance of vertices of each [m]."""
         with torch.no_grad():
-            return [float(self._error(_Ready(each))) for each in all_samples]
+            return [float(self._error(_TorchSamples(each))) for each in all_samples]
 
     def _error(self, ready: "_Ready", every: int = 1) -> torch.Tensor:
         shown = np.arange(0, ready.count, every)
@@ -165,7 +165,7 @@ class LagObjective:
         count, ends = len(drawn.edges), drawn.edges.T.reshape(-1)
         static, told, apart = ready.static[ends], ready.told(frames, ends), ready.apart(frames, ends)
         if drawn.unknown:
-            told[..., -BEGUN:] = 0
+            told[..., -BEGINNING_COUNT:] = 0
         if mirrored:
             order, signs = self._static
             static = static[:, order] * torch.from_numpy(signs)
@@ -175,7 +175,7 @@ class LagObjective:
         missed = self.net(static, told, ready.cells.at(ends)) - apart
         loss = _length(missed).mean()
         if self.config.edge_weight:
-            turned = _turned(ready.turns(frames, ends, mirrored), missed)
+            turned = _rotate(ready.turns(frames, ends, mirrored), missed)
             loss = loss + self.config.edge_weight * _length(turned[:, :count] - turned[:, count:]).mean()
         return loss
 
@@ -184,7 +184,7 @@ def _length(vectors: torch.Tensor) -> torch.Tensor:
     return (vectors.square().sum(dim=-1) + 1e-8).sqrt()
 
 
-def _turned(turns: torch.Tensor, vectors: torch.Tensor) -> torch.Tensor:
+def _rotate(turns: torch.Tensor, vectors: torch.Tensor) -> torch.Tensor:
     """Vectors turned by unit quaternions."""
     scalar, axis = turns[..., :1], turns[..., 1:]
     cross = 2 * torch.linalg.cross(axis, vectors)
@@ -192,7 +192,7 @@ def _turned(turns: torch.Tensor, vectors: torch.Tensor) -> torch.Tensor:
 
 
 @dataclass(frozen=True)
-class _Drawn:
+class _FrameDraw:
     """A part of a batch."""
 
     garment: int
@@ -204,7 +204,7 @@ class _Drawn:
     """Whether it is hidden how the garment lay at the beginning."""
 
 
-class _Ready:
+class _TorchSamples:
     """Samples of a garment as torch asks for them."""
 
     def __init__(self, samples: GarmentSamples):

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hemline.animators.leaps import Rigid
+from hemline.animators.teleport import RigidTransform
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.rope_frame_kernels import carry_nodes
 from hemline.animators.ropes.mechanics.state import RopesState
@@ -47,10 +47,10 @@ class BonesState:
     share: Float[np.ndarray, ""]
     """How far ropes have taken over, 0 to 1."""
 
-    def moved_along(self, way: Rigid) -> "BonesState":
+    def relocate(self, way: RigidTransform) -> "BonesState":
         """The same state turned and shifted as a whole, its past too."""
-        learned = None if self.learned is None else self.learned.moved_along(way)
-        return replace(self, ropes=self.ropes.moved_along(way), learned=learned)
+        learned = None if self.learned is None else self.learned.relocate(way)
+        return replace(self, ropes=self.ropes.relocate(way), learned=learned)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ class BoneSource:
             return BonesState(ropes, None, state.share), self._together(self._corrected(ropes, posed, rest), rest)
         old, shared, frames = state.ropes, state.learned, self.ropes.proxy.posed(posed)
         body = BodyAtRest(self.ropes.key_index, old.pivots)
-        if self.ropes.jumped(shared.bodies[2], frames, old.pivots, dt):
+        if self.ropes.is_teleport(shared.bodies[2], frames, old.pivots, dt):
             shared = shared.carried_along(self.ropes.key_index, frames)
         proxy = self.ropes.proxy
         colliders = Colliders(proxy.kinds, proxy.joints, old.shapes, old.centres, old.pivots)

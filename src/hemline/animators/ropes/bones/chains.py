@@ -10,7 +10,7 @@ import numpy as np
 
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.dynamics import RopeChains
-from hemline.animators.ropes.mechanics.rope_frame_kernels import carry_nodes, kinematic_motion, squared_jump
+from hemline.animators.ropes.mechanics.rope_frame_kernels import carry_nodes, kinematic_motion, squared_displacement
 from hemline.animators.ropes.mechanics.state import RopesState
 from hemline.arrays import Float, Int, Joints, Nodes, Transforms
 from hemline.collide.primitives.proxy import BodyProxy, Colliders
@@ -170,7 +170,7 @@ class Ropes:
             cure = "take several steps, or play it with a Player, which takes any time"
             raise BadInput(f"a step of ropes takes from {SHORTEST:g} to {LONGEST:g} s", f"dt = {dt}", cure)
         dt, frames = float(dt), self.proxy.posed(posed)
-        if self.jumped(state.frames, frames, state.pivots, dt):
+        if self.is_teleport(state.frames, frames, state.pivots, dt):
             state = self._carried_along(state, frames)
         motion, velocities = self.driven(state, frames, dt), state.velocities
         if float(state.last_dt) == 0.0:
@@ -224,7 +224,7 @@ class Ropes:
         )
         return motion
 
-    def jumped(self, old: Transforms, new: Transforms, pivots: Joints, dt: float) -> bool:
+    def is_teleport(self, old: Transforms, new: Transforms, pivots: Joints, dt: float) -> bool:
         """Whether the key joint came farther between two poses than a body moves: the garment is then carried along.
 
         Args:
@@ -233,7 +233,7 @@ class Ropes:
             pivots: The body's joints at rest [m].
             dt: Time between them [s].
         """
-        return math.sqrt(squared_jump(old, new, self.key_index, pivots)) > max(
+        return math.sqrt(squared_displacement(old, new, self.key_index, pivots)) > max(
             self.constants.teleport, _TELEPORT_SPEED * dt
         )
 

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from hemline.animators.leaps import Rigid
+from hemline.animators.teleport import RigidTransform
 from hemline.arrays import Float, Nodes, Transforms
 from hemline.collide.primitives.proxy import Colliders
 from hemline.errors import BadModel
@@ -42,7 +42,7 @@ class LearnedBonesState:
         """The same state in arrays of its own."""
         return replace(self, **{field.name: getattr(self, field.name).copy() for field in fields(self)})
 
-    def moved_along(self, way: Rigid) -> "LearnedBonesState":
+    def relocate(self, way: RigidTransform) -> "LearnedBonesState":
         """The same state turned and shifted as a whole, its past too."""
         return replace(self, positions=way.points(self.positions), bodies=way.frames(self.bodies))
 

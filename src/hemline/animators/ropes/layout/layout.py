@@ -12,9 +12,9 @@ import numpy as np
 
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.animators.ropes.bones.embedding import Carriage, Embedding
-from hemline.animators.ropes.mechanics.balance import balanced
+from hemline.animators.ropes.mechanics.balance import drape_balance
 from hemline.animators.ropes.mechanics.constants import RopeConstants
-from hemline.animators.ropes.mechanics.dynamics import RopeChains, ropes_of
+from hemline.animators.ropes.mechanics.dynamics import RopeChains, spans_and_directions
 from hemline.arrays import Float, FramesOfVertices, Int, Nodes, Vertices
 from hemline.collide.primitives.proxy import BodyProxy
 from hemline.errors import BadGarment
@@ -102,7 +102,7 @@ def _bound(
 ) -> Ropes:
     rest = plan.embedding.embedded(vertices)
     _check_downward(garment, plan.offsets, rest)
-    spans, directions = ropes_of(rest, plan.offsets)
+    spans, directions = spans_and_directions(rest, plan.offsets)
     taut = spans >= _TAUT * plan.lengths
     lengths = np.where(taut, spans, plan.lengths * (1 + strain))
     pairs = plan.pairs
@@ -113,7 +113,7 @@ def _bound(
     roots = carriage.weights[len(kinematic) - len(plan.offsets) + 1 :]
     proxy = BodyProxy.fit(shaped)
     clearances, _ = proxy.distances(rest, np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1)))
-    balance, tensions = balanced(plan.offsets, directions, masses, taut)
+    balance, tensions = drape_balance(plan.offsets, directions, masses, taut)
     chains = RopeChains(
         plan.offsets,
         lengths,

@@ -1,4 +1,4 @@
-"""What the ropes lack to hang as the settled drape does: found from the drape, and carried by the body from there."""
+"""The accelerations that ropes need to hang as the settled drape does: computed once, then carried by the body."""
 
 from itertools import pairwise
 
@@ -12,18 +12,18 @@ STANDARD_GRAVITY = 9.81
 Values = Float[np.ndarray, " nodes"]
 
 
-def balanced(
+def drape_balance(
     offsets: Int[np.ndarray, " chains_and_one"], directions: Nodes, masses: Values, taut: np.ndarray
 ) -> tuple[Nodes, Values]:
-    r"""Accelerations that make the drape an equilibrium of the ropes, and the tensions in it.
+    r"""Returns accelerations that make the drape an equilibrium of the ropes, and the tensions in it.
 
-    From tip to root each rope pulls as hard as takes up what the node weighs and what hangs from it, along its own
-    direction $d_i$; what remains is across the rope, and the balance $b_i$ stands in for what held the cloth there,
-    the shoulder under it or the cloth beside it:
+    From tip to root each rope takes up what the node weighs and what hangs from it, along its own direction $d_i$. The
+    remainder is across the rope. The balance $b_i$ replaces whatever held the cloth there, the shoulder under it or the
+    cloth beside it:
 
     $$T_i = \max(0, d_i \cdot l_i), \quad l_i = m_i g + T_{i+1} d_{i+1}, \quad m_i b_i = T_i d_i - l_i$$
 
-    Where a chain hangs straight down it is zero.
+    Where a chain hangs straight down the balance is zero.
 
     Args:
         offsets: First node of each chain, and the number of nodes.
@@ -45,8 +45,8 @@ def balanced(
     return balance, tensions
 
 
-def loads_of(offsets: Int[np.ndarray, " chains_and_one"], masses: Values, tensions: Values) -> Values:
-    """What each node weighs in the drape together with the tension of the rope below it [N]."""
+def node_loads(offsets: Int[np.ndarray, " chains_and_one"], masses: Values, tensions: Values) -> Values:
+    """Returns the weight of each node in the drape plus the tension of the rope below it [N]."""
     below = np.append(tensions[1:], 0.0)
     below[offsets[1:] - 1] = 0.0
     return np.maximum(masses * STANDARD_GRAVITY + below, 1e-12)

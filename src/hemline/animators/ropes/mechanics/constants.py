@@ -1,4 +1,4 @@
-"""The numbers that rope chains run on."""
+"""The constants of rope chains."""
 
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
@@ -8,11 +8,13 @@ import numpy as np
 from hemline.errors import BadModel
 from hemline.options import check_options, not_negative, positive
 
+from .kernel_inputs import ContactSettings, StepSettings
+
 PUSH_OUT = ("gradient", "history", "slide")
-"""Ways out of a collider, in the order of the kernels."""
+"""Methods of pushing a node out of a collider; kernels take the index."""
 
 POSITION_UPDATE = ("turn", "project")
-"""Ways to keep a node on the sphere of its rope, in the order of the kernels."""
+"""Methods of keeping a node on the sphere of its rope; kernels take the index."""
 
 _FORCES = (
     "drag",
@@ -29,7 +31,7 @@ _FORCES = (
     "lateral_damping",
     "root_damping",
 )
-"""Numbers of the force kernels after gravity and wind, in their order."""
+"""Names of the constants that follow gravity and wind in `RopeConstants.numbers`."""
 
 
 @dataclass(frozen=True)
@@ -45,21 +47,21 @@ class RopeConstants:
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Velocity of the air [m/s]."""
     drag: float = not_negative(1.0)
-    """Rate at which a node takes on the air's velocity, whichever way the cloth faces [1/s]."""
+    """Rate at which a node takes on the air's velocity, in whatever direction the cloth faces [1/s]."""
     air_drag: float = not_negative(2.0)
     """Drag of cloth that faces the air: half the air's density times a coefficient, over the cloth's density [1/m]."""
     air_lift: float = not_negative(0.2)
-    """The same for the force along the cloth's normal [1/m]."""
+    """Lift of cloth that faces the air, along the cloth's normal; defined like `air_drag` [1/m]."""
     lateral: float = not_negative(100.0)
     """Springs between neighbouring chains towards the distance at rest: relative acceleration per metre [1/s^2]."""
     lateral_stretch: float = not_negative(1500.0)
-    """The same beyond the longest distance that the cloth between them allows [1/s^2]."""
+    """Stiffness of those springs beyond the longest distance that the cloth between them allows [1/s^2]."""
     shrink: float = not_negative(14.0)
     """Springs that keep a rope from getting shorter than at rest [1/s^2]."""
     parent_damping: float = not_negative(7.0)
     """Rate at which a node takes on the velocity of the node above it [1/s]."""
     root_damping: float = not_negative(300.0)
-    """The same for the node below a root, in addition; e times less with each node from there [1/s]."""
+    """Additional `parent_damping` of the node below a root; it falls by a factor of e with each node from there [1/s]."""
     bend_damping: float = not_negative(100.0)
     """Rate at which a node takes on the mean velocity of the nodes above and below it [1/s]."""
     lateral_damping: float = not_negative(50.0)
@@ -71,35 +73,41 @@ class RopeConstants:
     margin: float = not_negative(0.02)
     """Distance that nodes keep from the body's primitives, unless their own clearance is smaller [m]."""
     substep: float = positive(1 / 60)
-    """Longest substep [s]; short ropes and hard pulls take shorter ones by themselves."""
+    """Longest substep; short ropes and hard pulls lead to shorter ones [s]."""
     substep_limit: int = positive(16)
-    """Most substeps in one step of up to 1/24 s; longer steps get proportionally more [1]."""
+    """Largest number of substeps in a step of up to 1/24 s; longer steps get proportionally more [1]."""
     tension_sweeps: int = not_negative(0)
     """Gauss-Seidel sweeps from tip to root for the tensions; 0 solves directly [1]."""
     impulse_sweeps: int = not_negative(0)
     """Gauss-Seidel sweeps from root to tip for the impulses; 0 solves directly [1]."""
     position_push: Literal["gradient", "history", "slide"] = "slide"
-    """Way out of a collider: its gradient; back along the path; or back to where it entered, then along the surface."""
+    """How a node leaves a collider: along its gradient ("gradient"), back along the path ("history"), or back to where it
+    entered and then along the surface ("slide")."""
     velocity_push: Literal["gradient", "history"] = "gradient"
-    """Direction N of Eq. 14: the gradient, or back along the path."""
+    """Direction N of Eq. 14: the collider's gradient, or back along the path."""
     position_update: Literal["turn", "project"] = "turn"
-    """A node on a taut rope is turned about the node above; or goes straight on and is put back on the sphere."""
+    """How a node on a taut rope moves: turned about the node above, or straight on and then put back on the sphere."""
     teleport: float = positive(1.0)
-    """A jump of the key joint further than this in one step, and faster than 30 m/s, carries the ropes along [m]."""
+    """Teleport distance: a key joint that moves further than this in one step, and faster than 30 m/s, carries the ropes
+    along [m]."""
 
     def __post_init__(self) -> None:
         check_options(self, "rope constant", error=BadModel)
 
     def numbers(self) -> np.ndarray:
-        """The constants in the order of the force kernels."""
+        """Returns the constants of the forces (19,), in the order of `rope_force_kernels`."""
         return np.array([*self.gravity, *self.wind, *(getattr(self, name) for name in _FORCES)])
 
-    def choices(self) -> np.ndarray:
-        """The choices in the order of the step kernel."""
-        ways = PUSH_OUT.index(self.position_push), PUSH_OUT.index(self.velocity_push)
-        ways += (POSITION_UPDATE.index(self.position_update),)
-        return np.array([self.tension_sweeps, self.impulse_sweeps, *ways], np.int32)
+    def step_settings(self) -> StepSettings:
+        """Returns the constants of forces and solvers as kernels take them."""
+        project = POSITION_UPDATE.index(self.position_update) > 0
+        return StepSettings(self.numbers(), self.tension_sweeps, self.impulse_sweeps, project)
+
+    def contact_settings(self) -> ContactSettings:
+        """Returns the constants of the contact as kernels take them."""
+        pushes = (float(PUSH_OUT.index(name)) for name in (self.position_push, self.velocity_push))
+        return ContactSettings(float(self.friction), *pushes)
 
     def as_dict(self) -> dict[str, Any]:
-        """JSON-like values, as files hold them."""
+        """Returns JSON-like values, as model files hold them."""
         return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}

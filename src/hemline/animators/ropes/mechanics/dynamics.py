@@ -43,7 +43,7 @@ import numpy as np
 from hemline.arrays import Float, Int, Nodes
 from hemline.collide.primitives.proxy import Colliders
 
-from .balance import loads_of
+from .balance import node_loads
 from .constants import RopeConstants
 from .rope_step_kernels import advance_chains
 
@@ -93,7 +93,7 @@ class RopeChains:
         """
         counts = [len(chain) for chain in chains]
         offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        spans, directions = ropes_of(np.concatenate(chains).astype(float), offsets)
+        spans, directions = spans_and_directions(np.concatenate(chains).astype(float), offsets)
         weights = np.ones(offsets[-1]) if masses is None else np.concatenate(masses).astype(float)
         roots, free = np.zeros(len(chains), np.int32), np.full(len(weights), np.inf)
         none = np.zeros((0, 2))
@@ -233,7 +233,7 @@ class RopeChains:
     @cached_property
     def rest_loads(self) -> Values:
         """What each node carries where the balance is all that it lacks: its weight and the rope below [N]."""
-        return loads_of(self.offsets, self.masses, self.rest_tensions)
+        return node_loads(self.offsets, self.masses, self.rest_tensions)
 
     @cached_property
     def _numbers(self) -> np.ndarray:
@@ -253,7 +253,7 @@ class RopeChains:
         return np.zeros((int(self.offsets[-1]), 3))
 
 
-def ropes_of(positions: Nodes, offsets: np.ndarray) -> tuple[Values, Nodes]:
+def spans_and_directions(positions: Nodes, offsets: np.ndarray) -> tuple[Values, Nodes]:
     """Distance and direction from the node above each node; 0 and down for roots."""
     spans, directions = np.zeros(len(positions)), np.tile([0.0, -1.0, 0.0], (len(positions), 1))
     inner = np.setdiff1d(np.arange(int(offsets[0]), len(positions)), offsets[:-1])

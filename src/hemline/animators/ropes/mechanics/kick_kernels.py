@@ -4,9 +4,10 @@ import math
 
 from hemline.compiled import kernel
 
+from .kernel_inputs import Chains, Nodes, RopeGeometry, SolverWork, StepSettings
 from .tension_kernels import (
+    apply_tensions,
     impulse_demand,
-    pull,
     rope_directions,
     rope_matrix,
     solve_direct,
@@ -14,123 +15,168 @@ from .tension_kernels import (
     tension_demand,
 )
 
-TENSION_SWEEPS, IMPULSE_SWEEPS = 0, 1
-NEARLY = 0.01
+SLACK_TOLERANCE = 0.01
 """A rope may pull when its span is at least (1 - this) of its length, as much as it must to be taut a step later."""
 SPEED_LIMIT = 200.0
 """No node moves faster relative to its chain's root [m/s]; far above anything that cloth does."""
 
 
 @kernel
-def read_geometry(offsets, lengths, inverse_masses, positions, directions_out, system_out, taut_out):
-    # model: chains   in: positions (nodes, 3)   out: directions_out (nodes, 3), taut_out (nodes,),
-    #     system_out (4, nodes): spans, slack, diagonal and side of the matrix
-    for c in range(offsets.shape[0] - 1):
-        a, b = offsets[c], offsets[c + 1]
+def chain_geometry(ropes: RopeGeometry, first, last):
+    """Returns the rows of one chain, from node first to last - 1, without a copy."""
+    return RopeGeometry(
+        ropes.directions[first:last],
+        ropes.spans[first:last],
+        ropes.slack[first:last],
+        ropes.diagonal[first:last],
+        ropes.beside[first:last],
+        ropes.taut[first:last],
+    )
+
+
+@kernel
+def chain_work(work: SolverWork, count):
+    """Returns the first count places of the working memory, without a copy."""
+    return SolverWork(
+        work.wanted[:count], work.upper[:count], work.values[:count], work.active[:count], work.signless[:count]
+    )
+
+
+@kernel
+def measure_ropes(chains: Chains, first_chain, last_chain, positions, ropes_out: RopeGeometry):
+    """Measures the ropes of some chains and assembles their matrix.
+
+    Reads: chains, from first_chain to last_chain - 1; positions (nodes, 3) [m].
+    Writes: ropes_out, the rows of those chains.
+    """
+    for c in range(first_chain, last_chain):
+        a, b = chains.offsets[c], chains.offsets[c + 1]
+        ropes = chain_geometry(ropes_out, a, b)
         rope_directions(
             positions[a:b],
-            lengths[a:b],
-            NEARLY,
-            directions_out[a:b],
-            system_out[0, a:b],
-            system_out[1, a:b],
-            taut_out[a:b],
+            chains.lengths[a:b],
+            SLACK_TOLERANCE,
+            ropes.directions,
+            ropes.spans,
+            ropes.slack,
+            ropes.taut,
         )
-        rope_matrix(directions_out[a:b], inverse_masses[a:b], system_out[2, a:b], system_out[3, a:b])
+        rope_matrix(ropes.directions, chains.inverse_masses[a:b], ropes.diagonal, ropes.beside)
 
 
 @kernel
 def kick(
-    offsets,
-    inverse_masses,
-    choices,
+    chains: Chains,
+    settings: StepSettings,
+    all_ropes: RopeGeometry,
     h,
+    second_half,
     accelerations,
     root_velocities,
-    second,
-    directions,
-    system,
-    taut,
-    velocities_out,
-    tensions_out,
-    held_out,
-    numbers_work,
-    flags_work,
+    nodes_out: Nodes,
+    pulls_out,
+    all_work: SolverWork,
 ):
-    # model: chains   in: external accelerations (nodes, 3); root_velocities (chains, 3) at the end of this half step;
-    #     second: 1.0 for the half step that ends the step; the geometry
-    # in/out: velocities_out (roots at its beginning), tensions_out (warm)   out: held_out (nodes,) ropes that pull
-    # Steps 1 and 4: Eq. 2 to 5, then the impulses of Eq. 6 to 9.
-    for c in range(offsets.shape[0] - 1):
-        a, b = offsets[c], offsets[c + 1]
+    """Kicks all chains by half a substep: Eq. 2 to 5, then the impulses of Eq. 6 to 9 (steps 1 and 4).
+
+    Reads: chains; settings; all_ropes; h: substep [s]; second_half: whether this half ends the substep; accelerations
+        (nodes, 3): external ones [m/s^2]; root_velocities (chains, 3) at the end of this half [m/s]; nodes_out:
+        velocities (of roots at its beginning) and tensions, from which the solver starts.
+    Writes: nodes_out: velocities, tensions; pulls_out (nodes,): ropes that pull; accelerations of the roots; all_work.
+    """
+    for c in range(chains.offsets.shape[0] - 1):
+        a, b = chains.offsets[c], chains.offsets[c + 1]
         count = b - a
-        wanted, upper, active = numbers_work[0, :count], numbers_work[1, :count], flags_work[0, :count]
-        free, v, tensions = flags_work[1, :count], velocities_out[a:b], tensions_out[a:b]
+        ropes, work, inverse_masses = (
+            chain_geometry(all_ropes, a, b),
+            chain_work(all_work, count),
+            chains.inverse_masses[a:b],
+        )
+        v, tensions = nodes_out.velocities[a:b], nodes_out.tensions[a:b]
         for d in range(3):
             accelerations[a, d] = (root_velocities[c, d] - v[0, d]) * 2.0 / h
         for i in range(count):
-            free[i] = False
+            work.signless[i] = False
         # how fast the ropes turn half a step later depends on the tensions: first without, then with that
         for attempt in range(2):
             tension_demand(
-                directions[a:b],
-                system[0, a:b],
-                system[1, a:b],
-                inverse_masses[a:b],
-                tensions,
-                v,
-                accelerations[a:b],
-                h,
-                0.5 * h * attempt,
-                wanted,
+                ropes, inverse_masses, tensions, v, accelerations[a:b], h, 0.5 * h * attempt, work.wanted
             )
-            if choices[TENSION_SWEEPS] > 0:
+            if settings.tension_sweeps > 0:
                 solve_sweeps(
-                    system[2, a:b], system[3, a:b], wanted, taut[a:b], free, choices[TENSION_SWEEPS], 1.0, tensions
+                    ropes.diagonal,
+                    ropes.beside,
+                    work.wanted,
+                    ropes.taut,
+                    work.signless,
+                    settings.tension_sweeps,
+                    1.0,
+                    tensions,
                 )
             else:
-                solve_direct(system[2, a:b], system[3, a:b], wanted, taut[a:b], free, tensions, active, upper)
+                solve_direct(
+                    ropes.diagonal,
+                    ropes.beside,
+                    work.wanted,
+                    ropes.taut,
+                    work.signless,
+                    tensions,
+                    work.active,
+                    work.upper,
+                )
         for i in range(count):
-            held_out[a + i] = i > 0 and tensions[i] > 0.0
-            free[i] = second > 0.0 and held_out[a + i]
+            pulls_out[a + i] = i > 0 and tensions[i] > 0.0
+            work.signless[i] = second_half and pulls_out[a + i]
             for d in range(3):
                 v[i, d] += 0.5 * h * accelerations[a + i, d]
-        pull(directions[a:b], inverse_masses[a:b], tensions, 0.5 * h, v)
-        apply_impulses(
-            directions[a:b],
-            inverse_masses[a:b],
-            system[1:, a:b],
-            taut[a:b],
-            free,
-            choices,
-            h,
-            v,
-            numbers_work,
-            active,
-        )
+        apply_tensions(ropes.directions, inverse_masses, tensions, 0.5 * h, v)
+        apply_impulses(ropes, inverse_masses, settings, h, v, work)
 
 
 @kernel
 def apply_impulses(
-    directions, inverse_masses, system, taut, held, choices, h, velocities_out, numbers_work, active_work
+    ropes: RopeGeometry, inverse_masses, settings: StepSettings, h, velocities_out, work: SolverWork
 ):
-    # in: one chain, system (3, m + 1): its slack and matrix, substep h
-    # in/out: velocities_out: no rope lengthens beyond its length after it, no held one shortens
-    slack, diagonal, beside = system[0], system[1], system[2]
-    count = diagonal.shape[0]
-    wanted, upper, impulses = numbers_work[0, :count], numbers_work[1, :count], numbers_work[2, :count]
-    impulse_demand(directions, slack, velocities_out, h, wanted)
-    for i in range(impulses.shape[0]):
-        impulses[i] = 0.0
-    if choices[IMPULSE_SWEEPS] > 0:
-        solve_sweeps(diagonal, beside, wanted, taut, held, choices[IMPULSE_SWEEPS], 0.0, impulses)
+    """Changes velocities so that no rope lengthens beyond its length, and none of `work.signless` shortens.
+
+    Reads: ropes of one chain; inverse_masses (m + 1,) [1/kg]; settings; h: substep [s]; work.signless (m + 1,).
+    Writes: velocities_out (m + 1, 3) [m/s]; the rest of work.
+    """
+    impulse_demand(ropes.directions, ropes.slack, velocities_out, h, work.wanted)
+    for i in range(work.values.shape[0]):
+        work.values[i] = 0.0
+    if settings.impulse_sweeps > 0:
+        solve_sweeps(
+            ropes.diagonal,
+            ropes.beside,
+            work.wanted,
+            ropes.taut,
+            work.signless,
+            settings.impulse_sweeps,
+            0.0,
+            work.values,
+        )
     else:
-        solve_direct(diagonal, beside, wanted, taut, held, impulses, active_work, upper)
-    pull(directions, inverse_masses, impulses, 1.0, velocities_out)
+        solve_direct(
+            ropes.diagonal,
+            ropes.beside,
+            work.wanted,
+            ropes.taut,
+            work.signless,
+            work.values,
+            work.active,
+            work.upper,
+        )
+    apply_tensions(ropes.directions, inverse_masses, work.values, 1.0, velocities_out)
 
 
 @kernel
 def limit_speeds(offsets, velocities_out):
+    """Limits the speed of each node relative to its chain's root to `SPEED_LIMIT`.
+
+    Reads: offsets (chains + 1,).
+    Writes: velocities_out (nodes, 3) [m/s].
+    """
     for c in range(offsets.shape[0] - 1):
         r = offsets[c]
         for i in range(r + 1, offsets[c + 1]):
@@ -141,7 +187,7 @@ def limit_speeds(offsets, velocities_out):
             )
             speed = math.sqrt(x * x + y * y + z * z)
             if speed > SPEED_LIMIT:
-                share = SPEED_LIMIT / speed
-                velocities_out[i, 0] = velocities_out[r, 0] + share * x
-                velocities_out[i, 1] = velocities_out[r, 1] + share * y
-                velocities_out[i, 2] = velocities_out[r, 2] + share * z
+                ratio = SPEED_LIMIT / speed
+                velocities_out[i, 0] = velocities_out[r, 0] + ratio * x
+                velocities_out[i, 1] = velocities_out[r, 1] + ratio * y
+                velocities_out[i, 2] = velocities_out[r, 2] + ratio * z

@@ -3,21 +3,28 @@
 import math
 
 from hemline.collide.primitives.primitive_kernels import ROUND_CONE
+from hemline.collide.primitives.proxy import Colliders
 from hemline.compiled import kernel
 
 from .joint_frame_kernels import to_world
 
 START, AXIS, LENGTH, SLOPE, COSINE, RADII = 0, 3, 6, 7, 8, 9
-MIDDLE, SHIFT, TURN, GAP, WAY, PLACED = 11, 14, 17, 18, 19, 20
-"""Rows of the placed primitives, one row a quantity, so that all are measured at once: where a rounded cone's axis
-starts in the world at the end of a substep, unit axis, its length, sine and cosine of the slope of its side, radii at
-both ends (for another primitive: of the ball around it); the axis' middle and its way, the chord of the turn; and what
-`measure` finds."""
+MIDDLE, SHIFT, TURN, GAP, PATH, PLACED = 11, 14, 17, 18, 19, 20
+"""Rows of the placed primitives. Each row holds one quantity, so that all primitives are measured at once.
+
+START, AXIS, LENGTH: where a rounded cone's axis starts in the world at the end of a substep [m], its unit direction, its
+length [m]. SLOPE, COSINE: sine and cosine of the slope of the cone's side. RADII: radii at both ends [m]; another
+primitive is represented by the ball around it. MIDDLE, SHIFT: the middle of the axis and its displacement in the substep
+[m]. TURN: chord of the rotation. GAP, PATH: results of `measure_gaps` [m]. PLACED: number of rows."""
 
 
 @kernel
 def place_cone(shapes, frames, j, k, placed_out):
-    # model: rounded cone k   in: frames   out: column k of placed_out; of a cone that is a ball, an axis of length 0
+    """Places a rounded cone; one that is a ball gets an axis of length 0.
+
+    Reads: shapes (prims, 16); frames (joints, 3, 4); joint j; primitive k.
+    Writes: placed_out (PLACED, prims): column k.
+    """
     x, y, z = to_world(frames, j, shapes[k, 0], shapes[k, 1], shapes[k, 2])
     u, v, w = to_world(frames, j, shapes[k, 3], shapes[k, 4], shapes[k, 5])
     first, second, square = shapes[k, 6], shapes[k, 7], 0.0
@@ -39,6 +46,11 @@ def place_cone(shapes, frames, j, k, placed_out):
 
 @kernel
 def place_ball(x, y, z, radius, k, placed_out):
+    """Places a ball.
+
+    Reads: x, y, z: centre in the world [m]; radius [m]; primitive k.
+    Writes: placed_out (PLACED, prims): column k.
+    """
     placed_out[START, k], placed_out[START + 1, k], placed_out[START + 2, k] = x, y, z
     placed_out[AXIS, k], placed_out[AXIS + 1, k], placed_out[AXIS + 2, k] = 0.0, 0.0, 0.0
     placed_out[LENGTH, k], placed_out[SLOPE, k], placed_out[COSINE, k] = 0.0, 0.0, 1.0
@@ -46,9 +58,13 @@ def place_ball(x, y, z, radius, k, placed_out):
 
 
 @kernel
-def place_primitives(kinds, joints, shapes, centres, frames_from, frames_to, placed_out):
-    # model: primitives, centres (prims, 4) with bounding radius   in: frames at both ends of a substep
-    # in/out: placed_out (PLACED, prims): moved on from the end of the last substep
+def place_primitives(colliders: Colliders, frames_from, frames_to, placed_out):
+    """Moves the placed primitives on from the end of the last substep.
+
+    Reads: colliders; frames_from, frames_to (joints, 3, 4) at both ends of a substep; placed_out of the last substep.
+    Writes: placed_out (PLACED, prims).
+    """
+    kinds, joints, shapes, centres, _ = colliders
     for k in range(kinds.shape[0]):
         j = int(joints[k])
         if kinds[k] == ROUND_CONE:
@@ -67,10 +83,14 @@ def place_primitives(kinds, joints, shapes, centres, frames_from, frames_to, pla
 
 
 @kernel(fastmath={"contract"})
-def measure(placed, sx, sy, sz, x, y, z):
-    # in: way of a node from (sx, sy, sz) to (x, y, z)
-    # in/out: placed: rows GAP: distance to each rounded cone, or to the ball around another primitive, and WAY: how
-    #     far the node went, seen from the primitive (which turns about its middle), at most
+def measure_gaps(placed, sx, sy, sz, x, y, z):
+    """Measures the distance of a node to all primitives, and its path relative to each.
+
+    The path is an upper bound of how far the node moved as seen from the primitive, which turns about its middle.
+
+    Reads: placed (PLACED, prims); sx, sy, sz and x, y, z: where the node's path starts and ends [m].
+    Writes: placed: row GAP, the distance to each rounded cone, or to the ball around another primitive; row PATH [m].
+    """
     dx, dy, dz = x - sx, y - sy, z - sz
     for k in range(placed.shape[1]):
         px, py, pz = x - placed[START, k], y - placed[START + 1, k], z - placed[START + 2, k]
@@ -89,4 +109,4 @@ def measure(placed, sx, sy, sz, x, y, z):
         # no further from the middle than that: along the axis, then across
         away = across + abs(along - 0.5 * length)
         placed[GAP, k] = gap
-        placed[WAY, k] = math.sqrt(mx * mx + my * my + mz * mz) + placed[TURN, k] * away
+        placed[PATH, k] = math.sqrt(mx * mx + my * my + mz * mz) + placed[TURN, k] * away

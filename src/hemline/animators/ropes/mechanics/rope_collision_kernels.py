@@ -1,46 +1,57 @@
-"""Rope nodes out of all primitives, root to tip, compiled: paper section 6, and the places left to a caught rope."""
+"""Pushing of rope nodes out of all primitives, root to tip, compiled: paper section 6, and free places for caught ropes."""
 
 import math
 
 import numpy as np
 
+from hemline.collide.primitives.proxy import Colliders
 from hemline.compiled import kernel
 
-from .push_out_kernels import GRADIENT, deepest, push_out, slow_down, world_normal
+from .kernel_inputs import BodyMotion, Chains, ContactSettings, Nodes
+from .push_out_kernels import GRADIENT, deepest_collider, limit_sliding_speed, push_out, world_normal
 
-REMEMBERED, ATTEMPTS = 4, 24
-"""Push-outs of one node in one step: so many at most along its way, so many in all; the others along the gradient."""
-LONGEST = 1.2
-"""A rope that a push-out would stretch beyond this share of its length gives in."""
-SHARES = (1.0, 0.5, 0.25, 0.0)
-"""Distances from the node above at which it then looks for a free place, as shares of its length."""
+HISTORY_PUSHES, PUSHES = 4, 24
+"""Largest number of push-outs of one node in one substep: along its path, and in all. The others follow the gradient."""
+LARGEST_STRETCH = 1.2
+"""A rope that a push-out would stretch beyond this ratio of its length moves to a free place instead."""
+FREE_FRACTIONS = (1.0, 0.5, 0.25, 0.0)
+"""Distances from the node above at which a free place is sought, as fractions of the rope's length."""
 TURNS = 16
-"""So often the rope is turned along the surfaces in search of it."""
+"""Largest number of times that the rope is turned along the surfaces in search of a free place."""
 _POINTS = np.arange(64)
 _HEIGHTS = (2.0 * _POINTS + 1.0) / len(_POINTS) - 1.0
 _ANGLES = _POINTS * math.pi * (3.0 - math.sqrt(5.0))
 DIRECTIONS = np.stack(
     [np.sqrt(1.0 - _HEIGHTS**2) * np.cos(_ANGLES), _HEIGHTS, np.sqrt(1.0 - _HEIGHTS**2) * np.sin(_ANGLES)], axis=1
 )
-"""Directions (64, 3) spread evenly over the sphere, along a golden spiral: tried where turning finds nothing."""
+"""Directions (64, 3) spread evenly over the sphere, along a golden spiral: tried where turning finds no free place."""
 
 
 @kernel
-def turn_free(kinds, joints, shapes, placed, frames_to, margin, reach, ax, ay, az, position_out):
-    # in: the node above, reach of the rope   in/out: position_out, where the node wants to be
-    # returns: whether a place outside of all was found on the sphere of radius reach: from the wanted direction along
-    # the sphere, up the gradient of the deepest primitive (Newton's method); else the nearest free of DIRECTIONS
+def turn_to_free_place(colliders: Colliders, placed, frames, margin, reach, root, position_out):
+    """Searches a place outside of all primitives on a sphere around the node above.
+
+    From the wanted direction the search runs along the sphere, up the gradient of the deepest primitive (Newton's
+    method). Where that fails it takes the nearest free one of `DIRECTIONS`.
+
+    Reads: colliders; placed (PLACED, prims); frames (joints, 3, 4) at the end of the substep; margin [m]; reach: radius
+        of the sphere [m]; root: x, y, z of the node above [m]; position_out: where the node should be [m].
+    Writes: position_out (3,): the free place, if there is one [m].
+    Returns: whether there is one.
+    """
+    ax, ay, az = root
+    still = BodyMotion(frames, frames, 0.0)
     x, y, z = position_out[0] - ax, position_out[1] - ay, position_out[2] - az
     size = math.sqrt(x * x + y * y + z * z)
     x, y, z = (x / size, y / size, z / size) if size > 1e-12 else (0.0, -1.0, 0.0)
     p, q, r = x, y, z
     for _ in range(TURNS):
         u, v, w = ax + reach * p, ay + reach * q, az + reach * r
-        which, depth = deepest(kinds, joints, shapes, placed, frames_to, frames_to, margin, GRADIENT, u, v, w, u, v, w)
+        which, depth = deepest_collider(colliders, placed, still, margin, GRADIENT, (u, v, w), (u, v, w))
         if which < 0:
             position_out[0], position_out[1], position_out[2] = u, v, w
             return True
-        nx, ny, nz = world_normal(int(kinds[which]), shapes, which, int(joints[which]), frames_to, u, v, w)
+        nx, ny, nz = world_normal(colliders, which, frames, u, v, w)
         along = nx * p + ny * q + nz * r
         nx, ny, nz = nx - along * p, ny - along * q, nz - along * r
         square = nx * nx + ny * ny + nz * nz
@@ -56,164 +67,117 @@ def turn_free(kinds, joints, shapes, placed, frames_to, margin, reach, ax, ay, a
         u, v, w = ax + reach * DIRECTIONS[k, 0], ay + reach * DIRECTIONS[k, 1], az + reach * DIRECTIONS[k, 2]
         if near <= nearest:
             continue
-        if deepest(kinds, joints, shapes, placed, frames_to, frames_to, margin, GRADIENT, u, v, w, u, v, w)[0] < 0:
+        if deepest_collider(colliders, placed, still, margin, GRADIENT, (u, v, w), (u, v, w))[0] < 0:
             nearest, which = near, k
             position_out[0], position_out[1], position_out[2] = u, v, w
     return which >= 0
 
 
 @kernel
-def march_out(kinds, joints, shapes, placed, frames_to, margin, position_out):
-    # the last resort: straight on along the gradient of the deepest primitive until outside of all
+def march_out(colliders: Colliders, placed, frames, margin, position_out):
+    """Moves a node straight on along the gradient of the deepest primitive until it is outside of all: the last resort.
+
+    Reads: colliders; placed (PLACED, prims); frames (joints, 3, 4) at the end of the substep; margin [m].
+    Writes: position_out (3,): changed [m].
+    """
+    still = BodyMotion(frames, frames, 0.0)
     nx, ny, nz = 0.0, 0.0, 0.0
     for _ in range(80):
         x, y, z = position_out[0], position_out[1], position_out[2]
-        which, depth = deepest(kinds, joints, shapes, placed, frames_to, frames_to, margin, 0.0, x, y, z, x, y, z)
+        which, depth = deepest_collider(colliders, placed, still, margin, GRADIENT, (x, y, z), (x, y, z))
         if which < 0:
             return
         if nx == 0.0 and ny == 0.0 and nz == 0.0:
-            nx, ny, nz = world_normal(int(kinds[which]), shapes, which, int(joints[which]), frames_to, x, y, z)
+            nx, ny, nz = world_normal(colliders, which, frames, x, y, z)
         step = 1e-6 - depth
         position_out[0], position_out[1], position_out[2] = x + step * nx, y + step * ny, z + step * nz
 
 
 @kernel
-def let_go(kinds, joints, shapes, placed, frames_to, margin, length, ax, ay, az, position_out):
-    # a chain that is caught: the free place within the rope's length that lies nearest to where it was pushed, the
-    # node above's own at the latest; where that is inside too, straight out, whatever the length
-    for share in SHARES:
-        if turn_free(kinds, joints, shapes, placed, frames_to, margin, share * length, ax, ay, az, position_out):
+def find_free_place(colliders: Colliders, placed, frames, margin, length, root, position_out):
+    """Moves the node of a caught rope to the nearest free place within the rope's length.
+
+    The last place tried is that of the node above. Where that is inside, too, the node goes straight out, whatever the
+    length of the rope.
+
+    Reads: colliders; placed (PLACED, prims); frames (joints, 3, 4) at the end of the substep; margin, length of the rope
+        [m]; root: x, y, z of the node above [m]; position_out: where the node was pushed [m].
+    Writes: position_out (3,) [m].
+    """
+    for fraction in FREE_FRACTIONS:
+        if turn_to_free_place(colliders, placed, frames, margin, fraction * length, root, position_out):
             return
-    march_out(kinds, joints, shapes, placed, frames_to, margin, position_out)
+    march_out(colliders, placed, frames, margin, position_out)
 
 
 @kernel
-def free_node(
-    kinds,
-    joints,
-    shapes,
-    placed,
-    frames_from,
-    frames_to,
-    margin,
-    friction,
-    choice,
-    velocity_choice,
-    h,
-    start,
-    position_out,
-    velocity_out,
+def push_node_out(
+    colliders: Colliders, placed, body: BodyMotion, contact: ContactSettings, margin, start, position_out, velocity_out
 ):
-    # model: the primitives   in: choices, substep h, start (3,)   in/out: position_out, velocity_out (3,)
-    # returns: how many times it was pushed, deepest primitive first, ATTEMPTS where it is still inside one; and which
-    #     primitive was the last
+    """Pushes a node out of all primitives, the deepest first.
+
+    Reads: colliders; placed (PLACED, prims); body over the substep; contact; margin [m]; start (3,): where the node
+        started the substep [m].
+    Writes: position_out (3,) [m], velocity_out (3,) [m/s]: changed.
+    Returns: the number of pushes, `PUSHES` where it is still inside a primitive; and the last primitive (-1: none).
+    """
     last = -1
-    for attempt in range(ATTEMPTS):
-        way = choice if attempt < REMEMBERED else 0.0
-        which, _ = deepest(
-            kinds,
-            joints,
-            shapes,
+    for attempt in range(PUSHES):
+        push = contact.position_push if attempt < HISTORY_PUSHES else GRADIENT
+        which, _ = deepest_collider(
+            colliders,
             placed,
-            frames_from,
-            frames_to,
+            body,
             margin,
-            way,
-            start[0],
-            start[1],
-            start[2],
-            position_out[0],
-            position_out[1],
-            position_out[2],
+            push,
+            (start[0], start[1], start[2]),
+            (position_out[0], position_out[1], position_out[2]),
         )
         if which < 0:
             return attempt, last
         last = which
-        push_out(
-            int(kinds[which]),
-            shapes,
-            which,
-            int(joints[which]),
-            frames_from,
-            frames_to,
-            margin,
-            friction,
-            way,
-            velocity_choice,
-            h,
-            start,
-            position_out,
-            velocity_out,
-        )
-    return ATTEMPTS, last
+        rule = ContactSettings(contact.friction, push, contact.velocity_push)
+        push_out(colliders, which, body, rule, margin, start, position_out, velocity_out)
+    return PUSHES, last
 
 
 @kernel
 def resolve_chain(
-    first,
-    last,
-    lengths,
-    margins,
-    kinds,
-    joints,
-    shapes,
+    chains: Chains,
+    c,
+    colliders: Colliders,
     placed,
-    frames_from,
-    frames_to,
-    friction,
-    choice,
-    velocity_choice,
-    h,
+    body: BodyMotion,
+    contact: ContactSettings,
     starts,
-    positions_out,
-    velocities_out,
-    touched_out,
+    nodes_out: Nodes,
 ):
-    # model: one chain, the primitives   in: choices (floats), substep h, starts (nodes, 3) at its beginning
-    # in/out: positions_out, velocities_out (nodes, 3)   out: touched_out (nodes,)   returns: whether any touched
-    # One pass from root to tip; for each node the length first, collisions last.
+    """Shortens the ropes of a chain to their lengths and pushes its nodes out of the primitives, root to tip.
+
+    The length of each rope comes first, collisions come last.
+
+    Reads: chains; chain c; colliders; placed (PLACED, prims); body over the substep; contact; starts (nodes, 3):
+        positions at the beginning of the substep [m].
+    Writes: nodes_out: positions, velocities, touched.
+    Returns: whether any node touched.
+    """
+    lengths, margins, positions = chains.lengths, chains.margins, nodes_out.positions
     any_touched = False
-    for i in range(first + 1, last):
-        ax, ay, az = positions_out[i - 1, 0], positions_out[i - 1, 1], positions_out[i - 1, 2]
-        x, y, z = positions_out[i, 0], positions_out[i, 1], positions_out[i, 2]
+    for i in range(chains.offsets[c] + 1, chains.offsets[c + 1]):
+        ax, ay, az = positions[i - 1, 0], positions[i - 1, 1], positions[i - 1, 2]
+        x, y, z = positions[i, 0], positions[i, 1], positions[i, 2]
         span = math.sqrt((x - ax) ** 2 + (y - ay) ** 2 + (z - az) ** 2)
         if span > lengths[i] * (1.0 + 1e-12):
-            share = lengths[i] / span
-            x, y, z = ax + share * (x - ax), ay + share * (y - ay), az + share * (z - az)
-            positions_out[i, 0], positions_out[i, 1], positions_out[i, 2] = x, y, z
-        position = positions_out[i]
-        pushes, by = free_node(
-            kinds,
-            joints,
-            shapes,
-            placed,
-            frames_from,
-            frames_to,
-            margins[i],
-            friction,
-            choice,
-            velocity_choice,
-            h,
-            starts[i],
-            position,
-            velocities_out[i],
-        )
+            ratio = lengths[i] / span
+            x, y, z = ax + ratio * (x - ax), ay + ratio * (y - ay), az + ratio * (z - az)
+            positions[i, 0], positions[i, 1], positions[i, 2] = x, y, z
+        position, velocity = positions[i], nodes_out.velocities[i]
+        pushes, by = push_node_out(colliders, placed, body, contact, margins[i], starts[i], position, velocity)
         if pushes == 0:
             continue
-        touched_out[i] = any_touched = True
+        nodes_out.touched[i] = any_touched = True
         span = math.sqrt((position[0] - ax) ** 2 + (position[1] - ay) ** 2 + (position[2] - az) ** 2)
-        if pushes == ATTEMPTS or span > LONGEST * lengths[i]:
-            let_go(kinds, joints, shapes, placed, frames_to, margins[i], lengths[i], ax, ay, az, position)
-        slow_down(
-            int(kinds[by]),
-            shapes,
-            by,
-            int(joints[by]),
-            frames_from,
-            frames_to,
-            h,
-            starts[i],
-            position,
-            velocities_out[i],
-        )
+        if pushes == PUSHES or span > LARGEST_STRETCH * lengths[i]:
+            find_free_place(colliders, placed, body.frames_to, margins[i], lengths[i], (ax, ay, az), position)
+        limit_sliding_speed(colliders, by, body, starts[i], position, velocity)
     return any_touched

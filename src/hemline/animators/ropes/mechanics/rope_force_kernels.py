@@ -20,7 +20,7 @@ LATERAL_BOUND, SHRINK_BOUND, REST_ANGLE_BOUND = 0.4, 0.3, 0.1
 
 
 @kernel
-def bounded(constant, h, bound):
+def saturate(constant, h, bound):
     return constant / (1.0 + constant * h * h / bound)
 
 
@@ -41,8 +41,8 @@ def add_spring(a, b, relative, inverse_masses, accelerations_out, x, y, z):
 @kernel
 def add_lateral(pairs, pair_spans, inverse_masses, numbers, h, positions, accelerations_out):
     # model: pairs (pairs, 2), pair_spans (pairs, 2): rest and longest distance   out: accelerations_out changed
-    soft = bounded(numbers[LATERAL], h, LATERAL_BOUND)
-    stiff = bounded(numbers[LATERAL] + numbers[LATERAL_STRETCH], h, LATERAL_BOUND) - soft
+    soft = saturate(numbers[LATERAL], h, LATERAL_BOUND)
+    stiff = saturate(numbers[LATERAL] + numbers[LATERAL_STRETCH], h, LATERAL_BOUND) - soft
     for k in range(pairs.shape[0]):
         a, b = int(pairs[k, 0]), int(pairs[k, 1])
         x, y, z = (
@@ -59,7 +59,7 @@ def add_lateral(pairs, pair_spans, inverse_masses, numbers, h, positions, accele
 @kernel
 def add_shrink(offsets, rest_spans, inverse_masses, numbers, h, positions, accelerations_out):
     # model: rest_spans (nodes,) length below which a rope resists shrinking   out: accelerations_out changed
-    constant = bounded(numbers[SHRINK], h, SHRINK_BOUND)
+    constant = saturate(numbers[SHRINK], h, SHRINK_BOUND)
     for c in range(offsets.shape[0] - 1):
         for i in range(offsets[c] + 1, offsets[c + 1]):
             x = positions[i, 0] - positions[i - 1, 0]
@@ -75,7 +75,7 @@ def add_shrink(offsets, rest_spans, inverse_masses, numbers, h, positions, accel
 def add_rest_angles(offsets, rest_directions, inverse_masses, numbers, h, chain_frames, positions, accelerations_out):
     # model: rest_directions (nodes, 3) of each rope at rest   in: chain_frames (chains, 3, 3) rest -> world at the root
     # out: accelerations_out changed. Each rope wants the rest angle to the one above, in a frame carried without twist.
-    constant = bounded(numbers[REST_ANGLE], h, REST_ANGLE_BOUND)
+    constant = saturate(numbers[REST_ANGLE], h, REST_ANGLE_BOUND)
     for c in range(offsets.shape[0] - 1):
         # a0..a2, b0..b2, c0..c2: rows of the carried frame
         a0, a1, a2 = chain_frames[c, 0, 0], chain_frames[c, 0, 1], chain_frames[c, 0, 2]

@@ -1,11 +1,15 @@
-"""What a step needs of the body before ropes move: where it carries the kinematic nodes, and whether it jumped."""
+"""Motion of the body before ropes move: where it carries the kinematic nodes, and how far the key joint moves."""
 
 from hemline.compiled import kernel
 
 
 @kernel
 def carry_nodes(weights, rest, frames, positions_out):
-    # model: weights (kin, joints), rest (kin, 3)   in: frames (joints, 3, 4)   out: positions_out (kin, 3)
+    """Carries points by linear blend skinning.
+
+    Reads: weights (kin, joints); rest (kin, 3) [m]; frames (joints, 3, 4).
+    Writes: positions_out (kin, 3) [m].
+    """
     for k in range(rest.shape[0]):
         for a in range(3):
             value = 0.0
@@ -21,23 +25,32 @@ def carry_nodes(weights, rest, frames, positions_out):
 
 
 @kernel
-def squared_jump(frames_from, frames_to, j, pivots):
-    # in: two poses   returns: squared distance that joint j moved between them
+def squared_displacement(frames_from, frames_to, j, pivots):
+    """Measures how far a joint moved between two poses.
+
+    Reads: frames_from, frames_to (joints, 3, 4); joint j; pivots (joints, 3): joints at rest [m].
+    Returns: the squared distance [m^2].
+    """
     total = 0.0
     for a in range(3):
-        way = frames_to[j, a, 3] - frames_from[j, a, 3]
+        displacement = frames_to[j, a, 3] - frames_from[j, a, 3]
         for b in range(3):
-            way += (frames_to[j, a, b] - frames_from[j, a, b]) * pivots[j, b]
-        total += way * way
+            displacement += (frames_to[j, a, b] - frames_from[j, a, b]) * pivots[j, b]
+        total += displacement * displacement
     return total
 
 
 @kernel
 def kinematic_motion(kinematic, positions, velocities, rates, last_dt, dt, motion_out):
-    # in: kinematic (kin,), positions (nodes, 3), velocities and mean rates (kin, 3) of the last step (last_dt; 0: none)
-    # in/out: motion_out (4, kin, 3): positions at both ends (the second is given), velocities at both ends
-    # The velocity at the end is extrapolated from the mean velocities of this step and the last one, so that a
-    # uniformly accelerated node moves exactly so in all substeps.
+    """Completes the motion of the kinematic nodes over a step.
+
+    The velocity at the end is extrapolated from the mean velocities of this step and the last one, so that a uniformly
+    accelerated node moves exactly so in all substeps.
+
+    Reads: kinematic (kin,); positions (nodes, 3) [m]; velocities at the end of the last step and mean rates over it
+        (kin, 3) [m/s]; last_dt: its length, 0 without history [s]; dt [s]; motion_out[1]: positions at the end [m].
+    Writes: motion_out (4, kin, 3): positions at both ends [m], then velocities at both ends [m/s].
+    """
     for k in range(kinematic.shape[0]):
         for d in range(3):
             start = positions[kinematic[k], d]

@@ -4,8 +4,8 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-from .joint_frame_kernels import copy_frames, frames_between, turn_chains
-from .kick_kernels import apply_impulses, kick, limit_speeds, read_geometry
+from .joint_frame_kernels import copy_frames, frames_between, copy_chain_rotations
+from .kick_kernels import apply_impulses, kick, limit_speeds, measure_ropes
 from .placed_kernels import PLACED, place_primitives
 from .rope_collision_kernels import resolve_chain
 from .rope_force_kernels import FRICTION, external_accelerations, spring_accelerations
@@ -85,8 +85,8 @@ def advance_chains(
     position_way, velocity_way = float(choices[POSITION]), float(choices[VELOCITY])
     place_primitives(kinds, joints, shapes, centres, before, before, placed)
     place_kinematic(kinematic, motion, dt, 0.0, positions_out, velocities_out)
-    turn_chains(chain_joints, before, chain_frames)
-    read_geometry(offsets, lengths, inverse_masses, positions_out, directions, system, taut)
+    copy_chain_rotations(chain_joints, before, chain_frames)
+    measure_ropes(offsets, lengths, inverse_masses, positions_out, directions, system, taut)
     spring_accelerations(
         offsets,
         rest_spans,
@@ -162,7 +162,7 @@ def advance_chains(
             )
             for d in range(3):
                 root_velocities[c, d] = ends[a, d]
-            read_geometry(offsets[c : c + 2], lengths, inverse_masses, positions_out, directions, system, taut)
+            measure_ropes(offsets[c : c + 2], lengths, inverse_masses, positions_out, directions, system, taut)
             if hit:
                 for i in range(b - a):
                     flags_work[1, i] = False
@@ -178,7 +178,7 @@ def advance_chains(
                     numbers_work,
                     flags_work[0, : b - a],
                 )
-        turn_chains(chain_joints, after, chain_frames)
+        copy_chain_rotations(chain_joints, after, chain_frames)
         # step 4: the other half
         spring_accelerations(
             offsets,

@@ -1,17 +1,23 @@
 """The tridiagonal inequalities of one rope chain: tensions (Eq. 5) and impulses (Eq. 9), compiled.
 
-Both ask for the smallest values x >= 0 with A x >= b on the taut ropes, where A is the symmetric tridiagonal matrix
-`diagonal`, `beside` (`beside[i]` couples rope i and i + 1). Row 0 belongs to the root and is not used.
+Both are the smallest values x >= 0 with A x >= b on the taut ropes. A is the symmetric tridiagonal matrix of
+`diagonal` and `beside` (`beside[i]` couples rope i to rope i + 1). Row 0 belongs to the root and is not used.
 """
 
 import math
 
 from hemline.compiled import kernel
 
+from .kernel_inputs import RopeGeometry
+
 
 @kernel
 def solve_active(diagonal, beside, wanted, active, values_out, upper_work):
-    # in: rows 1..m of the system, active (m + 1,)   out: values_out, 0 where not active
+    """Solves the rows of the active ropes as equations, by elimination.
+
+    Reads: diagonal, beside, wanted (m + 1,): rows 1 to m of the system; active (m + 1,).
+    Writes: values_out (m + 1,): 0 where not active; upper_work (m + 1,).
+    """
     previous = 0.0
     last = diagonal.shape[0] - 1
     for i in range(1, last + 1):
@@ -31,14 +37,20 @@ def solve_active(diagonal, beside, wanted, active, values_out, upper_work):
 
 
 @kernel
-def solve_direct(diagonal, beside, wanted, taut, held, values_out, active_work, upper_work):
-    # in: the system; taut (m + 1,) ropes that may pull; held (m + 1,) ropes whose value has no sign
-    # in/out: values_out (m + 1,), from whose positive ones the search starts   returns: systems solved
-    # Block principal pivoting with Murty's single pivot as a way out: finite for any positive definite matrix.
+def solve_direct(diagonal, beside, wanted, taut, signless, values_out, active_work, upper_work):
+    """Solves the inequalities by block principal pivoting.
+
+    Murty's single pivot is the fallback, which makes the search finite for any positive definite matrix.
+
+    Reads: diagonal, beside, wanted (m + 1,): the system; taut (m + 1,): ropes that may pull; signless (m + 1,): ropes
+        whose value may be negative; values_out (m + 1,): the search starts from its positive values.
+    Writes: values_out (m + 1,); active_work, upper_work (m + 1,).
+    Returns: the number of systems solved.
+    """
     last = diagonal.shape[0] - 1
     scale, idle = 0.0, True
     for i in range(1, last + 1):
-        active_work[i] = taut[i] and (held[i] or wanted[i] > 0.0 or values_out[i] > 0.0)
+        active_work[i] = taut[i] and (signless[i] or wanted[i] > 0.0 or values_out[i] > 0.0)
         scale = max(scale, abs(wanted[i]))
         idle = idle and not active_work[i]
     if idle:
@@ -53,13 +65,13 @@ def solve_direct(diagonal, beside, wanted, taut, held, values_out, active_work, 
         solve_active(diagonal, beside, wanted, active_work, values_out, upper_work)
         wrong, furthest = 0, 0
         for i in range(1, last + 1):
-            if not taut[i] or held[i]:
+            if not taut[i] or signless[i]:
                 continue
             bad = values_out[i] * diagonal[i] < -slack
             if not active_work[i]:
-                there = beside[i - 1] * values_out[i - 1] if i > 1 else 0.0
-                there += beside[i] * values_out[i + 1] if i < last else 0.0
-                bad = wanted[i] - there > slack
+                given = beside[i - 1] * values_out[i - 1] if i > 1 else 0.0
+                given += beside[i] * values_out[i + 1] if i < last else 0.0
+                bad = wanted[i] - given > slack
             if bad:
                 wrong += 1
                 furthest = i
@@ -76,15 +88,19 @@ def solve_direct(diagonal, beside, wanted, taut, held, values_out, active_work, 
             if upper_work[i] == 1e300 and (not single or i == furthest):
                 active_work[i] = not active_work[i]
     for i in range(1, last + 1):
-        if not held[i] and values_out[i] < 0.0:
+        if not signless[i] and values_out[i] < 0.0:
             values_out[i] = 0.0
     return rounds
 
 
 @kernel
-def solve_sweeps(diagonal, beside, wanted, taut, held, sweeps, from_tip, values_out):
-    # in: the system; sweeps; from_tip 1.0: tip to root (tensions), 0.0: root to tip (impulses)
-    # in/out: values_out (m + 1,) starts from the last step's
+def solve_sweeps(diagonal, beside, wanted, taut, signless, sweeps, from_tip, values_out):
+    """Solves the inequalities approximately by Gauss-Seidel sweeps.
+
+    Reads: diagonal, beside, wanted, taut, signless (m + 1,), as `solve_direct`; sweeps: their number; from_tip: 1.0
+        for tip to root (tensions), 0.0 for root to tip (impulses); values_out (m + 1,): the first guess.
+    Writes: values_out (m + 1,).
+    """
     last = diagonal.shape[0] - 1
     for i in range(1, last + 1):
         if not taut[i]:
@@ -100,13 +116,18 @@ def solve_sweeps(diagonal, beside, wanted, taut, held, sweeps, from_tip, values_
             if i < last:
                 value -= beside[i] * values_out[i + 1]
             value /= diagonal[i]
-            values_out[i] = value if held[i] else max(0.0, value)
+            values_out[i] = value if signless[i] else max(0.0, value)
 
 
 @kernel
-def rope_directions(positions, lengths, slackness, directions_out, spans_out, slack_out, taut_out):
-    # in: one chain's positions (m + 1, 3), lengths (m + 1,)
-    # out: unit directions, spans, what the ropes lack of their lengths, taut flags
+def rope_directions(positions, lengths, tolerance, directions_out, spans_out, slack_out, taut_out):
+    """Measures the ropes of one chain.
+
+    Reads: positions (m + 1, 3) [m]; lengths (m + 1,) [m]; tolerance: a rope is taut whose span is at least
+        (1 - tolerance) of its length [1].
+    Writes: directions_out (m + 1, 3): unit vectors; spans_out, slack_out (m + 1,): spans, and what they lack of the
+        lengths [m]; taut_out (m + 1,).
+    """
     taut_out[0] = False
     for i in range(1, positions.shape[0]):
         x = positions[i, 0] - positions[i - 1, 0]
@@ -114,7 +135,7 @@ def rope_directions(positions, lengths, slackness, directions_out, spans_out, sl
         z = positions[i, 2] - positions[i - 1, 2]
         span = math.sqrt(x * x + y * y + z * z)
         spans_out[i], slack_out[i] = span, max(lengths[i] - span, 0.0)
-        taut_out[i] = span >= lengths[i] * (1.0 - slackness)
+        taut_out[i] = span >= lengths[i] * (1.0 - tolerance)
         if span < 1e-12:
             directions_out[i, 0], directions_out[i, 1], directions_out[i, 2] = 0.0, -1.0, 0.0
         else:
@@ -123,8 +144,11 @@ def rope_directions(positions, lengths, slackness, directions_out, spans_out, sl
 
 @kernel
 def rope_matrix(directions, inverse_masses, diagonal_out, beside_out):
-    # in: directions (m + 1, 3), inverse_masses (m + 1,), 0 for the root
-    # out: the matrix of Eq. 4 and 8 for accelerations
+    """Assembles the matrix of Eq. 4 and 8 for accelerations.
+
+    Reads: directions (m + 1, 3); inverse_masses (m + 1,), 0 for the root [1/kg].
+    Writes: diagonal_out, beside_out (m + 1,) [1/kg].
+    """
     last = directions.shape[0] - 1
     for i in range(1, last + 1):
         diagonal_out[i] = (inverse_masses[i - 1] if i > 1 else 0.0) + inverse_masses[i]
@@ -140,6 +164,7 @@ def rope_matrix(directions, inverse_masses, diagonal_out, beside_out):
 
 @kernel
 def tangent(angle):
+    """Returns the tangent of an angle [rad]; a series for small angles, which is faster."""
     square = angle * angle
     if square < 0.01:
         return angle * (1.0 + square * (1.0 / 3.0 + square * (2.0 / 15.0 + square * 17.0 / 315.0)))
@@ -147,12 +172,18 @@ def tangent(angle):
 
 
 @kernel
-def tension_demand(directions, spans, slack, inverse_masses, tensions, velocities, accelerations, h, ahead, wanted_out):
-    # in: one chain's directions, spans, slack, inverse_masses, velocities and external accelerations (m + 1, 3), the
-    #     root's own in row 0; step h: the turn within it is followed exactly, slack is taken up within it, and a rope
-    #     that slackens is only caught if it must be; 0: Eq. 1 and 4 as printed; the turn is that of the velocities a
-    #     time `ahead`, to which accelerations and the neighbours' tensions (m + 1,) bring them
-    # out: wanted_out (m + 1,): right-hand side of Eq. 4 as accelerations, centripetal part of Eq. 1 included
+def tension_demand(ropes: RopeGeometry, inverse_masses, tensions, velocities, accelerations, h, ahead, wanted_out):
+    """Assembles the right-hand side of Eq. 4 as accelerations, with the centripetal part of Eq. 1.
+
+    A step h > 0 follows the turn within it exactly, takes slack up within it, and catches a rope that slackens only as
+    far as it must; h = 0 gives Eq. 1 and 4 as printed. The turn is that of the velocities a time `ahead` later, to
+    which the accelerations and the tensions of the neighbouring ropes bring them.
+
+    Reads: ropes of one chain; inverse_masses (m + 1,) [1/kg]; tensions (m + 1,) [N]; velocities (m + 1, 3) [m/s];
+        accelerations (m + 1, 3): external ones, the root's own in row 0 [m/s^2]; h, ahead [s].
+    Writes: wanted_out (m + 1,) [m/s^2].
+    """
+    directions, spans, slack = ropes.directions, ropes.spans, ropes.slack
     last = directions.shape[0] - 1
     for i in range(1, last + 1):
         dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
@@ -187,8 +218,11 @@ def tension_demand(directions, spans, slack, inverse_masses, tensions, velocitie
 
 @kernel
 def impulse_demand(directions, slack, velocities, h, wanted_out):
-    # in: directions and velocities (m + 1, 3), slack (m + 1,), step h
-    # out: wanted_out (m + 1,): how fast each rope lengthens (Eq. 7), beyond what takes up its slack within the step
+    """Computes how fast each rope lengthens (Eq. 7), beyond what takes up its slack within the step.
+
+    Reads: directions (m + 1, 3); slack (m + 1,) [m]; velocities (m + 1, 3) [m/s]; h: step [s].
+    Writes: wanted_out (m + 1,) [m/s].
+    """
     for i in range(1, directions.shape[0]):
         wanted_out[i] = (
             (velocities[i, 0] - velocities[i - 1, 0]) * directions[i, 0]
@@ -199,13 +233,18 @@ def impulse_demand(directions, slack, velocities, h, wanted_out):
 
 
 @kernel
-def pull(directions, inverse_masses, values, time, velocities_out):
-    # in: values (m + 1,): tensions over `time`, or impulses with time 1   out: velocities_out changed by Eq. 2 or 6
+def apply_tensions(directions, inverse_masses, values, time, velocities_out):
+    """Changes velocities by tensions (Eq. 2) or impulses (Eq. 6).
+
+    Reads: directions (m + 1, 3); inverse_masses (m + 1,) [1/kg]; values (m + 1,): tensions [N] that act for time [s],
+        or impulses [N s] with time 1.
+    Writes: velocities_out (m + 1, 3): changed [m/s].
+    """
     last = directions.shape[0] - 1
     for i in range(1, last + 1):
-        share = time * inverse_masses[i]
+        mobility = time * inverse_masses[i]
         for d in range(3):
             force = -values[i] * directions[i, d]
             if i < last:
                 force += values[i + 1] * directions[i + 1, d]
-            velocities_out[i, d] += share * force
+            velocities_out[i, d] += mobility * force

@@ -7,7 +7,11 @@ from hemline.compiled import kernel
 
 @kernel
 def turn_about(x, y, z, vx, vy, vz, time, length):
-    # in: offset (x, y, z) from the centre, velocity, time   returns: the offset turned on the sphere of radius length
+    """Turns a node about a centre on the sphere of its rope.
+
+    Reads: x, y, z: offset from the centre [m]; vx, vy, vz: velocity [m/s]; time [s]; length of the rope [m].
+    Returns: the turned offset, of size length [m].
+    """
     size = math.sqrt(x * x + y * y + z * z)
     x, y, z = x / size, y / size, z / size
     along = vx * x + vy * y + vz * z
@@ -22,20 +26,28 @@ def turn_about(x, y, z, vx, vy, vz, time, length):
 
 @kernel
 def put_back(x, y, z, vx, vy, vz, time, length):
-    # in: as turn_about   returns: the offset straight on, then back on the sphere: turned by less than its way
+    """Moves a node straight on, then puts it back on the sphere of its rope, which turns it by less than its path.
+
+    Reads: the arguments of `turn_about`.
+    Returns: the new offset, of size length [m].
+    """
     x, y, z = x + time * vx, y + time * vy, z + time * vz
-    share = length / math.sqrt(x * x + y * y + z * z)
-    return share * x, share * y, share * z
+    ratio = length / math.sqrt(x * x + y * y + z * z)
+    return ratio * x, ratio * y, ratio * z
 
 
 @kernel
-def move_node(i, length, held, project, h, starts, velocities, positions_out):
-    # in: node i, its rope, whether to go straight and be put back, starts (nodes, 3), velocities at the half step
-    # in/out: positions_out, where i - 1 is already   (Eq. 10 to 13, in the frame of the node above: see dynamics.py)
+def move_node(i, length, pulls, project, h, starts, velocities, positions_out):
+    """Moves node i over a substep: Eq. 10 to 13 in the frame of the node above, see `dynamics`.
+
+    Reads: i; length of its rope [m]; pulls: whether the rope pulls; project: whether to put back instead of to turn;
+        h: substep [s]; starts (nodes, 3) [m]; velocities (nodes, 3) at the half step [m/s]; positions_out of node i - 1.
+    Writes: positions_out (nodes, 3): row i [m].
+    """
     x, y, z = starts[i, 0] - starts[i - 1, 0], starts[i, 1] - starts[i - 1, 1], starts[i, 2] - starts[i - 1, 2]
     vx, vy, vz = velocities[i, 0], velocities[i, 1], velocities[i, 2]
     left = h
-    if held:
+    if pulls:
         vx, vy, vz = vx - velocities[i - 1, 0], vy - velocities[i - 1, 1], vz - velocities[i - 1, 2]
     else:
         vx -= (positions_out[i - 1, 0] - starts[i - 1, 0]) / h

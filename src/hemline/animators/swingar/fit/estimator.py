@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
-from hemline.animators.coarse.features.descriptor import STRETCHED
+from hemline.animators.coarse.features.descriptor import COMPRESSION
 from hemline.animators.swingar.estimator_config import (
     CORRECTIVE_WIDTH,
     JOINTS,
@@ -110,7 +110,7 @@ class Estimator(nn.Module):
         """
         encoded = self.graph_second(graph, self.graph_first(graph, features[None, None]))
         if self.config.global_shape == "spectral":
-            shape = self.shape(torch.asinh(STRETCHED * descriptor))
+            shape = self.shape(torch.asinh(COMPRESSION * descriptor))
         elif self.config.global_shape == "pooled":
             shape = self.shape(encoded[0].mean(0)).amax(0)
         else:
@@ -150,10 +150,10 @@ class Estimator(nn.Module):
         blend = self.blend_first(garment.graph, mean[:, None], extra=extra)
         blend = self.blend_second(garment.graph, blend)
         blend = self.blend_scale * torch.einsum("tcvd,td->tvc", blend, self.blend_motion(moved))
-        vertices = skinned(weights, transforms, garment.positions + blend)
+        vertices = blend_skin(weights, transforms, garment.positions + blend)
         if c.displacement:
             assert turns is not None
-            vertices = vertices + turned(turns, self._displacements(mean, extra))
+            vertices = vertices + rotate(turns, self._displacements(mean, extra))
         return vertices, weights, blend
 
     def _displacements(self, state: Tensor, told: Tensor | None) -> Tensor:
@@ -188,7 +188,7 @@ class Estimator(nn.Module):
         return self.corrective_scale * self.corrective_second(graph, out)[:, 0]
 
 
-def skinned(weights: Tensor, transforms: Tensor, points: Tensor) -> Tensor:
+def blend_skin(weights: Tensor, transforms: Tensor, points: Tensor) -> Tensor:
     """Linear blend skinning.
 
     Args:
@@ -200,7 +200,7 @@ def skinned(weights: Tensor, transforms: Tensor, points: Tensor) -> Tensor:
     return (blended[..., :3] @ points[..., None])[..., 0] + blended[..., 3]
 
 
-def turned(turns: Tensor, vectors: Tensor) -> Tensor:
+def rotate(turns: Tensor, vectors: Tensor) -> Tensor:
     """Vectors (..., 3) turned by unit quaternions, wxyz (..., 4)."""
     scalar, axis = turns[..., :1], turns[..., 1:]
     cross = 2 * torch.linalg.cross(axis, vectors)

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.animators.coarse.fit.sided_frames import SidedFrames
+from hemline.animators.coarse.fit.split_frames import SplitFrames
 from hemline.animators.swingar.config import SwingarConfig
 from hemline.animators.swingar.estimator_config import JOINTS, EstimatorConfig
 from hemline.animators.swingar.graph_inputs import STATE_TOLD, TOLD
 from hemline.animators.swingar.graph_network import GraphNetwork
-from hemline.animators.swingar.runtime import PlayedEstimator
+from hemline.animators.swingar.runtime import RuntimeEstimator
 
 from .graph_samples import TakeSamples
 
@@ -20,7 +20,7 @@ DISPLACEMENT = 128
 
 
 def fit_graph(
-    frames: SidedFrames,
+    frames: SplitFrames,
     config: SwingarConfig,
     *,
     start: GraphNetwork | None,
@@ -40,7 +40,7 @@ def fit_graph(
     from .objectives import validation_frames
     from .train_estimator import TrainingPlan, train_estimator
 
-    betas = frames.worn[0].body.shape[1] - 3 * JOINTS
+    betas = frames.groups[0].body.shape[1] - 3 * JOINTS
     estimator = estimator_of(config, betas) if start is None else start.estimator.config
     samples = samples_of(frames, estimator.descriptor)
     plan = TrainingPlan(
@@ -76,7 +76,7 @@ def fit_graph(
         "held_out_coarse_mm": 1e3 * trained.coarse_error,
         "corrective_admitted": float(trained.corrective_admitted),
     }
-    return GraphNetwork(PlayedEstimator.of(estimator, trained.arrays, dtype="float32")), figures
+    return GraphNetwork(RuntimeEstimator.of(estimator, trained.arrays, dtype="float32")), figures
 
 
 def estimator_of(config: SwingarConfig, betas: int) -> EstimatorConfig:
@@ -91,11 +91,11 @@ def estimator_of(config: SwingarConfig, betas: int) -> EstimatorConfig:
     return replace(made, body=betas + 3 * JOINTS, alpha=config.alpha, **own)
 
 
-def samples_of(frames: SidedFrames, descriptor: int) -> TakeSamples:
+def samples_of(frames: SplitFrames, descriptor: int) -> TakeSamples:
     """Frames of takes as samples.
 
     Args:
         frames: The frames, and what they are for.
         descriptor: Numbers of the spectral descriptor.
     """
-    return TakeSamples.of(frames.worn, [each == "train" for each in frames.sides], descriptor)
+    return TakeSamples.of(frames.groups, [each == "train" for each in frames.splits], descriptor)

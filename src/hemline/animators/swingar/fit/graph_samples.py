@@ -7,8 +7,8 @@ from typing import Self
 import numpy as np
 
 from hemline import bodies
-from hemline.animators.coarse.fit.worn_frames import WornFrames
-from hemline.animators.coarse.proxy_on_body import BEGUN, STATIC
+from hemline.animators.coarse.fit.garment_frames import GarmentFrames
+from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, STATIC_COUNT
 from hemline.animators.swingar.graph_inputs import TOLD, garment_of_frames, vertex_inputs
 from hemline.arrays import Bool, Float, Int
 from hemline.bodies import Body, PosedBody
@@ -29,7 +29,7 @@ SHOWN = 8
 class TakeSamples:
     """`samples.Samples` of takes. Arrays of frames may be mapped from files: what is asked for is read then."""
 
-    worn: Sequence[WornFrames]
+    worn: Sequence[GarmentFrames]
     """The frames of each garment on a body."""
     garments: Sequence[GarmentSample]
     """The garments."""
@@ -49,7 +49,7 @@ class TakeSamples:
     """How far skinning misses each garment that is learned from, mean distance [m]; nan of the others."""
 
     @classmethod
-    def of(cls, worn: Sequence[WornFrames], trains: Sequence[Bool[np.ndarray, " frames"]], descriptor: int) -> Self:
+    def of(cls, worn: Sequence[GarmentFrames], trains: Sequence[Bool[np.ndarray, " frames"]], descriptor: int) -> Self:
         """Frames as samples.
 
         Args:
@@ -108,12 +108,12 @@ class TakeSamples:
         spread = np.sqrt(np.maximum(squares / count - mean**2, 0))
         return mean.astype(np.float32), np.where(spread < 1e-4, 1, np.maximum(spread, SPREAD)).astype(np.float32)
 
-    def _rows(self, chosen: Int[np.ndarray, " frames"]) -> tuple[WornFrames, Int[np.ndarray, " frames"]]:
+    def _rows(self, chosen: Int[np.ndarray, " frames"]) -> tuple[GarmentFrames, Int[np.ndarray, " frames"]]:
         number = int(self.garment_of[chosen[0]])
         return self.worn[number], chosen - self.firsts[number]
 
 
-def _missed(worn: WornFrames, rows: Int[np.ndarray, " frames"]) -> float:
+def _missed(worn: GarmentFrames, rows: Int[np.ndarray, " frames"]) -> float:
     """Mean distance from skinning [m]; nan of no frames."""
     if not len(rows):
         return float("nan")
@@ -129,4 +129,4 @@ def _posed(body: Body, told: Float[np.ndarray, " body"]) -> PosedBody:
 
 def forget_beginning(told: Float[np.ndarray, "... told"]) -> None:
     """Take from features what they tell of how the garment lay at the beginning, in place."""
-    told[..., -STATIC - BEGUN : -STATIC] = 0
+    told[..., -STATIC_COUNT - BEGINNING_COUNT : -STATIC_COUNT] = 0

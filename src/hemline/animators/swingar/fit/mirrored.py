@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hemline.animators.coarse.features.mirror import VECTOR, dynamic_mirror, static_mirror
-from hemline.animators.coarse.proxy_on_body import DYNAMIC, STATIC
+from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT
 from hemline.animators.swingar.graph_inputs import vertex_inputs
 from hemline.learning.mirror import mirrored_transforms, swapped_joints
 from hemline.motions.motion import JOINT_COUNT
@@ -53,7 +53,7 @@ def vertex_mirror() -> tuple[np.ndarray, np.ndarray]:
     """Columns of `graph_inputs.vertex_inputs` in a mirror: mirrored = told[..., order] * signs."""
     mirrors = dynamic_mirror(), static_mirror()
     # where each column of the inputs comes from is found by what becomes of numbers
-    numbers = np.arange(1.0, DYNAMIC + 1), np.arange(DYNAMIC + 1.0, DYNAMIC + STATIC + 1)
+    numbers = np.arange(1.0, DYNAMIC_COUNT + 1), np.arange(DYNAMIC_COUNT + 1.0, DYNAMIC_COUNT + STATIC_COUNT + 1)
     images = [each[order] * signs for each, (order, signs) in zip(numbers, mirrors, strict=True)]
     own, there = (vertex_inputs(told[None], static[None])[0] for told, static in (numbers, images))
     place = {int(value): column for column, value in enumerate(own)}

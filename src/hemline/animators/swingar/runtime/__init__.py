@@ -1,5 +1,5 @@
 """The estimator as it plays: one frame at a time, without torch."""
 
-from .estimator import Garment, PlayedEstimator
+from .estimator import EncodedGarment, RuntimeEstimator
 
-__all__ = ["Garment", "PlayedEstimator"]
+__all__ = ["EncodedGarment", "RuntimeEstimator"]

@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.coarse.features.descriptor import compressed
+from hemline.animators.coarse.features.descriptor import compress_eigenvalues
 from hemline.animators.coarse.features.feature_kernels import displace
 from hemline.animators.swingar.estimator_config import (
     CORRECTIVE_WIDTH,
@@ -21,12 +21,12 @@ from hemline.arrays import Float, Vertices
 from hemline.compiled import threads
 from hemline.files.contents import array_of
 
-from .layer import Layer
+from .layer import AttentionLayer
 from .play_kernels import attend_condensed, fill_mesh_features, pass_gates, recall
 
 
 @dataclass(frozen=True, eq=False)
-class Garment:
+class EncodedGarment:
     """What the estimator knows of a garment: made once, used in every frame."""
 
     graph: Graph
@@ -41,7 +41,7 @@ class Garment:
 
 
 @dataclass(frozen=True, eq=False)
-class PlayedEstimator:
+class RuntimeEstimator:
     """The estimator without torch, one frame at a time; `estimator.Estimator` says what its parts are."""
 
     config: EstimatorConfig
@@ -64,11 +64,11 @@ class PlayedEstimator:
         return cls(config, {name: np.array(each, np.float32, order="C") for name, each in found.items()})
 
     @cached_property
-    def layers(self) -> dict[str, Layer]:
+    def layers(self) -> dict[str, AttentionLayer]:
         """Attention layers by name."""
         names = {name.removesuffix(".vectors") for name in self.arrays if name.endswith(".vectors")}
         groups = {"mesh_gates": 4, "hidden_gates": 4}
-        return {name: Layer.of(self.arrays, name, self.config.scale, groups.get(name)) for name in sorted(names)}
+        return {name: AttentionLayer.of(self.arrays, name, self.config.scale, groups.get(name)) for name in sorted(names)}
 
     def garment(
         self,
@@ -76,7 +76,7 @@ class PlayedEstimator:
         features: Float[np.ndarray, "verts 7"],
         descriptor: Float[np.ndarray, " descriptor"],
         skin_logits: Float[np.ndarray, "verts joints"],
-    ) -> Garment:
+    ) -> EncodedGarment:
         """Encode a garment at rest; see `Estimator.garment`.
 
         Args:
@@ -89,15 +89,15 @@ class PlayedEstimator:
         encoded = self.layers["graph_second"](graph, self.layers["graph_first"](graph, features[None]))
         shape = np.ones(JOINTS, np.float32)
         if self.config.global_shape == "spectral":
-            shape = self._connected("shape", compressed(descriptor).astype(np.float32))
+            shape = self._dense_layers("shape", compress_eigenvalues(descriptor).astype(np.float32))
         elif self.config.global_shape == "pooled":
             shape = self._linear("shape", encoded.mean(0)).max(0)
         positions = np.ascontiguousarray(features[:, 3:6])
-        return Garment(graph, positions, encoded, shape, np.ascontiguousarray(skin_logits, np.float32))
+        return EncodedGarment(graph, positions, encoded, shape, np.ascontiguousarray(skin_logits, np.float32))
 
     def coarse(
         self,
-        garment: Garment,
+        garment: EncodedGarment,
         motion: Float[np.ndarray, "poses 75"],
         transforms: Float[np.ndarray, "joints 3 4"],
         told: Float[np.ndarray, "verts told"] | None = None,
@@ -129,7 +129,7 @@ class PlayedEstimator:
         blend = self.layers["blend_second"](garment.graph, blend)
         asked = self._linear("blend_motion", moved) if "blend_motion.weight" in self.arrays else moved
         blend = (self.arrays["blend_scale"] * (blend @ asked)).T
-        vertices = _skinned(weights, np.asarray(transforms, np.float32), garment.positions + blend)
+        vertices = _blend_skin(weights, np.asarray(transforms, np.float32), garment.positions + blend)
         if c.displacement:
             assert turns is not None
             out = np.empty_like(vertices)
@@ -144,7 +144,7 @@ class PlayedEstimator:
 
     def corrective(
         self,
-        garment: Garment,
+        garment: EncodedGarment,
         meshes: Float[np.ndarray, "meshes verts 3"],
         joints: Float[np.ndarray, "meshes joints 3"],
         body: Float[np.ndarray, " body"],
@@ -168,7 +168,7 @@ class PlayedEstimator:
             if step:
                 gates += self.layers["hidden_gates"](graph, hidden)
             pass_gates(gates, peepholes, cell, hidden[0])
-        feature = self._connected("body", np.asarray(body, np.float32))
+        feature = self._dense_layers("body", np.asarray(body, np.float32))
         out = self.layers["corrective_first"](graph, hidden, feature)
         return self.arrays["corrective_scale"] * self.layers["corrective_second"](graph, out)[0]
 
@@ -184,7 +184,7 @@ class PlayedEstimator:
         recall(given, self._recurrent, hidden)
         return hidden
 
-    def _state(self, garment: Garment, moved: np.ndarray, told: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    def _state(self, garment: EncodedGarment, moved: np.ndarray, told: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Mean of the heads of the state (verts, state), and what each adds to a logit (verts, joints)."""
         layer, graph, count = self.layers["state"], garment.graph, garment.graph.vertex_count
         extra = np.zeros((count, 0), np.float32) if told is None else told
@@ -196,7 +196,7 @@ class PlayedEstimator:
         attend_condensed(graph.start, graph.ring, *given, layer.alpha is not None, vector, means, scores)
         return means.sum(0), scores
 
-    def _connected(self, name: str, value: np.ndarray) -> np.ndarray:
+    def _dense_layers(self, name: str, value: np.ndarray) -> np.ndarray:
         for i in (0, 2, 4):
             value = self._linear(f"{name}.{i}", value if i == 0 else np.maximum(value, 0))
         return value
@@ -205,6 +205,6 @@ class PlayedEstimator:
         return value @ self.arrays[f"{name}.weight"].T + self.arrays[f"{name}.bias"]
 
 
-def _skinned(weights: np.ndarray, transforms: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _blend_skin(weights: np.ndarray, transforms: np.ndarray, points: np.ndarray) -> np.ndarray:
     blended = (weights @ transforms.reshape(JOINTS, 12)).reshape(-1, 3, 4)
     return np.einsum("vij,vj->vi", blended[..., :3], points) + blended[..., 3]

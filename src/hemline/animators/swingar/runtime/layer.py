@@ -12,7 +12,7 @@ from hemline.arrays import Float
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class AttentionLayer:
     """The weights of a layer, see `layers.GatLn`."""
 
     weights: Float[np.ndarray, "heads ins outs"]

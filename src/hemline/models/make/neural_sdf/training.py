@@ -8,7 +8,7 @@ import numpy as np
 
 from hemline.bodies import Body
 from hemline.collide.neural_sdf.capsules import BoneCapsules
-from hemline.collide.neural_sdf.inputs import Inputs, PointInputs, condition, inverted
+from hemline.collide.neural_sdf.inputs import Inputs, PointInputs, condition, invert_transforms
 from hemline.collide.neural_sdf.neural_sdf import NeuralSdf
 from hemline.files import content_hash
 from hemline.options import check_options, positive
@@ -111,7 +111,7 @@ class Around:
             for betas, rotations in zip(shard.betas, shard.rotations, strict=True):
                 shaped = body.shaped(betas)
                 transforms = shaped.transforms_of(*_one(in_pelvis_frame(shaped, rotations)))[0][0]
-                self.inputs.append(PointInputs(inputs, inverted(transforms), BoneCapsules.of(shaped)))
+                self.inputs.append(PointInputs(inputs, invert_transforms(transforms), BoneCapsules.of(shaped)))
                 conditions.append(condition(betas, rotations))
         self.conditions = np.stack(conditions)
         self.points = np.concatenate([shard.points for shard in samples])

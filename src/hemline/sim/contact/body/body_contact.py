@@ -5,14 +5,14 @@ from copy import copy
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .planes import ClosestPoints, Planes
-from .surface import Skin, Surface
-from .touch_kernels import strayed, turned_inside
+from .planes import SkinPoints, Planes
+from .surface import MovingSkin, BodySurface
+from .touch_kernels import mark_strays, mark_turned_inside
 
-NEAR = 0.001
+SEARCH_AGAIN_DISTANCE = 0.001
 """The surface is looked for again under a vertex that has moved by this much [m]."""
 
-WIDE = 3.0
+WIDE_REACH = 3.0
 """How much farther than usual is looked for a body that comes fast."""
 
 
@@ -36,14 +36,14 @@ class Contact:
 
     def __init__(
         self,
-        surface: Surface,
-        then: Skin,
-        now: Skin,
+        surface: BodySurface,
+        then: MovingSkin,
+        now: MovingSkin,
         start: Float[np.ndarray, "verts 3"],
         guess: Float[np.ndarray, "verts 3"],
         fixed: Bool[np.ndarray, " verts"],
         stiffness: Float[np.ndarray, " verts"],
-        known: ClosestPoints | None = None,
+        known: SkinPoints | None = None,
     ):
         self.surface, self.then, self.now = surface, then, now
         self.start, self.fixed, self.stiffness = start, fixed, stiffness
@@ -51,7 +51,7 @@ class Contact:
         self.ahead, self._sought = surface.closest(guess, now, fixed, closest), guess.copy()
         surprised = (closest.face < 0) & (self.ahead.face >= 0)
         if surprised.any():
-            wide = surface.closest(start, then, ~surprised, reach=WIDE * surface.reach)
+            wide = surface.closest(start, then, ~surprised, reach=WIDE_REACH * surface.reach)
             closest = _chosen(surprised, wide, closest)
         self._begin(closest)
 
@@ -61,19 +61,19 @@ class Contact:
             return False
         planes, before = self.laid(self.ahead), self.planes
         kept = np.empty(len(positions), bool)
-        turned_inside(positions, before.normal, before.stiffness, planes.normal, planes.point, planes.stiffness, kept)
+        mark_turned_inside(positions, before.normal, before.stiffness, planes.normal, planes.point, planes.stiffness, kept)
         self.places = _chosen(kept, self.places, self.ahead)
         self.planes = _chosen(kept, self.planes, planes)
         return True
 
-    def _begin(self, closest: ClosestPoints) -> None:
+    def _begin(self, closest: SkinPoints) -> None:
         """Lay the planes at the closest places to the cloth at the step's start."""
         self.places, self.planes = closest, self.laid(closest)
 
     def _sought_again(self, positions: Float[np.ndarray, "verts 3"]) -> bool:
         """Look for the closest places where vertices have moved; whether any has."""
         asked = np.empty(len(positions), bool)
-        if not strayed(positions, self.fixed, NEAR, self._sought, asked):
+        if not mark_strays(positions, self.fixed, SEARCH_AGAIN_DISTANCE, self._sought, asked):
             return False
         self.ahead = self.surface.closest(positions, self.now, self.fixed, self.ahead, asked=asked)
         return True
@@ -86,7 +86,7 @@ class Contact:
         part.places, part.ahead, part.planes = (_rows(each, which) for each in (self.places, self.ahead, self.planes))
         return part
 
-    def laid(self, closest: ClosestPoints) -> Planes:
+    def laid(self, closest: SkinPoints) -> Planes:
         """The planes at those places."""
         return self.surface.planes(closest, self.start, self.then, self.now, self.stiffness)
 

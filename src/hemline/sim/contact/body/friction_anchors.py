@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 from hemline.arrays import Faces
 from hemline.sim.cloth.sheet import Positions
 
-from .surface import Skin
+from .surface import MovingSkin
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class FrictionAnchors:
     local: Float[np.ndarray, "verts 3"]
 
     @classmethod
-    def at(cls, positions: Positions, face: Int[np.ndarray, " verts"], skin: Skin, faces: Faces) -> "FrictionAnchors":
+    def at(cls, positions: Positions, face: Int[np.ndarray, " verts"], skin: MovingSkin, faces: Faces) -> "FrictionAnchors":
         """Points that are at `positions` now.
 
         Args:
@@ -39,7 +39,7 @@ class FrictionAnchors:
         origin, axes = _frames(skin, faces, face)
         return cls(face, np.einsum("vij,vi->vj", axes, positions - origin))
 
-    def points(self, skin: Skin, faces: Faces) -> Positions:
+    def points(self, skin: MovingSkin, faces: Faces) -> Positions:
         """Where the points are on that surface [m]; those without a triangle mean nothing."""
         origin, axes = _frames(skin, faces, self.face)
         return origin + np.einsum("vij,vj->vi", axes, self.local)
@@ -52,7 +52,7 @@ class FrictionAnchors:
 
 
 def _frames(
-    skin: Skin, faces: Faces, face: Int[np.ndarray, " verts"]
+    skin: MovingSkin, faces: Faces, face: Int[np.ndarray, " verts"]
 ) -> tuple[Float[np.ndarray, "verts 3"], Float[np.ndarray, "verts 3 3"]]:
     """Origin and axes (as columns) of triangles; those of triangle 0 for -1."""
     a, b, c = skin.vertices.astype(np.float64)[faces[np.maximum(face, 0)]].transpose(1, 0, 2)

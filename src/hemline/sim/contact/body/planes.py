@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 
-class ClosestPoints(NamedTuple):
+class SkinPoints(NamedTuple):
     """Where on the surface each cloth vertex is nearest to.
 
     Attributes:

@@ -8,36 +8,36 @@ from jaxtyping import Bool, Float, Int
 from hemline.arrays import Faces, Normals, Vertices
 from hemline.sim.cloth.rows import Rows, incidence
 
-from .planes import ClosestPoints, Planes
-from .touch_kernels import Grid, SkinMesh, closest_faces, contact_planes, fill_grid
+from .planes import SkinPoints, Planes
+from .touch_kernels import SearchGrid, SkinMesh, closest_faces, contact_planes, fill_grid
 
 
 @dataclass(frozen=True, eq=False)
-class Skin:
+class MovingSkin:
     """The body's surface at one moment, float32."""
 
     vertices: Vertices
     normals: Normals
 
-    grids: dict[float, Grid] = field(default_factory=dict, repr=False)
+    grids: dict[float, SearchGrid] = field(default_factory=dict, repr=False)
 
-    def grid(self, cell: float) -> Grid:
+    def grid(self, cell: float) -> SearchGrid:
         """The vertices sorted into cells of that size [m]; kept."""
         if cell not in self.grids:
-            self.grids[cell] = grid_of(self.vertices, cell)
+            self.grids[cell] = make_grid(self.vertices, cell)
         return self.grids[cell]
 
 
-def grid_of(points: Vertices, cell: float) -> Grid:
+def make_grid(points: Vertices, cell: float) -> SearchGrid:
     """Sort points into cells of that size [m]."""
     low, high = (np.array([of(points[:, axis]) for axis in range(3)], np.float64) for of in (np.min, np.max))
     size = ((high - low) / cell).astype(np.int64) + 1
     starts, order = np.empty(int(size.prod()) + 2, np.int32), np.empty(len(points), np.int32)
     fill_grid(points, low, cell, size, starts, order)
-    return Grid(low, cell, size, starts, order)
+    return SearchGrid(low, cell, size, starts, order)
 
 
-class Surface:
+class BodySurface:
     """Topology of the body's mesh, and the searches on it.
 
     Args:
@@ -52,20 +52,20 @@ class Surface:
         self.reach = reach
         self.star: Rows = incidence(self.faces.ravel(), np.arange(self.faces.size) // 3, int(faces.max()) + 1)
 
-    def mesh(self, skin: Skin) -> SkinMesh:
+    def mesh(self, skin: MovingSkin) -> SkinMesh:
         """The surface at one moment, as kernels take it."""
         return SkinMesh(skin.vertices, skin.normals, self.faces, *self.star)
 
     def closest(
         self,
         positions: Float[np.ndarray, "verts 3"],
-        skin: Skin,
+        skin: MovingSkin,
         fixed: Bool[np.ndarray, " verts"],
-        known: ClosestPoints | None = None,
+        known: SkinPoints | None = None,
         *,
         reach: float | None = None,
         asked: Bool[np.ndarray, " verts"] | None = None,
-    ) -> ClosestPoints:
+    ) -> SkinPoints:
         """The closest point on the surface for every cloth vertex that is not fixed, or only for some.
 
         Args:
@@ -83,16 +83,16 @@ class Surface:
             face, weights, asked = np.full(count, -1, np.int32), np.zeros((count, 2)), ~fixed
         else:
             face, weights = known.face.copy(), known.weights.copy()
-        found = ClosestPoints(nearest, face, weights)
+        found = SkinPoints(nearest, face, weights)
         closest_faces(positions, tuple(self.mesh(skin)), tuple(grid), reach or self.reach, asked, tuple(found))
         return found
 
     def planes(
         self,
-        closest: ClosestPoints,
+        closest: SkinPoints,
         start: Float[np.ndarray, "verts 3"],
-        then: Skin,
-        now: Skin,
+        then: MovingSkin,
+        now: MovingSkin,
         stiffness: Float[np.ndarray, " verts"],
     ) -> Planes:
         """Contact planes at the end of a step, from places found at its start or at its end.

@@ -7,16 +7,16 @@ from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
 
-from .planes import ClosestPoints, Planes
+from .planes import SkinPoints, Planes
 
-BLOCK = 32
+SEARCH_BLOCK = 32
 """Vertices that are searched for one after the other."""
 
-STRIDE = 97
+BLOCK_STRIDE = 97
 """Blocks from one that a thread does to its next; a prime."""
 
 
-class Grid(NamedTuple):
+class SearchGrid(NamedTuple):
     """Points sorted into cubic cells: cell c holds order[starts[c]:starts[c + 1]].
 
     Attributes:
@@ -145,7 +145,7 @@ def closest_around(px, py, pz, vertex, vertices, faces, star_starts, star):
 
 
 @kernel(parallel=True)
-def closest_faces(x, skin: SkinMesh, grid: Grid, reach, asked, out: ClosestPoints):
+def closest_faces(x, skin: SkinMesh, grid: SearchGrid, reach, asked, out: SkinPoints):
     """For each cloth vertex that is asked for the closest face within reach and the weights of its corners; -1: none.
 
     # in:  x (verts, 3) float64; reach [m]; asked (verts,) bool; out.nearest holds the last nearest body vertices: they
@@ -156,11 +156,11 @@ def closest_faces(x, skin: SkinMesh, grid: Grid, reach, asked, out: ClosestPoint
     low, cell, size, cell_starts, order = grid
     nearest_out, face_out, weights_out = out
     # garments lie near the body at one end of their numbering: blocks are dealt out so that each thread gets both ends
-    count, blocks = x.shape[0], (x.shape[0] + BLOCK - 1) // BLOCK
-    blocks += blocks % STRIDE == 0
+    count, blocks = x.shape[0], (x.shape[0] + SEARCH_BLOCK - 1) // SEARCH_BLOCK
+    blocks += blocks % BLOCK_STRIDE == 0
     for turn in prange(blocks):
-        first = turn * STRIDE % blocks * BLOCK
-        for i in range(first, min(first + BLOCK, count)):
+        first = turn * BLOCK_STRIDE % blocks * SEARCH_BLOCK
+        for i in range(first, min(first + SEARCH_BLOCK, count)):
             if not asked[i]:
                 continue
             face_out[i] = -1
@@ -196,7 +196,7 @@ def closest_faces(x, skin: SkinMesh, grid: Grid, reach, asked, out: ClosestPoint
 
 
 @kernel(parallel=True)
-def contact_planes(start, closest: ClosestPoints, vertices_then, now: SkinMesh, stiffness, out: Planes):
+def contact_planes(start, closest: SkinPoints, vertices_then, now: SkinMesh, stiffness, out: Planes):
     """Plane of the body under each vertex at the step's end, and where the body carries the vertex's start.
 
     # in:  start (verts, 3): the cloth then; vertices_then: the body's; stiffness (verts,): of each vertex [N/m]
@@ -232,7 +232,7 @@ def contact_planes(start, closest: ClosestPoints, vertices_then, now: SkinMesh, 
 
 
 @kernel(parallel=True)
-def strayed(x, fixed, distance, sought, asked_out):
+def mark_strays(x, fixed, distance, sought, asked_out):
     """How many vertices that are not fixed are farther than a distance from where their face was sought.
 
     # in:  sought (verts, 3)
@@ -249,7 +249,7 @@ def strayed(x, fixed, distance, sought, asked_out):
 
 
 @kernel(parallel=True)
-def turned_inside(x, old_normal, old_stiffness, normal, point, stiffness, turned_out):
+def mark_turned_inside(x, old_normal, old_stiffness, normal, point, stiffness, turned_out):
     """Vertices behind their new plane, whose old one looked the other way."""
     for i in prange(x.shape[0]):
         across = gap = 0.0
@@ -260,7 +260,7 @@ def turned_inside(x, old_normal, old_stiffness, normal, point, stiffness, turned
 
 
 __all__ = [
-    "Grid",
+    "SearchGrid",
     "SkinMesh",
     "cell_of",
     "cells_between",
@@ -269,6 +269,6 @@ __all__ = [
     "closest_on_triangle",
     "contact_planes",
     "fill_grid",
-    "strayed",
-    "turned_inside",
+    "mark_strays",
+    "mark_turned_inside",
 ]

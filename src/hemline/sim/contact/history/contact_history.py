@@ -15,24 +15,24 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from hemline.sim.contact.body.planes import ClosestPoints
-from hemline.sim.contact.body.surface import Skin, Surface
+from hemline.sim.contact.body.planes import SkinPoints
+from hemline.sim.contact.body.surface import MovingSkin, BodySurface
 
 from .history_kernels import Places, move_places, share_stiffness
 
 HistoryFaces = Int[np.ndarray, "verts 2"]
 """Faces of the body at the first and the second place of each vertex, -1 for none."""
 
-DEEP = 0.005
+MAX_DEPTH = 0.005
 """A place that a vertex lies so far behind is none that it came to by itself [m]."""
 
-FAR = 0.015
+FORGET_HEIGHT = 0.015
 """A second place is forgotten from that height on [m]."""
 
-SKEW = 2.0
-"""So is one that is so many times as far away as it is high, and `DEEP` more: it lies beside the vertex."""
+MAX_SKEW = 2.0
+"""So is one that is so many times as far away as it is high, and `MAX_DEPTH` more: it lies beside the vertex."""
 
-PRESSED = 0.002
+YIELD_DEPTH = 0.002
 """Cloth that is pressed so far into its own limb yields to it, not to another one [m]."""
 
 
@@ -52,7 +52,7 @@ class ContactHistory:
     weights: Float[np.ndarray, "2 verts 2"]
 
     @classmethod
-    def of(cls, faces: HistoryFaces, surface: Surface) -> "ContactHistory":
+    def of(cls, faces: HistoryFaces, surface: BodySurface) -> "ContactHistory":
         """From their faces."""
         face = np.ascontiguousarray(faces.T, np.int32)
         nearest = np.where(face < 0, -1, surface.faces[face, 0]).astype(np.int32)
@@ -64,21 +64,21 @@ class ContactHistory:
         return self.face.T.copy()
 
     @property
-    def first(self) -> ClosestPoints:
+    def first(self) -> SkinPoints:
         """The first places."""
-        return ClosestPoints(self.nearest[0], self.face[0], self.weights[0])
+        return SkinPoints(self.nearest[0], self.face[0], self.weights[0])
 
     @property
-    def second(self) -> ClosestPoints:
+    def second(self) -> SkinPoints:
         """The second places."""
-        return ClosestPoints(self.nearest[1], self.face[1], self.weights[1])
+        return SkinPoints(self.nearest[1], self.face[1], self.weights[1])
 
     def moved(
         self,
-        surface: Surface,
+        surface: BodySurface,
         positions: Float[np.ndarray, "verts 3"],
-        skin: Skin,
-        found: ClosestPoints,
+        skin: MovingSkin,
+        found: SkinPoints,
         home: Int[np.ndarray, " verts"],
     ) -> "ContactHistory":
         """The places after body and cloth have moved.
@@ -92,14 +92,14 @@ class ContactHistory:
         """
         nearest, face, weights = self.nearest.copy(), self.face.copy(), self.weights.copy()
         places = Places(nearest, face, weights)
-        move_places(positions, surface.mesh(skin), surface.limb, home, found, DEEP, FAR, SKEW, places)
+        move_places(positions, surface.mesh(skin), surface.limb, home, found, MAX_DEPTH, FORGET_HEIGHT, MAX_SKEW, places)
         return ContactHistory(nearest, face, weights)
 
     def stiffnesses(
         self,
-        surface: Surface,
+        surface: BodySurface,
         positions: Float[np.ndarray, "verts 3"],
-        skin: Skin,
+        skin: MovingSkin,
         home: Int[np.ndarray, " verts"],
         pinched: Bool[np.ndarray, " verts"],
         stiffness: Float[np.ndarray, " verts"],
@@ -120,5 +120,5 @@ class ContactHistory:
         shared = np.empty((2, len(stiffness)))
         places = Places(self.nearest, self.face, self.weights)
         mesh = surface.mesh(skin)
-        share_stiffness(positions, mesh, surface.limb, home, pinched, places, stiffness, yielding, PRESSED, shared)
+        share_stiffness(positions, mesh, surface.limb, home, pinched, places, stiffness, yielding, YIELD_DEPTH, shared)
         return shared

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from hemline.sim.contact.body.body_contact import Contact
-from hemline.sim.contact.body.planes import ClosestPoints
-from hemline.sim.contact.body.surface import Skin, Surface
+from hemline.sim.contact.body.planes import SkinPoints
+from hemline.sim.contact.body.surface import MovingSkin, BodySurface
 from hemline.sim.contact.pairs.pair_kernels import PairRows
 
 from .contact_history import ContactHistory
@@ -42,14 +42,14 @@ class ContactWithHistory(Contact):
 
     def __init__(
         self,
-        surface: Surface,
-        then: Skin,
-        now: Skin,
+        surface: BodySurface,
+        then: MovingSkin,
+        now: MovingSkin,
         start: Float[np.ndarray, "verts 3"],
         guess: Float[np.ndarray, "verts 3"],
         fixed: Bool[np.ndarray, " verts"],
         stiffness: Float[np.ndarray, " verts"],
-        known: ClosestPoints | None,
+        known: SkinPoints | None,
         wearing: Wearing,
     ):
         self.wearing, self._full = wearing, stiffness
@@ -75,7 +75,7 @@ class ContactWithHistory(Contact):
             return []
         nearest, face, weights = history.nearest[1, which], history.face[1, which], history.weights[1, which]
         planes = self.surface.planes(
-            ClosestPoints(nearest, face, weights), self.start[which], self.then, self.now, self._second_stiffness[which]
+            SkinPoints(nearest, face, weights), self.start[which], self.then, self.now, self._second_stiffness[which]
         )
         depth = np.clip(thickness - planes.gap(planes.carried), 0, thickness)
         return [
@@ -91,12 +91,12 @@ class ContactWithHistory(Contact):
             )
         ]
 
-    def _begin(self, closest: ClosestPoints) -> None:
+    def _begin(self, closest: SkinPoints) -> None:
         wearing = self.wearing
         history = wearing.history.moved(self.surface, self.start, self.then, closest, wearing.home)
         self._hold(history, self.start, self.then)
 
-    def _hold(self, history: ContactHistory, positions: Float[np.ndarray, "verts 3"], skin: Skin) -> None:
+    def _hold(self, history: ContactHistory, positions: Float[np.ndarray, "verts 3"], skin: MovingSkin) -> None:
         wearing = self.wearing
         self.history, self.places = history, history.first
         self.stiffness, self._second_stiffness = history.stiffnesses(

@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
-from hemline.sim.contact.body.planes import ClosestPoints
+from hemline.sim.contact.body.planes import SkinPoints
 from hemline.sim.contact.body.touch_kernels import SkinMesh, closest_around
 
-FARTHEST_WALK = 16
+MAX_WALK_STEPS = 16
 """Vertices of the body that a walk over the skin goes along, at most."""
 
 
@@ -28,11 +28,11 @@ class Places(NamedTuple):
 
 
 @kernel
-def walk(x, i, centre, vertices, faces, star_starts, star):
+def walk_downhill(x, i, centre, vertices, faces, star_starts, star):
     """From a vertex of the body downhill over its skin to where it is closest: vertex, face, two weights."""
     px, py, pz = x[i, 0], x[i, 1], x[i, 2]
     best = 1e30
-    for _ in range(FARTHEST_WALK):
+    for _ in range(MAX_WALK_STEPS):
         found = centre
         for entry in range(star_starts[centre], star_starts[centre + 1]):
             for corner in range(3):
@@ -49,7 +49,7 @@ def walk(x, i, centre, vertices, faces, star_starts, star):
 
 
 @kernel
-def apart(faces, a, b):
+def share_no_corner(faces, a, b):
     """Whether two faces share no corner; -1, no face, is apart from none."""
     if a < 0 or b < 0:
         return False
@@ -77,7 +77,7 @@ def height_over(x, i, vertices, normals, faces, face, v, w):
 
 
 @kernel(parallel=True)
-def move_places(x, skin: SkinMesh, limb, home, found: ClosestPoints, deep, far, skew, out: Places):
+def move_places(x, skin: SkinMesh, limb, home, found: SkinPoints, deep, far, skew, out: Places):
     """The first and the second place of each vertex after cloth and body have moved.
 
     # in:  x (verts, 3) float64; limb (faces,), home (verts,); found: the closest places; `deep` and `far` [m], `skew`
@@ -88,15 +88,15 @@ def move_places(x, skin: SkinMesh, limb, home, found: ClosestPoints, deep, far, 
     nearest_out, face_out, weights_out = out
     for i in prange(x.shape[0]):
         closest, second = found_face[i], face_out[1, i]
-        left, refused = apart(faces, face_out[0, i], closest), False
+        left, refused = share_no_corner(faces, face_out[0, i], closest), False
         n0 = f0 = n1 = f1 = -1
         v0 = w0 = v1 = w1 = 0.0
         if left:
-            n0, f0, v0, w0 = walk(x, i, nearest_out[0, i], vertices, faces, star_starts, star)
-            left = apart(faces, f0, closest)
+            n0, f0, v0, w0 = walk_downhill(x, i, nearest_out[0, i], vertices, faces, star_starts, star)
+            left = share_no_corner(faces, f0, closest)
         if second >= 0:
-            n1, f1, v1, w1 = walk(x, i, nearest_out[1, i], vertices, faces, star_starts, star)
-        if left and not (second >= 0 and not apart(faces, f1, closest)):
+            n1, f1, v1, w1 = walk_downhill(x, i, nearest_out[1, i], vertices, faces, star_starts, star)
+        if left and not (second >= 0 and not share_no_corner(faces, f1, closest)):
             v, w = found_weights[i, 0], found_weights[i, 1]
             height, _, a0, a1, a2 = height_over(x, i, vertices, normals, faces, closest, v, w)
             _, _, b0, b1, b2 = height_over(x, i, vertices, normals, faces, f0, v0, w0)
@@ -110,7 +110,7 @@ def move_places(x, skin: SkinMesh, limb, home, found: ClosestPoints, deep, far, 
             n0, f0, v0, w0 = found_nearest[i], closest, found_weights[i, 0], found_weights[i, 1]
         if f1 >= 0:
             height, distance, _, _, _ = height_over(x, i, vertices, normals, faces, f1, v1, w1)
-            if not (apart(faces, f0, f1) and height < far and distance < skew * abs(height) + deep):
+            if not (share_no_corner(faces, f0, f1) and height < far and distance < skew * abs(height) + deep):
                 f1 = -1
         nearest_out[0, i], face_out[0, i], weights_out[0, i, 0], weights_out[0, i, 1] = n0, f0, v0, w0
         nearest_out[1, i], face_out[1, i], weights_out[1, i, 0], weights_out[1, i, 1] = n1, f1, v1, w1
@@ -144,4 +144,4 @@ def share_stiffness(
             stiffness_out[1 - own, i] = yielding * stiffness[i]
 
 
-__all__ = ["Places", "apart", "height_over", "move_places", "share_stiffness", "walk"]
+__all__ = ["Places", "share_no_corner", "height_over", "move_places", "share_stiffness", "walk_downhill"]

@@ -6,14 +6,14 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
-from hemline.sim.contact.body.planes import ClosestPoints, Planes
-from hemline.sim.contact.body.touch_kernels import STRIDE, Grid, SkinMesh, cells_between, closest_on_triangle
+from hemline.sim.contact.body.planes import SkinPoints, Planes
+from hemline.sim.contact.body.touch_kernels import BLOCK_STRIDE, SearchGrid, SkinMesh, cells_between, closest_on_triangle
 
 INNER = 0.58
 """Radius of the circle around a triangle over its longest edge, rounded up, where that circle is the smallest one."""
 
 
-class Found(NamedTuple):
+class PointContacts(NamedTuple):
     """What a search found, chunk by chunk, each chunk with the same room.
 
     Attributes:
@@ -54,11 +54,11 @@ def points_above(
     x,
     faces,
     fixed,
-    ahead: ClosestPoints,
+    ahead: SkinPoints,
     planes: Planes,
     held,
     skin: SkinMesh,
-    grid: Grid,
+    grid: SearchGrid,
     slack,
     deepest,
     reach,
@@ -66,7 +66,7 @@ def points_above(
     room,
     slid_out,
     far_out,
-    out: Found,
+    out: PointContacts,
 ):
     """Vertices of the body that nearly are, or are, on the wrong side of a triangle of the cloth.
 
@@ -98,7 +98,7 @@ def points_above(
         far_out[i, 0], far_out[i, 1] = away**0.5 - max(along, 0.0), max(-along, 0.0)
     chunks = count_out.shape[0]
     for turn in prange(chunks):
-        number, found = turn * STRIDE % chunks, 0
+        number, found = turn * BLOCK_STRIDE % chunks, 0
         for f in range(number * chunk, min(faces.shape[0], (number + 1) * chunk)):
             a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
             if fixed[a] or fixed[b] or fixed[c] or not (held[a] or held[b] or held[c]):
@@ -189,7 +189,7 @@ def _above(
 
 @kernel
 def nearest_points(
-    found: Found,
+    found: PointContacts,
     room,
     faces,
     piece,
@@ -276,4 +276,4 @@ def points_on(x, corners, weights, out):
                 out[p, k] += weights[p, c] * x[corners[p, c], k]
 
 
-__all__ = ["Found", "PointRows", "nearest_points", "points_above", "points_on"]
+__all__ = ["PointContacts", "PointRows", "nearest_points", "points_above", "points_on"]

@@ -10,26 +10,26 @@ from jaxtyping import Bool, Float
 
 from hemline.sim.cloth.sheet import Sheet
 from hemline.sim.contact.body.body_contact import Contact
-from hemline.sim.contact.body.planes import ClosestPoints
-from hemline.sim.contact.body.touch_kernels import STRIDE
+from hemline.sim.contact.body.planes import SkinPoints
+from hemline.sim.contact.body.touch_kernels import BLOCK_STRIDE
 
-from .body_point_kernels import Found, PointRows, nearest_points, points_above, points_on
+from .body_point_kernels import PointContacts, PointRows, nearest_points, points_above, points_on
 from .pair_kernels import PairRows
 
-SHARE = 0.2
+DISTANCE_RATIO = 0.2
 """Distance that triangles keep from the body's vertices, as a share of the vertices' thickness."""
 
-MARGIN = 0.0005
+POINT_MARGIN = 0.0005
 """Distance beyond that from which on they are looked for [m]."""
 
-DEEPEST = 0.005
+MAX_POINT_DEPTH = 0.005
 """How far a vertex may stand out of the cloth at the start of a step and still be found [m]."""
 
-STIFFNESS, STIFFEST = 32.0, 4.0
+POINT_STIFFNESS, MAX_STIFFNESS_RATIO = 32.0, 4.0
 """How stiff a point is at one thickness: over a vertex of the cloth of the area around its vertex of the body, and at
 most over those of its triangle."""
 
-CHUNK = 256
+TRIANGLE_CHUNK = 256
 """Triangles worked on at a time: fixed, so that the order of what is found does not depend on the threads."""
 
 
@@ -102,7 +102,7 @@ class BodyPointSearch:
         friction: Float[np.ndarray, " verts"],
     ):
         self.sheet, self.fixed, self.friction = sheet, fixed, friction
-        self.thickness, self.distance = thickness, SHARE * thickness
+        self.thickness, self.distance = thickness, DISTANCE_RATIO * thickness
         self._room = 16
         self._pieces = int(sheet.piece.max(initial=0)) + 1
 
@@ -120,11 +120,11 @@ class BodyPointSearch:
         kept = len(points.body_vertex)
         if not kept:
             return None
-        nowhere = ClosestPoints(points.body_vertex, np.full(kept, -1, np.int32), np.zeros((kept, 2)))
+        nowhere = SkinPoints(points.body_vertex, np.full(kept, -1, np.int32), np.zeros((kept, 2)))
         free = np.zeros(kept, bool)
         meeting = Contact(surface, then, now, points.start, points.ahead, free, points.stiffness, nowhere)
         gap = np.minimum(meeting.planes.gap(points.ahead), meeting.planes.gap(meeting.planes.carried))
-        near = gap < self.distance + MARGIN
+        near = gap < self.distance + POINT_MARGIN
         if not near.any():
             return None
         which = np.flatnonzero(near)
@@ -156,23 +156,23 @@ class BodyPointSearch:
             contact.stiffness,
             self.friction,
             sheet.vertex_area,
-            DEEPEST,
-            STIFFNESS,
-            STIFFEST,
+            MAX_POINT_DEPTH,
+            POINT_STIFFNESS,
+            MAX_STIFFNESS_RATIO,
             points,
         )
         return PointRows(*(each[:kept] for each in points))
 
-    def _found(self, contact: Contact, guess: np.ndarray) -> tuple[Found, int]:
+    def _found(self, contact: Contact, guess: np.ndarray) -> tuple[PointContacts, int]:
         """Vertices of the body that a triangle is near to, and the place in it; the room of each chunk."""
         sheet, surface, planes = self.sheet, contact.surface, contact.planes
-        chunks = (len(sheet.faces) + CHUNK - 1) // CHUNK
-        count = np.empty(chunks + (chunks % STRIDE == 0), np.int64)
+        chunks = (len(sheet.faces) + TRIANGLE_CHUNK - 1) // TRIANGLE_CHUNK
+        count = np.empty(chunks + (chunks % BLOCK_STRIDE == 0), np.int64)
         slid, far = np.empty((len(guess), 3)), np.empty((len(guess), 2))
         while True:
             room = self._room
             out, share = np.empty((len(count) * room, 2), np.int32), np.empty((len(count) * room, 3))
-            found = Found(count, out, share)
+            found = PointContacts(count, out, share)
             points_above(
                 guess,
                 sheet.faces,
@@ -182,10 +182,10 @@ class BodyPointSearch:
                 planes.stiffness > 0,
                 surface.mesh(contact.now),
                 contact.now.grid(surface.reach),
-                self.distance + MARGIN,
-                DEEPEST,
+                self.distance + POINT_MARGIN,
+                MAX_POINT_DEPTH,
                 surface.reach,
-                CHUNK,
+                TRIANGLE_CHUNK,
                 room,
                 slid,
                 far,

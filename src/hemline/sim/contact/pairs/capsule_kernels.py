@@ -11,7 +11,7 @@ from hemline.sim.contact.body.touch_kernels import closest_on_triangle
 from .pair_search_kernels import closest_on_edges
 
 
-class Held(NamedTuple):
+class CapsulePairs(NamedTuple):
     """Triangles that capsules hold off.
 
     Attributes:
@@ -30,7 +30,7 @@ class Held(NamedTuple):
 
 
 @kernel
-def pierced(p, q, a, b, c):
+def segment_hits_triangle(p, q, a, b, c):
     """Whether the segment p q goes through the triangle a b c."""
     u0, u1, u2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     v0, v1, v2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
@@ -81,7 +81,7 @@ def _off_axis(x, a, d, square):
 
 
 @kernel
-def near_capsules(x, faces, limb_of_face, then, now, radius, limb, look, out: Held):
+def near_capsules(x, faces, limb_of_face, then, now, radius, limb, look, out: CapsulePairs):
     """Which triangles of its limb are within `look` radii of a capsule's axis, and which way it holds them off.
 
     # in:  x (verts, 3): the cloth at the step's start; limb_of_face (faces,), -1 where there is no contact;
@@ -109,7 +109,7 @@ def near_capsules(x, faces, limb_of_face, then, now, radius, limb, look, out: He
                 continue
             a, b, c = x[faces[f, 0]], x[faces[f, 1]], x[faces[f, 2]]
             reach = widest + max(_apart(a, b), _apart(a, c))
-            if _off_axis(a, p, d, square) > reach or pierced(p, q, a, b, c):
+            if _off_axis(a, p, d, square) > reach or segment_hits_triangle(p, q, a, b, c):
                 continue
             t, v, w, distance = nearest_on_triangle(p, q, a, b, c)
             distance = distance**0.5
@@ -136,4 +136,4 @@ def near_capsules(x, faces, limb_of_face, then, now, radius, limb, look, out: He
     return count
 
 
-__all__ = ["Held", "near_capsules", "nearest_on_triangle", "pierced"]
+__all__ = ["CapsulePairs", "near_capsules", "nearest_on_triangle", "segment_hits_triangle"]

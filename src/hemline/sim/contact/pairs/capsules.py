@@ -14,7 +14,7 @@ from jaxtyping import Float, Int, UInt
 from hemline.collide import limbs
 from hemline.motions.motion import JOINT_NAMES
 
-from .capsule_kernels import Held, near_capsules
+from .capsule_kernels import CapsulePairs, near_capsules
 from .pair_kernels import PairRows
 
 if TYPE_CHECKING:
@@ -29,13 +29,13 @@ BONES = np.array(
 )
 """Joints at both ends of each capsule, the one that folds first."""
 
-SHARE = 0.75
+RADIUS_RATIO = 0.75
 """So much of the way from a bone to the skin of the body at rest its capsule takes up, at most."""
 
-LOOK = 2.0
+SEARCH_RADII = 2.0
 """Triangles are looked for within so many radii of the axis."""
 
-STIFFNESS = 16.0
+CAPSULE_STIFFNESS = 16.0
 """How stiff a capsule is for a triangle, over the skin for a vertex; the load grows from the radius to the axis."""
 
 
@@ -82,8 +82,8 @@ class Capsules:
         room = 256
         while True:
             shapes = (room, 4), (room, 3), (room, 3), room
-            held = Held(np.empty((room, 4), np.uint32), *(np.empty(shape) for shape in shapes))
-            count = near_capsules(start, faces, limb_of_face, *ends, self.radius, self.limb, LOOK, held)
+            held = CapsulePairs(np.empty((room, 4), np.uint32), *(np.empty(shape) for shape in shapes))
+            count = near_capsules(start, faces, limb_of_face, *ends, self.radius, self.limb, SEARCH_RADII, held)
             if count <= room:
                 break
             room = count
@@ -95,7 +95,7 @@ class Capsules:
             reach=np.einsum("rx,rx->r", normal, point) + radius,
             carried=point,
             thickness=radius,
-            stiffness=STIFFNESS * (weights * stiffness[corners]).sum(axis=1),
+            stiffness=CAPSULE_STIFFNESS * (weights * stiffness[corners]).sum(axis=1),
             limit=np.zeros(count),
         )
 
@@ -104,7 +104,7 @@ def _radii(skin: np.ndarray, hinge: np.ndarray, end: np.ndarray) -> tuple[float,
     """The radii of a capsule from a hinge to the bone's other end [m]."""
     way = end - hinge
     share = np.clip((skin - hinge) @ way / (way @ way), 0, 1)
-    room = SHARE * np.linalg.norm(skin - hinge - share[:, None] * way, axis=1)
+    room = RADIUS_RATIO * np.linalg.norm(skin - hinge - share[:, None] * way, axis=1)
     lower = share > 0.5
     wide = float(room[~lower].min())
     thin = ((room[lower] - (1 - share[lower]) * wide) / share[lower]).min()

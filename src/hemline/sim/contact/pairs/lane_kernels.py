@@ -45,7 +45,7 @@ class Lanes(NamedTuple):
 def fill_lanes(frames, motion, origin, out: Lanes):
     """Lay the frames of elements out in blocks.
 
-    # in:  frames (elements, 11) as `element_frames` gives them; motion (patches, 4); origin: what centres count from;
+    # in:  frames (elements, 11) as `element_bounds` gives them; motion (patches, 4); origin: what centres count from;
     #      out.starts, out.elements
     # out: out.blocks; what an element reaches: its radius, and how far a corner may move from where the mean motion of
     #      the patch carries it. An empty lane is infinitely far

@@ -17,11 +17,11 @@ from hemline.compiled import kernel, prange
 from hemline.sim.cloth.rows import Rows
 from hemline.sim.contact.body.load_kernels import press_terms, slip_terms
 from hemline.sim.contact.body.touch_kernels import closest_on_triangle
-from hemline.sim.solver.conjugate_kernels import FEW
+from hemline.sim.solver.conjugate_kernels import FEW_PAIRS
 
 from .pair_search_kernels import closest_on_edges
 
-CHUNK = 64
+PAIR_CHUNK = 64
 """Pairs in one partial sum: fixed, so that sums do not depend on the number of threads."""
 
 
@@ -66,7 +66,7 @@ def _along(x, corner, weight, axis):
 
 
 @kernel(parallel=True)
-def lay_pairs(x, start, corners, before, weights_out, normal_out, distance_out, carried_out):
+def pair_geometry(x, start, corners, before, weights_out, normal_out, distance_out, carried_out):
     """Nearest points of each pair, and the unit normal from the second of them to the first.
 
     # in:  start (verts, 3): positions at the step's start; corners (pairs, 5): four vertices, 1 for edges;
@@ -135,7 +135,7 @@ def pair_forces(x, pairs: PairRows, creep, force_out, energy_out):
     count = corners.shape[0]
     for chunk in prange(energy_out.shape[0]):
         energy = 0.0
-        for p in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
+        for p in range(chunk * PAIR_CHUNK, min(count, (chunk + 1) * PAIR_CHUNK)):
             n0, n1, n2 = normal[p, 0], normal[p, 1], normal[p, 2]
             depth = reach[p] - _along(x, corners[p], weights[p], 0) * n0
             depth -= _along(x, corners[p], weights[p], 1) * n1 + _along(x, corners[p], weights[p], 2) * n2
@@ -191,7 +191,7 @@ def pairs_at_vertices(corners, weights, at: Rows, force, gradient_out):
     # in:  at: for each vertex its pairs, 4 pair + corner
     """
     starts, entries = at
-    if corners.shape[0] <= FEW:
+    if corners.shape[0] <= FEW_PAIRS:
         for p in range(corners.shape[0]):
             for corner in range(4):
                 i, w = corners[p, corner], weights[p, corner]
@@ -223,7 +223,7 @@ def pair_diagonal(corners, weights, at: Rows, block, diagonal_out):
     # in:  at: for each vertex its pairs, 4 pair + corner
     """
     starts, entries = at
-    if corners.shape[0] <= FEW:
+    if corners.shape[0] <= FEW_PAIRS:
         diagonal_out[:] = 0.0
         for p in range(corners.shape[0]):
             for corner in range(4):
@@ -255,10 +255,10 @@ def incidence_of_pairs(corners, starts_out, entries_out):
 
 
 __all__ = [
-    "CHUNK",
+    "PAIR_CHUNK",
     "PairRows",
     "incidence_of_pairs",
-    "lay_pairs",
+    "pair_geometry",
     "near_rows",
     "pair_blocks",
     "pair_diagonal",

@@ -9,7 +9,7 @@ from hemline.compiled import kernel, prange
 from hemline.sim.contact.body.touch_kernels import closest_on_triangle
 
 from .lane_kernels import LANES, NOBODY, SURELY, Lanes, near_lanes
-from .patch_kernels import Bounds, Frames
+from .patch_kernels import PatchBounds, ElementBounds
 
 INNER = 0.4
 """Radius of the inner circle of a triangle over its longest edge, rounded up: 0.29 at most."""
@@ -159,8 +159,8 @@ def near_pairs(
     x,
     moved,
     mesh: ClothMesh,
-    frames: Frames,
-    bounds: Bounds,
+    frames: ElementBounds,
+    bounds: PatchBounds,
     elements: Elements,
     pairs,
     thickest,
@@ -254,7 +254,7 @@ def pierces(p, q, a, b, c):
 
 @kernel(parallel=True)
 def piercing_edges(
-    x, mesh: ClothMesh, frames: Frames, bounds: Bounds, elements: Elements, pairs, chunk, room, count_out, out
+    x, mesh: ClothMesh, frames: ElementBounds, bounds: PatchBounds, elements: Elements, pairs, chunk, room, count_out, out
 ):
     """Edges that go through triangles: out (chunks room, 2) holds edge and triangle; arguments as of `near_pairs`."""
     faces, edges, joined = mesh.faces, mesh.edges, mesh.joined

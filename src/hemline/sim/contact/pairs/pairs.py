@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hemline.sim.cloth.rows import Rows
-from hemline.sim.solver.conjugate_kernels import FEW
+from hemline.sim.solver.conjugate_kernels import FEW_PAIRS
 
 from .pair_kernels import PairRows, incidence_of_pairs
 
@@ -24,7 +24,7 @@ class Pairs:
     def of(cls, parts: Sequence[PairRows], vertex_count: int) -> "Pairs":
         """Gather pairs of all kinds."""
         rows = parts[0] if len(parts) == 1 else PairRows(*(np.concatenate(each) for each in zip(*parts, strict=True)))
-        if rows.size <= FEW:
+        if rows.size <= FEW_PAIRS:
             return cls(rows, _NOWHERE)
         starts, entries = np.empty(vertex_count + 2, np.uint32), np.empty(4 * rows.size, np.uint32)
         incidence_of_pairs(rows.corners, starts, entries)

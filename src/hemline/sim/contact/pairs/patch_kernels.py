@@ -16,7 +16,7 @@ from hemline.sim.cloth.rows import Rows
 FAST = {"contract", "nsz", "arcp"}
 
 
-class Frames(NamedTuple):
+class ElementBounds(NamedTuple):
     """Of each triangle, edge and vertex: centre (3), radius, normal (3; unit at vertices only), mean motion (3) and the
     most that the motion of a corner differs from it.
     """
@@ -34,7 +34,7 @@ class PatchRows(NamedTuple):
     faces: Rows
 
 
-class Bounds(NamedTuple):
+class PatchBounds(NamedTuple):
     """Of each patch.
 
     Attributes:
@@ -48,15 +48,15 @@ class Bounds(NamedTuple):
     cone: Float[np.ndarray, "patches 4"]
 
 
-class Groups(NamedTuple):
-    """Box and motion of groups of patches, as `Bounds` has them."""
+class GroupBounds(NamedTuple):
+    """Box and motion of groups of patches, as `PatchBounds` has them."""
 
     box: Float[np.ndarray, "groups 6"]
     motion: Float[np.ndarray, "groups 4"]
 
 
 @kernel(parallel=True, fastmath=FAST)
-def element_frames(x, moved, faces, edges, at: Rows, out: Frames):
+def element_bounds(x, moved, faces, edges, at: Rows, out: ElementBounds):
     """Centre, radius, normal and motion of each triangle, edge and vertex.
 
     # in:  x, moved (verts, 3) float64: where each vertex is, and goes in the step, relative to x; at: corners of each
@@ -104,8 +104,8 @@ def element_frames(x, moved, faces, edges, at: Rows, out: Frames):
 
 
 @kernel(parallel=True, fastmath=FAST)
-def patch_bounds(x, moved, faces, edges, face_frames, rows: PatchRows, out: Bounds):
-    """Box, motion and cone of normals of each patch; x, moved, face_frames as of `element_frames`."""
+def patch_bounds(x, moved, faces, edges, face_frames, rows: PatchRows, out: PatchBounds):
+    """Box, motion and cone of normals of each patch; x, moved, face_frames as of `element_bounds`."""
     vertex_starts, vertices = rows.vertices
     edge_starts, patch_edges = rows.edges
     face_starts, patch_faces = rows.faces
@@ -160,7 +160,7 @@ def _differs(moved, i, motion):
 
 
 @kernel
-def group_bounds(bounds: Bounds, size, out: Groups):
+def group_bounds(bounds: PatchBounds, size, out: GroupBounds):
     """Box and motion of groups of so many patches that follow each other."""
     box, motion = bounds.box, bounds.motion
     box_out, motion_out = out
@@ -191,7 +191,7 @@ def _pass(box, motion, p, q, margin):
 
 
 @kernel(parallel=True)
-def patch_pairs(bounds: Bounds, groups: Groups, size, joined, margin, capacity, count_out, pairs_out):
+def patch_pairs(bounds: PatchBounds, groups: GroupBounds, size, joined, margin, capacity, count_out, pairs_out):
     """For each patch the patches, itself or later ones, that something of it could meet in the step.
 
     # in:  groups of patches and their size; capacity: room for each patch in pairs_out (patches, capacity)
@@ -217,4 +217,4 @@ def patch_pairs(bounds: Bounds, groups: Groups, size, joined, margin, capacity, 
                     count_out[p] += 1
 
 
-__all__ = ["Bounds", "Frames", "Groups", "PatchRows", "element_frames", "group_bounds", "patch_bounds", "patch_pairs"]
+__all__ = ["PatchBounds", "ElementBounds", "GroupBounds", "PatchRows", "element_bounds", "group_bounds", "patch_bounds", "patch_pairs"]

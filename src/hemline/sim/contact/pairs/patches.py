@@ -13,7 +13,7 @@ from hemline.sim.solver.clusters import cut
 
 from .lane_kernels import LANES, NOBODY, ROWS, Lanes
 
-SIZE = 6
+VERTICES_PER_PATCH = 6
 """Vertices in a patch, about."""
 
 
@@ -28,7 +28,7 @@ def lanes_of(rows: Rows) -> Lanes:
 
 
 @dataclass(frozen=True)
-class Patches:
+class ClothPatches:
     """A partition of vertices, edges and triangles.
 
     Attributes:
@@ -53,7 +53,7 @@ class Patches:
         return len(self.joined)
 
 
-def make_patches(sheet: Sheet, thickness: float) -> Patches:
+def make_patches(sheet: Sheet, thickness: float) -> ClothPatches:
     """Cut a sheet into patches.
 
     Args:
@@ -65,7 +65,7 @@ def make_patches(sheet: Sheet, thickness: float) -> Patches:
     # a patch lies within one piece of cloth: only there do equal normals mean that nothing meets
     piece = components(sheet.faces.astype(np.int32), sheet.vertex_count)
     pieces = [np.flatnonzero(piece == number) for number in range(int(piece.max()) + 1)]
-    parts = [part for piece in pieces for part in cut(sheet, piece, max(1, len(piece) // SIZE))]
+    parts = [part for piece in pieces for part in cut(sheet, piece, max(1, len(piece) // VERTICES_PER_PATCH))]
     label = np.empty(sheet.vertex_count, np.int64)
     for number, part in enumerate(parts):
         label[part] = number
@@ -78,7 +78,7 @@ def make_patches(sheet: Sheet, thickness: float) -> Patches:
     shortest = np.full(sheet.vertex_count, np.inf)
     for end in (0, 1):
         np.minimum.at(shortest, sheet.edges[:, end], sheet.edge_length)
-    return Patches(
+    return ClothPatches(
         vertices=incidence(label, np.arange(len(label)), count),
         edges=incidence(first, np.arange(len(first)), count),
         faces=incidence(label[sheet.faces[:, 0]], np.arange(len(sheet.faces)), count),

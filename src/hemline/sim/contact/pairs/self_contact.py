@@ -9,9 +9,9 @@ What pairs cost and how they push is in `pair_kernels` and `load_kernels.press_t
 import numpy as np
 from jaxtyping import Float, UInt
 
-from .pair_kernels import PairRows, lay_pairs, near_rows
+from .pair_kernels import PairRows, pair_geometry, near_rows
 
-MARGIN = 0.001
+SEARCH_MARGIN = 0.001
 """Distance beyond thickness and motion up to which pairs are looked for [m]."""
 
 
@@ -43,7 +43,7 @@ class SelfContact:
         self.corners, self.crossed, self.untangling = corners, crossed, untangling
         self._start, self._thickness, self._stiffness = start, thickness, stiffness
         weights, self._normal, distance, carried = _empty(len(corners))
-        lay_pairs(start, start, corners, np.zeros((len(corners), 3)), weights, self._normal, distance, carried)
+        pair_geometry(start, start, corners, np.zeros((len(corners), 3)), weights, self._normal, distance, carried)
         pressed = np.maximum(thickness - distance, 0.0)
         self._limit = friction * stiffness * pressed**2 / thickness
 
@@ -51,16 +51,16 @@ class SelfContact:
         """The pairs where the cloth is now, on the sides that they had at the start; and what pulls crossings apart."""
         corners = self.corners
         weights, normal, distance, carried = _empty(len(corners))
-        lay_pairs(positions, self._start, corners, self._normal, weights, normal, distance, carried)
+        pair_geometry(positions, self._start, corners, self._normal, weights, normal, distance, carried)
         self._normal, thickness = normal, self._thickness
         found = (weights, normal, thickness, carried, thickness, self._stiffness, self._limit)
         out = PairRows(np.empty((len(distance), 4), np.uint32), *(np.empty_like(each) for each in found))
-        count = near_rows(distance, MARGIN, (corners, *found), tuple(out))
+        count = near_rows(distance, SEARCH_MARGIN, (corners, *found), tuple(out))
         near = PairRows(*(each[:count] for each in out))
         rows = near._replace(reach=near.thickness)
         return [rows] if self.untangling is None else [rows, self.untangling]
 
 
 def _empty(count: int) -> tuple[np.ndarray, ...]:
-    """Room for what `lay_pairs` gives: weights, normals, distances, vectors at the start."""
+    """Room for what `pair_geometry` gives: weights, normals, distances, vectors at the start."""
     return np.empty((count, 4)), np.empty((count, 3)), np.empty(count), np.empty((count, 3))

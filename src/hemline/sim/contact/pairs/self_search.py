@@ -11,17 +11,17 @@ from .contour_kernels import contour_directions
 from .lane_kernels import fill_lanes
 from .pair_kernels import PairRows
 from .pair_search_kernels import ClothMesh, Elements, near_pairs, piercing_edges
-from .patch_kernels import Bounds, Frames, Groups, PatchRows, element_frames, group_bounds, patch_bounds, patch_pairs
+from .patch_kernels import PatchBounds, ElementBounds, GroupBounds, PatchRows, element_bounds, group_bounds, patch_bounds, patch_pairs
 from .patches import lanes_of, make_patches
-from .self_contact import MARGIN, SelfContact
+from .self_contact import SEARCH_MARGIN, SelfContact
 
-UNTANGLING = 0.003
+UNTANGLE_DISTANCE = 0.003
 """How far a crossing is pulled apart in a step, about [m]."""
 
-GROUP = 8
+PATCHES_PER_GROUP = 8
 """Patches in a group: groups are compared first."""
 
-CHUNK = 64
+PATCH_PAIR_CHUNK = 64
 """Patch pairs worked on at a time: fixed, so that the order of what is found does not depend on the threads."""
 
 
@@ -47,25 +47,25 @@ class SelfSearch:
         self._rows = PatchRows(patches.vertices, patches.edges, patches.faces)
         self._elements = Elements(*(lanes_of(each) for each in self._rows))
         counts = len(sheet.faces), len(sheet.edges), sheet.vertex_count
-        self._frames = Frames(*(np.empty((each, 11)) for each in counts))
-        self._bounds = Bounds(np.empty((count, 6)), np.empty((count, 4)), np.empty((count, 4)))
-        groups = (count + GROUP - 1) // GROUP
-        self._groups = Groups(np.empty((groups, 6)), np.empty((groups, 4)))
+        self._frames = ElementBounds(*(np.empty((each, 11)) for each in counts))
+        self._bounds = PatchBounds(np.empty((count, 6)), np.empty((count, 4)), np.empty((count, 4)))
+        groups = (count + PATCHES_PER_GROUP - 1) // PATCHES_PER_GROUP
+        self._groups = GroupBounds(np.empty((groups, 6)), np.empty((groups, 4)))
         self._room: dict[str, int] = {"patches": 32, "near": 256, "piercing": 64}
 
     def find(self, start: Float[np.ndarray, "verts 3"], guess: Float[np.ndarray, "verts 3"]) -> SelfContact:
         """What may meet on the way from the start to the guess, and what crosses at the start."""
         sheet, mesh, frames, bounds, elements = self.sheet, self._mesh, self._frames, self._bounds, self._elements
         moved = guess - start
-        element_frames(start, moved, sheet.faces, self._edges, sheet.corners, frames)
+        element_bounds(start, moved, sheet.faces, self._edges, sheet.corners, frames)
         patch_bounds(start, moved, sheet.faces, self._edges, frames.faces, self._rows, bounds)
         for of, lanes in zip((frames.vertices, frames.edges, frames.faces), elements, strict=True):
             fill_lanes(of, bounds.motion, start[0], lanes)
         pairs = self._patch_pairs()
         met = np.empty(len(pairs), bool)
-        near = (start, moved, mesh, frames, bounds, elements, pairs, self.thickest, MARGIN, CHUNK)
+        near = (start, moved, mesh, frames, bounds, elements, pairs, self.thickest, SEARCH_MARGIN, PATCH_PAIR_CHUNK)
         corners = self._filled("near", 5, len(pairs), lambda room, *out: near_pairs(*near, room, met, *out))
-        pierced = (start, mesh, frames, bounds, elements, pairs[met], CHUNK)
+        pierced = (start, mesh, frames, bounds, elements, pairs[met], PATCH_PAIR_CHUNK)
         crossed = self._filled("piercing", 2, int(met.sum()), lambda room, *out: piercing_edges(*pierced, room, *out))
         if len(crossed):
             corners = self._apart(crossed, corners)
@@ -88,12 +88,12 @@ class SelfSearch:
     def _patch_pairs(self) -> np.ndarray:
         """Pairs of patches of which something could meet."""
         count = np.empty(self.patches.count, np.int64)
-        group_bounds(self._bounds, GROUP, self._groups)
+        group_bounds(self._bounds, PATCHES_PER_GROUP, self._groups)
         while True:
             room = self._room["patches"]
             out = np.empty((self.patches.count, room), np.int32)
-            margin = self.thickest + MARGIN
-            patch_pairs(self._bounds, self._groups, GROUP, self.patches.joined, margin, room, count, out)
+            margin = self.thickest + SEARCH_MARGIN
+            patch_pairs(self._bounds, self._groups, PATCHES_PER_GROUP, self.patches.joined, margin, room, count, out)
             if count.max() <= room:
                 kept = np.arange(room) < count[:, None]
                 return np.stack([np.nonzero(kept)[0].astype(np.int32), out[kept]], axis=1)
@@ -101,7 +101,7 @@ class SelfSearch:
 
     def _filled(self, name: str, columns: int, pairs: int, search: Callable[..., None]) -> np.ndarray:
         """What a search finds, chunk after chunk; done again with more room where it does not fit."""
-        count = np.empty((pairs + CHUNK - 1) // CHUNK, np.int64)
+        count = np.empty((pairs + PATCH_PAIR_CHUNK - 1) // PATCH_PAIR_CHUNK, np.int64)
         while True:
             room = self._room[name]
             out = np.empty((len(count) * room, columns), np.uint32)
@@ -133,8 +133,8 @@ class SelfSearch:
         weights = np.tile(np.column_stack([np.ones(count), inner.sum(axis=1) - 1, -inner]), (2, 1))
         normal = np.tile(direction, (2, 1))
         between = np.einsum("pc,pcx->px", weights, start[corners])
-        reach = np.einsum("px,px->p", between, normal) + UNTANGLING
+        reach = np.einsum("px,px->p", between, normal) + UNTANGLE_DISTANCE
         stiffness = self.stiffness[corners].mean(axis=1) * np.concatenate([1 - share, share])
         return PairRows(
-            corners, weights, normal, reach, between, np.full(2 * count, UNTANGLING), stiffness, np.zeros(2 * count)
+            corners, weights, normal, reach, between, np.full(2 * count, UNTANGLE_DISTANCE), stiffness, np.zeros(2 * count)
         )

@@ -9,7 +9,7 @@ from hemline.sim.step.state import ClothState
 from hemline.sim.step.workspace import Workspace
 
 
-def air_of(model: ClothModel, workspace: Workspace, state: ClothState, h: float) -> Air:
+def air_term(model: ClothModel, workspace: Workspace, state: ClothState, h: float) -> Air:
     r"""The air on each vertex, linear in its velocity over the step.
 
     $$E(x) = \sum_i -f_i \cdot s_i + \tfrac12\, s_i \cdot \frac{D_i}{h} s_i, \qquad s = x - x_0$$

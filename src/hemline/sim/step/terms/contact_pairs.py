@@ -4,13 +4,13 @@ import numpy as np
 from jaxtyping import Float
 
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.pairs.pair_kernels import CHUNK, pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
+from hemline.sim.contact.pairs.pair_kernels import PAIR_CHUNK, pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
 from hemline.sim.contact.pairs.pairs import Pairs
 from hemline.sim.solver.block_kernels import blocks_of, vector_of
 from hemline.sim.solver.conjugate_kernels import PairBlocks
 from hemline.sim.solver.layout import Layout
 
-NO_BLOCKS = PairBlocks(
+NO_PAIR_BLOCKS = PairBlocks(
     np.empty((0, 4), np.uint32),
     np.empty((0, 4), np.float32),
     np.empty(0, np.float32),
@@ -22,7 +22,7 @@ NO_BLOCKS = PairBlocks(
 
 
 class ContactPairs:
-    r"""The potential of all pairs: `SelfContact`, `BodyPoints`, second places (`ContactWithHistory`) and `Capsules`.
+    r"""The potential of all pairs: `SelfContact`, `BodyPoints`, second places (`ContactWithHistory`) and `CapsuleColliders`.
 
     $$E(x) = \sum_p \frac{k_p}{3 t_p} d_p^3 + \mu_p L_p\, f_0(|u_p|), \qquad d = \max(0,\; r_0 - n \cdot r),
       \quad r = \sum_c w_c x_c$$
@@ -42,7 +42,7 @@ class ContactPairs:
     def __init__(self, pairs: Pairs, creep: float):
         self.pairs, self.creep = pairs, creep
         self._force = np.empty((len(pairs), 3))
-        self._energy = np.empty((len(pairs) + CHUNK - 1) // CHUNK)
+        self._energy = np.empty((len(pairs) + PAIR_CHUNK - 1) // PAIR_CHUNK)
 
     def evaluate(self, x: Positions, gradient: Positions) -> float:
         """The energy [J]; its gradient is added [N]."""
@@ -58,7 +58,7 @@ class ContactPairs:
         pairs = self.pairs
         if not len(pairs):
             diagonal[:] = 0
-            return NO_BLOCKS
+            return NO_PAIR_BLOCKS
         block, (corners, weights, *_) = blocks_of(len(pairs)), pairs.rows
         pair_blocks(x, tuple(pairs.rows), self.creep, block)
         pair_diagonal(corners, weights, tuple(pairs.at), block, diagonal)

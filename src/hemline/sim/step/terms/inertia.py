@@ -8,7 +8,7 @@ from hemline.sim.step.model import ClothModel
 from hemline.sim.step.state import ClothState
 
 
-def inertia_of(model: ClothModel, state: ClothState, h: float, targets: Positions) -> Inertia:
+def inertia_term(model: ClothModel, state: ClothState, h: float, targets: Positions) -> Inertia:
     r"""Inertia in a step of backward Euler, and the springs of soft pins, as one parabola a vertex.
 
     $$E(x) = \sum_i \frac{k_i}{2} |x_i - y_i|^2, \qquad k = \frac{m}{h^2}, \quad y = x_0 + h v + h^2 g$$

@@ -9,14 +9,14 @@ import torch
 
 from hemline.animators.ropes.mechanics.dynamics import RopeChains
 from hemline.animators.ropes.mechanics.joint_frame_kernels import frames_between
-from hemline.animators.ropes.mechanics.kick_kernels import NEARLY
+from hemline.animators.ropes.mechanics.kick_kernels import SLACK_TOLERANCE
 from hemline.animators.ropes.mechanics.rope_step_kernels import place_kinematic
 from hemline.animators.ropes.mechanics.tension_kernels import solve_direct
 from hemline.arrays import Float, Points
 from hemline.collide.primitives.proxy import Colliders
 
-from .twin_contact import TwinContact
-from .twin_forces import TwinForces, dot, length_of
+from .torch_contact import TorchContact
+from .torch_forces import TorchForces, dot, length_of
 
 Tensor = torch.Tensor
 
@@ -90,19 +90,19 @@ def trajectory(
 
     Returns:
         (windows, frames, nodes of chains, 3) float64 [m]. Gradients are those within one set of ropes that pull and of
-        nodes that touch, see `TwinContact`: where a rope becomes taut or a node touches the trajectory has a kink.
+        nodes that touch, see `TorchContact`: where a rope becomes taut or a node touches the trajectory has a kink.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Sections 3 to 6; gradients are ours. Differs: no limit of speeds, no hook.
     """
-    forces = TwinForces(chains, parameters or {})
+    forces = TorchForces(chains, parameters or {})
     table, count = forces.table, drive.roots.shape[2] - 1
     x, v = (torch.as_tensor(np.asarray(each, np.float64))[:, table] for each in (positions, velocities))
     roots, root_velocities, turns = (
         torch.as_tensor(np.asarray(each, np.float64)) for each in (drive.roots, drive.velocities, drive.turns)
     )
     tensions = forces.of("rest_tensions")[table].expand(x.shape[:3])
-    contact = TwinContact(chains, colliders, drive.bodies, forces.real) if colliders else None
+    contact = TorchContact(chains, colliders, drive.bodies, forces.real) if colliders else None
     h, ends = drive.dt / count, []
     for frame in range(drive.roots.shape[1]):
         x, v = _rooted(x, roots[:, frame, 0]), _rooted(v, root_velocities[:, frame, 0])
@@ -126,7 +126,7 @@ def _rooted(values: Tensor, roots: Tensor) -> Tensor:
 
 
 def _kick(
-    forces: TwinForces, x: Tensor, v: Tensor, tensions: Tensor, springs: Tensor, root: Tensor, h: float, *, second: bool
+    forces: TorchForces, x: Tensor, v: Tensor, tensions: Tensor, springs: Tensor, root: Tensor, h: float, *, second: bool
 ) -> tuple[Tensor, Tensor, Tensor]:
     """Half a kick: which ropes pull, their tensions, and the velocities after it; `kick_kernels.kick`."""
     inverse, geometry = forces.inverse, _Geometry.of(forces, x)
@@ -150,7 +150,7 @@ def _kick(
 
 
 class _Geometry(NamedTuple):
-    """Ropes at one moment: `kick_kernels.read_geometry`, (windows, chains, ropes)."""
+    """Ropes at one moment: `kick_kernels.measure_ropes`, (windows, chains, ropes)."""
 
     ways: Tensor
     spans: Tensor
@@ -160,19 +160,19 @@ class _Geometry(NamedTuple):
     beside: Tensor
 
     @classmethod
-    def of(cls, forces: TwinForces, x: Tensor) -> "_Geometry":
+    def of(cls, forces: TorchForces, x: Tensor) -> "_Geometry":
         inverse, lengths = forces.inverse, forces.of("lengths")[forces.table]
         away = x[:, :, 1:] - x[:, :, :-1]
         spans = length_of(away)
         ways = away / spans[..., None]
-        taut = (spans >= lengths[:, 1:] * (1 - NEARLY)) & forces.free[:, 1:]
+        taut = (spans >= lengths[:, 1:] * (1 - SLACK_TOLERANCE)) & forces.free[:, 1:]
         slack = (lengths[:, 1:] - spans).clamp(min=0)
         diagonal = inverse[:, :-1] + inverse[:, 1:] + (~forces.free[:, 1:]).double()
         return cls(ways, spans, taut, slack, diagonal, -dot(ways[:, :, 1:], ways[:, :, :-1]) * inverse[:, 1:-1])
 
 
 def _impelled(
-    forces: TwinForces, ropes: _Geometry, v: Tensor, held: Tensor, h: float, chosen: Tensor | None = None
+    forces: TorchForces, ropes: _Geometry, v: Tensor, held: Tensor, h: float, chosen: Tensor | None = None
 ) -> Tensor:
     """Velocities after impulses along the ropes, of some chains or of all; `kick_kernels.apply_impulses`."""
     taut = ropes.taut if chosen is None else ropes.taut & chosen
@@ -208,7 +208,7 @@ def _solved(diagonal: Tensor, beside: Tensor, wanted: Tensor, taut: Tensor, held
     return torch.cat([torch.zeros_like(found[..., :1]), found], dim=2)
 
 
-def _moved(forces: TwinForces, x: Tensor, v: Tensor, held: Tensor, roots: Tensor, h: float) -> Tensor:
+def _moved(forces: TorchForces, x: Tensor, v: Tensor, held: Tensor, roots: Tensor, h: float) -> Tensor:
     """Positions, root to tip: exact turns on the sphere of a rope that pulls, straight flight up to it else."""
     lengths, nodes = forces.of("lengths")[forces.table], [roots]
     for i in range(1, x.shape[2]):

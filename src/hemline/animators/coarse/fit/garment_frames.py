@@ -13,7 +13,7 @@ from hemline.meshes import edges
 
 
 @dataclass(frozen=True, eq=False)
-class WornFrames:
+class GarmentFrames:
     """What is known of a proxy on a body, and of some frames of the takes of it.
 
     Frames are seen from the heading of the body's pelvis, which is the origin. Arrays may be mapped from a file.
@@ -34,7 +34,7 @@ class WornFrames:
     cell: Int[np.ndarray, " verts"]
     near: Int[np.ndarray, "verts near"]
     shares: Float[np.ndarray, "verts near"]
-    """These three: see `Cells`."""
+    """These three: see `LimbGrid`."""
     take: Int[np.ndarray, " frames"]
     """Which take each frame is of."""
     frame: Int[np.ndarray, " frames"]

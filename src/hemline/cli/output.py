@@ -1,4 +1,4 @@
-"""A clip in the file that a command was asked for, and what is said of it."""
+"""Writes the clip of a command to its output file, and reports what was written."""
 
 import json
 from collections.abc import Sequence
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from hemline.export import Clip, OwnMesh
 
 
-def check_paths(*each: tuple[Path | None, str]) -> None:
-    """Refuse files that do not have the ending they must have, or cannot be written, before anything is done.
+def check_paths(*files: tuple[Path | None, str]) -> None:
+    """Checks the names of output files before any work is done.
 
     Args:
-        each: A file, or None where it is not asked for, and its ending.
+        files: Pairs of a file, or None for an option that was not given, and the ending that it must have.
 
     Raises:
-        BadOutput: It is called otherwise, or cannot be written.
+        BadOutput: A file has another ending, or cannot be written.
     """
-    for path, ending in each:
+    for path, ending in files:
         if path is None:
             continue
         if path.suffix != ending:
@@ -35,17 +35,17 @@ def check_paths(*each: tuple[Path | None, str]) -> None:
 
 @dataclass(frozen=True)
 class Output:
-    """Where to and how.
+    """Output file of a command and its options, checked when it is made.
 
     Args:
-        path: The file; its ending chooses the format.
-        skinned: The garment as a skinned mesh.
-        bones: Its bones; None: as many as `hemline.export.BONES`.
-        quantized: Fewer bytes a number.
-        character: The file of the character that the body was made of, to be shown in its place; None: the body.
+        path: The file; its ending selects the format.
+        skinned: Whether the garment is written as a skinned mesh.
+        bones: Number of bones of the skinned mesh; None for `hemline.export.DEFAULT_BONES`.
+        quantized: Whether numbers are stored with fewer bytes.
+        character: File of the character that the body was made from, shown instead of the body; None for the body.
 
     Raises:
-        BadInput: The format is not known or cannot hold this, or bones are asked for without a skin.
+        BadInput: The format is unknown or does not support these options, or bones are given without a skin.
     """
 
     path: Path
@@ -66,23 +66,33 @@ class Output:
             raise BadInput("a character's own mesh is written as .glb", self.path.name, f"name it {self.path.stem}.glb")
 
     def own_mesh(self, body: "ShapedBody") -> "OwnMesh | None":
-        """The character's own mesh, if it is asked for; refused before anything is played where it is another's."""
+        """Returns the character's own mesh, or None if no character was given.
+
+        Raises:
+            BadInput: The character is not the one that the body was made from.
+        """
         from hemline.playback import own_mesh
 
         return None if self.character is None else own_mesh(self.character, body)
 
     def write(self, clip: "Clip", *, as_json: bool, own: "OwnMesh | None" = None) -> None:
-        """Write the clip, with a character's own mesh if any; print the names of the files, or one JSON object."""
+        """Writes the clip, and prints the names of the files or one JSON object.
+
+        Args:
+            clip: The clip.
+            as_json: Whether a JSON object is printed.
+            own: The character's own mesh, written instead of the body; None for the body.
+        """
         from hemline import export
 
         if self.skinned:
-            clip = export.skinned(clip, export.BONES if self.bones is None else self.bones)
+            clip = export.skin_clip(clip, export.DEFAULT_BONES if self.bones is None else self.bones)
         if own is None:
             paths = export.write(self.path, clip, quantized=self.quantized)
         else:
             paths = export.write_dressed(self.path, clip, own, quantized=self.quantized)
         if as_json:
-            print(json.dumps(_said(clip, paths)))
+            print(json.dumps(_summary(clip, paths)))
             return
         if clip.skin is not None:
             errors = f"{clip.skin.mean_error_mm:.1f} mm in the mean, {clip.skin.max_error_mm:.1f} mm at most"
@@ -91,7 +101,7 @@ class Output:
             print(path)
 
 
-def _said(clip: "Clip", paths: Sequence[Path]) -> dict:
+def _summary(clip: "Clip", paths: Sequence[Path]) -> dict:
     skin = clip.skin and {
         "bones": clip.skin.bone_count,
         "mean_error_mm": clip.skin.mean_error_mm,

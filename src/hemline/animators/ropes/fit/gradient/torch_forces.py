@@ -25,7 +25,7 @@ def length_of(vectors: Tensor) -> Tensor:
     return (dot(vectors, vectors) + _LEAST).sqrt()
 
 
-class TwinForces:
+class TorchForces:
     """Chains as a table, one row a chain, padded at the tips with copies that nothing moves.
 
     Tables are (chains, nodes) or (windows, chains, nodes, ...).

@@ -10,7 +10,7 @@ from hemline.version import VERSION
 
 
 @functools.cache
-def made_with() -> dict[str, str]:
+def build_info() -> dict[str, str]:
     """Versions of hemline, numba and NumPy, and the processor that kernels are compiled for, by name."""
     from llvmlite import binding  # the compiler that numba calls
 

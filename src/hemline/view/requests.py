@@ -4,7 +4,7 @@ import threading
 from typing import Any
 
 
-class Wishes:
+class Requests:
     """The latest wish of each name: a slider that is dragged asks for its last place only."""
 
     def __init__(self) -> None:

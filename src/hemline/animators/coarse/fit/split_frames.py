@@ -9,33 +9,33 @@ import numpy as np
 
 from hemline.arrays import Int
 from hemline.datasets.collection import Collection, Entry
-from hemline.sim.takes.jobs import Tell, nothing_told
+from hemline.sim.takes.jobs import Progress, ignore_progress
 
-from .walk import Walk, walked
-from .worn_frames import WornFrames
+from .walk import TakeWalk, walk_takes
+from .garment_frames import GarmentFrames
 
-SIDES = ("new_clip", "new_garment", "both_new")
+HELD_OUT = ("new_clip", "new_garment", "both_new")
 """What epochs are chosen by: takes of subjects, of garments, or of both that are not learned from."""
 
 
 @dataclass(frozen=True, eq=False)
-class SidedFrames:
+class SplitFrames:
     """Frames garment by garment and body by body."""
 
-    worn: Sequence[WornFrames]
-    sides: Sequence[np.ndarray]
-    """What each frame is for, in an array for each garment on a body: `train` or one of `SIDES`."""
+    groups: Sequence[GarmentFrames]
+    splits: Sequence[np.ndarray]
+    """What each frame is for, in an array for each garment on a body: `train` or one of `HELD_OUT`."""
 
     @classmethod
     def of(
         cls,
         data: Collection,
         sides: Mapping[str, Sequence[Entry]],
-        walk: Walk,
+        walk: TakeWalk,
         folder: Path,
         *,
         jobs: int = 1,
-        tell: Tell = nothing_told,
+        tell: Progress = ignore_progress,
     ) -> Self:
         """Frames of takes, see `walk.walked`.
 
@@ -47,18 +47,18 @@ class SidedFrames:
             jobs: Processes that walk.
             tell: Called with the garments on bodies done and in all.
         """
-        side_of = {id_of(entry): name for name, entries in sides.items() for entry in entries}
+        side_of = {take_id(entry): name for name, entries in sides.items() for entry in entries}
         entries = [entry for each in sides.values() for entry in each]
-        worn, takes = walked(data, entries, walk, folder, jobs=jobs, tell=tell)
-        found = [np.array([side_of[id_of(each)] for each in own]) for own in takes]
+        worn, takes = walk_takes(data, entries, walk, folder, jobs=jobs, tell=tell)
+        found = [np.array([side_of[take_id(each)] for each in own]) for own in takes]
         return cls(worn, [own[np.asarray(each.take)] for each, own in zip(worn, found, strict=True)])
 
-    def part(self, side: str) -> list[tuple[WornFrames, Int[np.ndarray, " frames"]]]:
+    def part(self, side: str) -> list[tuple[GarmentFrames, Int[np.ndarray, " frames"]]]:
         """The frames of one side: those of each garment on a body that has some, and their numbers."""
-        rows = [(each, np.flatnonzero(own == side)) for each, own in zip(self.worn, self.sides, strict=True)]
+        rows = [(each, np.flatnonzero(own == side)) for each, own in zip(self.groups, self.splits, strict=True)]
         return [(each, own) for each, own in rows if len(own)]
 
 
-def id_of(entry: Entry) -> tuple[int, str]:
+def take_id(entry: Entry) -> tuple[int, str]:
     """Which take it is."""
     return entry.dataset, entry.row.name

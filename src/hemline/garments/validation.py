@@ -14,7 +14,7 @@ from .pieces import Piece
 from .pins import Pins
 
 
-def checked_mesh(
+def validate_mesh(
     name: str, vertices: Vertices, faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"]
 ) -> tuple[Vertices, Faces, Float[np.ndarray, "faces 2 2"]]:
     """Vertices, faces and rest triangles of a garment in their own types, contiguous.
@@ -36,7 +36,7 @@ def checked_mesh(
     return vertices, faces, rest_edges
 
 
-def checked_pins(name: str, pins: Pins, vertex_count: int) -> Pins:
+def validate_pins(name: str, pins: Pins, vertex_count: int) -> Pins:
     """The pins of a garment in their own types, contiguous.
 
     Raises:

@@ -5,7 +5,7 @@ import numpy as np
 from hemline.arrays import Faces, Float, Vertices
 
 
-def clipped(vertices: Vertices, faces: Faces, values: Float[np.ndarray, " verts"]) -> tuple[Vertices, Faces]:
+def clip_mesh(vertices: Vertices, faces: Faces, values: Float[np.ndarray, " verts"]) -> tuple[Vertices, Faces]:
     """What is left of a mesh where a function is negative, cut exactly along its zero line.
 
     Args:
@@ -19,7 +19,7 @@ def clipped(vertices: Vertices, faces: Faces, values: Float[np.ndarray, " verts"
     values = np.where(np.abs(values) < 1e-7, 1e-7, values)
     kept = values < 0
     count = kept[faces].sum(axis=1)
-    turned = np.concatenate([_turned(faces[count == 1], kept, True), _turned(faces[count == 2], kept, False)])
+    turned = np.concatenate([_rotate_corners(faces[count == 1], kept, True), _rotate_corners(faces[count == 2], kept, False)])
     single = kept[turned[:, 0]]
     keys = np.sort(np.concatenate([turned[:, [0, 1]], turned[:, [0, 2]]]), axis=1)
     cut, index = np.unique(keys, axis=0, return_inverse=True)
@@ -32,16 +32,16 @@ def clipped(vertices: Vertices, faces: Faces, values: Float[np.ndarray, " verts"
         np.stack([first, turned[:, 1], turned[:, 2]], axis=1)[~single],
         np.stack([first, turned[:, 2], second], axis=1)[~single],
     ]
-    return compacted(np.concatenate([vertices, points]), np.concatenate(new).astype(np.int32))
+    return drop_unused_vertices(np.concatenate([vertices, points]), np.concatenate(new).astype(np.int32))
 
 
-def compacted(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
+def drop_unused_vertices(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
     """A mesh without the vertices that no triangle uses."""
     used, numbers = np.unique(faces, return_inverse=True)
     return vertices[used], numbers.reshape(-1, 3).astype(np.int32)
 
 
-def _turned(faces: Faces, kept: np.ndarray, alone: bool) -> Faces:
+def _rotate_corners(faces: Faces, kept: np.ndarray, alone: bool) -> Faces:
     """Triangles turned so that their odd corner is the first: the one kept corner, or the one that is not."""
     first = (kept[faces] == alone).argmax(axis=1)
     return np.take_along_axis(faces, (first[:, None] + np.arange(3)) % 3, axis=1)

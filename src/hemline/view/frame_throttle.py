@@ -12,7 +12,7 @@ PATIENCE = 2.0
 """A browser that does not answer for so long is waited for no more [s]: a tab that sleeps, a cable that was pulled."""
 
 
-class Pace:
+class FrameThrottle:
     """Asks each browser after each picture, and hears when it has come there.
 
     Args:

@@ -14,7 +14,7 @@ from .window_contact_kernels import resolve_windows
 Tensor = torch.Tensor
 
 
-class TwinContact:
+class TorchContact:
     """What holds nodes out of the primitives in each substep.
 
     Positions and velocities after it are the kernels'. Where a node touches, its gradient across the way that it was

@@ -7,7 +7,7 @@ from hemline.garments.garment import Garment
 from hemline.sim.settings import SIMULATOR
 
 
-def begun(folder: str | Path, garment: Garment) -> Dataset:
+def start_dataset(folder: str | Path, garment: Garment) -> Dataset:
     """The dataset that takes are made for: made, or continued.
 
     Takes that are damaged are put aside, with a warning each, and made again where they are asked for. A warning says,

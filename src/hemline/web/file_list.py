@@ -15,19 +15,19 @@ from hashlib import file_digest, sha256
 from pathlib import Path
 from typing import Any
 
-from .assemble import PARTS, FolderPage
+from .assemble import PARTS_PREFIX, FolderPage
 
 INDEX = "index.html"
 LIST = "page.json"
 """Name of the list among the parts."""
 _KIND = "hemline page"
 _LONGEST = 1_000_000
-_PLACE = re.compile(PARTS + "[0-9a-f]{12}")
+_PLACE = re.compile(PARTS_PREFIX + "[0-9a-f]{12}")
 _PART = re.compile(r"(?:[A-Za-z0-9_]+/)?[A-Za-z0-9_][A-Za-z0-9_.]*")
 
 
 @dataclass(frozen=True)
-class WrittenList:
+class FileList:
     """What was written.
 
     Attributes:
@@ -64,24 +64,24 @@ class WrittenList:
         return (json.dumps(told, indent=1, sort_keys=True) + "\n").encode()
 
 
-def part_folders(folder: Path) -> dict[Path, WrittenList]:
+def part_folders(folder: Path) -> dict[Path, FileList]:
     """Folders of parts beside an index, with their lists; links are none."""
     found = {}
     for each in folder.iterdir():
         if _PLACE.fullmatch(each.name) and not each.is_symlink() and each.is_dir():
-            listed = WrittenList.read(each)
+            listed = FileList.read(each)
             if listed is not None:
                 found[each] = listed
     return found
 
 
-def is_written_index(folder: Path) -> bool:
+def is_our_index(folder: Path) -> bool:
     """Whether `index.html` is to the byte one that a list in the folder names."""
     index = folder / INDEX
     return is_file(index) and hash_of(index) in {each.index for each in part_folders(folder).values()}
 
 
-def remove_written(place: Path, listed: WrittenList) -> None:
+def remove_listed(place: Path, listed: FileList) -> None:
     """Remove of a folder of parts what is listed and unchanged, then folders that are empty; the list itself last."""
     for name, digest in listed.parts.items():
         part = place / name

@@ -8,21 +8,21 @@ from hemline.arrays import Float
 from hemline.motions import Pose
 from hemline.motions.quaternions import angle, inverse, multiply, normalised, rotate, slerp
 
-FASTEST = 0.15
+FASTEST_FOLLOW = 0.15
 """Farthest that a body follows the hand in one frame [m]."""
-QUICKEST = 0.2
+QUICKEST_TURN = 0.2
 """Most that it turns with it [rad]."""
 
 
-def _upright() -> np.ndarray:
+def _no_turn() -> np.ndarray:
     return np.array([1.0, 0.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, eq=False)
-class Shift:
+class BodyShift:
     """A rotation, then a translation, of all that a clip does: x -> turn x + way. Both in float64."""
 
-    turn: Float[np.ndarray, "4"] = field(default_factory=_upright)
+    turn: Float[np.ndarray, "4"] = field(default_factory=_no_turn)
     """Unit quaternion, wxyz."""
     way: Float[np.ndarray, "3"] = field(default_factory=lambda: np.zeros(3))
     """In the world [m]."""
@@ -30,7 +30,7 @@ class Shift:
     @property
     def still(self) -> bool:
         """Whether nothing was dragged."""
-        return not self.way.any() and np.array_equal(self.turn, _upright())
+        return not self.way.any() and np.array_equal(self.turn, _no_turn())
 
     def of(self, pose: Pose) -> Pose:
         """A pose, moved; the very same one where nothing was dragged.
@@ -52,7 +52,7 @@ class Shift:
             to: Where it is now (3,) [m].
             turn: How it was turned meanwhile (4,), wxyz.
         """
-        return Shift(normalised(multiply(turn, self.turn)), rotate(turn, self.way - handle) + to)
+        return BodyShift(normalised(multiply(turn, self.turn)), rotate(turn, self.way - handle) + to)
 
     def towards(self, goal: "Shift", pivot: np.ndarray) -> "Shift":
         """A frame's step towards a goal, so that a jump of the hand is no jump of the body.
@@ -64,8 +64,8 @@ class Shift:
         here, there = (rotate(each.turn, pivot) + each.way for each in (self, goal))
         turned = float(angle(multiply(inverse(self.turn), goal.turn)))
         far = float(np.linalg.norm(there - here))
-        if far <= FASTEST and turned <= QUICKEST:
+        if far <= FASTEST_FOLLOW and turned <= QUICKEST_TURN:
             return goal
-        share = min(FASTEST / max(far, 1e-9), QUICKEST / max(turned, 1e-9), 1.0)
+        share = min(FASTEST_FOLLOW / max(far, 1e-9), QUICKEST_TURN / max(turned, 1e-9), 1.0)
         turn = normalised(slerp(self.turn, goal.turn, share))
-        return Shift(turn, here + share * (there - here) - rotate(turn, pivot))
+        return BodyShift(turn, here + share * (there - here) - rotate(turn, pivot))

@@ -9,10 +9,10 @@ from hemline.animators import Animator, MaterialAware
 from hemline.datasets import Dataset, Row
 from hemline.errors import BadInput
 
-from .source import Played, Simulated, Source
+from .source import PlayedClip, SimulatedClip, FrameSource
 from .wind import takes_wind
 
-FPS = 30.0
+CLIP_FPS = 30.0
 """Frames a second at which clips are played."""
 NO_MODEL = "the simulation alone"
 """In the list of models: the take itself is shown."""
@@ -30,7 +30,7 @@ class Choice:
 
 
 @dataclass(eq=False)
-class Shelf:
+class Catalog:
     """Models and clips by the names under which the page lists them.
 
     Attributes:
@@ -71,7 +71,7 @@ class Shelf:
         """What is shown at the start: a take alone, or the first model in the first clip."""
         return Choice(NO_MODEL if self._takes else self.model_names[0], self.clip_names[0])
 
-    def source(self, choice: Choice) -> Source:
+    def source(self, choice: Choice) -> FrameSource:
         """Make ready what was chosen.
 
         Raises:
@@ -88,7 +88,7 @@ class Shelf:
         if choice.material is not None and isinstance(animator, MaterialAware):
             animator = animator.in_material(choice.material)
         body = bodies.load(animator.body_name).shaped(choice.betas)
-        return Played.on(animator, body, self._once(f"clip {choice.clip}", self.clips[choice.clip]), fps=FPS)
+        return PlayedClip.on(animator, body, self._once(f"clip {choice.clip}", self.clips[choice.clip]), fps=CLIP_FPS)
 
     def windy(self, choice: Choice) -> bool:
         """Whether the chosen model takes wind."""
@@ -102,12 +102,12 @@ class Shelf:
         known = tuple(animator.known_materials) if isinstance(animator, MaterialAware) else ()
         return known if len(known) > 1 else ()
 
-    def _of_take(self, choice: Choice) -> Source:
+    def _of_take(self, choice: Choice) -> FrameSource:
         dataset, row = self._takes[choice.clip]
         take, garment = dataset.take(row), dataset.garment
         body = bodies.load(garment.body_name).shaped(take.betas)
         if choice.model == NO_MODEL:
-            return Simulated(take, garment, body)
+            return SimulatedClip(take, garment, body)
         animator = self._animator(choice.model)
         if len(animator.garment.vertices) != take.vertices.shape[1]:
             raise BadInput(
@@ -115,7 +115,7 @@ class Shelf:
                 f"{len(animator.garment.vertices)} vertices for {take.vertices.shape[1]}",
                 f"choose a model of '{garment.name}', or '{NO_MODEL}'",
             )
-        return Played.on(animator, body, take.motion, fps=take.motion.fps, take=take)
+        return PlayedClip.on(animator, body, take.motion, fps=take.motion.fps, take=take)
 
     def _animator(self, name: str) -> Animator:
         return self._once(f"model {name}", self.models[name])

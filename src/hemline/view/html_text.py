@@ -9,7 +9,7 @@ from html import escape
 
 from hemline.errors import HemlineError
 
-LONGEST = 600
+LONGEST_ERROR = 600
 """How many letters of an error are told."""
 _PLAIN = "padding:0 0.9em 0.7em;font-size:0.875em;line-height:1.5;overflow-wrap:anywhere"
 
@@ -21,7 +21,7 @@ def one_line(error: BaseException | None) -> str:
         error: Any error; those of hemline say for themselves what to do.
     """
     said = str(error) if isinstance(error, HemlineError) else f"something failed; got {type(error).__name__}: {error}"
-    return "".join(letter if letter.isprintable() else " " for letter in said[:LONGEST])
+    return "".join(letter if letter.isprintable() else " " for letter in said[:LONGEST_ERROR])
 
 
 def lines(rows: Iterable[str], *, first_bold: bool = False, trouble: str = "") -> str:

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class WornGarment:
+class GarmentOnBody:
     """The body's surface in patches, the garment's vertices in blocks, and what of the body each is next to."""
 
     patches: Patches
     order: Int[np.ndarray, " verts"]
     """Vertices in compact blocks: the order that kernels work in, to the garment's own."""
-    home: Int[np.ndarray, " verts"]
+    nearest: Int[np.ndarray, " verts"]
     """Body vertex nearest to each garment vertex at rest, both renumbered."""
     limb: Int[np.ndarray, " verts"]
     """The limb that each garment vertex belongs to: that of its home."""
@@ -61,11 +61,11 @@ class WornGarment:
         )
 
     @property
-    def home_faces(self) -> Int[np.ndarray, " verts"]:
+    def nearest_faces(self) -> Int[np.ndarray, " verts"]:
         """A face around the home of each vertex: its number in `patches.faces`."""
-        return self.patches.ring[self.patches.ring_start[self.home]]
+        return self.patches.ring[self.patches.ring_start[self.nearest]]
 
-    def checked(self, vertices: Vertices) -> Vertices:
+    def check_vertices(self, vertices: Vertices) -> Vertices:
         """The vertices of a frame [m], float32 and contiguous, if they can be this garment's.
 
         Raises:

@@ -10,7 +10,7 @@ from .rows import Rows
 from .sheet import Sheet
 
 
-def joined(sheets: Sequence[Sheet]) -> Sheet:
+def join_sheets(sheets: Sequence[Sheet]) -> Sheet:
     """Several pieces of cloth as one sheet: vertices, faces and edges of each follow those of the one before.
 
     Args:

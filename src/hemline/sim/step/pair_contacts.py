@@ -10,7 +10,7 @@ from .model import ClothModel
 from .workspace import Workspace
 
 
-class Meeting:
+class PairContacts:
     """The pairs of one step: the cloth with itself, the body's vertices, second places and capsules.
 
     Args:

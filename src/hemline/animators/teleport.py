@@ -9,15 +9,15 @@ from hemline.arrays import Float
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import angle, from_matrix, inverse, multiply
 
-FARTHEST = 1.0
+TELEPORT_DISTANCE = 1.0
 """A pelvis that goes farther in a frame is put there [m]."""
-FASTEST = 15.0
+TELEPORT_SPEED = 15.0
 """So is one that is faster than this, in a longer time [m/s]."""
-TURNED = np.radians(100)
+TELEPORT_ANGLE = np.radians(100)
 """So is one that turns farther in a frame [rad]."""
 
 
-def leaps(first: Pose, second: Pose, seconds: float) -> bool:
+def is_teleport(first: Pose, second: Pose, seconds: float) -> bool:
     """Whether a body was put elsewhere instead of going there.
 
     Args:
@@ -28,11 +28,11 @@ def leaps(first: Pose, second: Pose, seconds: float) -> bool:
     way = float(np.linalg.norm(second.translation.astype(np.float64) - first.translation))
     one, two = (each.rotations[0].astype(np.float64) for each in (first, second))
     turned = float(angle(multiply(inverse(one), two)))
-    return way > max(FARTHEST, FASTEST * seconds) or (turned > TURNED and seconds < 0.1)
+    return way > max(TELEPORT_DISTANCE, TELEPORT_SPEED * seconds) or (turned > TELEPORT_ANGLE and seconds < 0.1)
 
 
 @dataclass(frozen=True)
-class Rigid:
+class RigidTransform:
     """A rotation and a shift."""
 
     turn: Float[np.ndarray, "3 3"]

@@ -4,20 +4,20 @@ import numpy as np
 
 from hemline.arrays import Vertices
 from hemline.bodies import ShapedBody
-from hemline.collide import LayeredProjector, WornGarment
+from hemline.collide import LayeredProjector, GarmentOnBody
 from hemline.errors import SimulationFailed
 from hemline.garments import Garment, pieces_apart
 from hemline.garments.pieces import GAP
 from hemline.meshes import crossing_edges, edges
 from hemline.sim.rest.settle import rest_state
-from hemline.sim.rest.settling import MOST_AT_START
+from hemline.sim.rest.settling import MAX_CROSSING_RATIO_AT_START
 from hemline.sim.settings import SimSettings
 
-A_FRAME = 1 / 30
+FRAME_SECONDS = 1 / 30
 """Time that the projection is told has passed [s]."""
 
 
-def settled(garment: Garment, shaped: ShapedBody, *, self_contact: bool = True) -> Vertices:
+def settle_garment(garment: Garment, shaped: ShapedBody, *, self_contact: bool = True) -> Vertices:
     """A garment at rest on a body in its rest pose (verts, 3) [m], float64.
 
     Garments worn together settle together. Where they cannot, as cloth that starts through other cloth does not come
@@ -39,13 +39,13 @@ def settled(garment: Garment, shaped: ShapedBody, *, self_contact: bool = True) 
         if len(pieces) < 2:
             raise
         alone = np.concatenate([rest_state(piece, shaped, settings).positions for piece in pieces])
-        apart = moved_apart(garment, shaped, alone.astype(np.float32))
-        if len(crossing_edges(apart, garment.faces)) > MOST_AT_START * len(edges(garment.faces)):
+        apart = separate_garments(garment, shaped, alone.astype(np.float32))
+        if len(crossing_edges(apart, garment.faces)) > MAX_CROSSING_RATIO_AT_START * len(edges(garment.faces)):
             raise failure
         return apart.astype(np.float64)
 
 
-def moved_apart(garment: Garment, shaped: ShapedBody, vertices: Vertices) -> Vertices:
+def separate_garments(garment: Garment, shaped: ShapedBody, vertices: Vertices) -> Vertices:
     """Garments worn together, each moved out of those beneath it, and out of the body [m].
 
     Args:
@@ -53,8 +53,8 @@ def moved_apart(garment: Garment, shaped: ShapedBody, vertices: Vertices) -> Ver
         shaped: The body.
         vertices: Where they are, the body in its rest pose [m].
     """
-    worn, pieces = WornGarment.of(shaped, garment.vertices), pieces_apart(garment)
+    worn, pieces = GarmentOnBody.of(shaped, garment.vertices), pieces_apart(garment)
     whole = (True,) * len(pieces)
     projector = LayeredProjector.prepare(shaped, pieces, worn, thickness=GAP, measure=False, whole=whole)
     posed = shaped.posed(shaped.rest_pose)
-    return projector.project(projector.start(), posed, vertices, dt=A_FRAME)[1]
+    return projector.project(projector.start(), posed, vertices, dt=FRAME_SECONDS)[1]

@@ -8,11 +8,11 @@ import numpy as np
 
 from hemline.errors import BadInput
 
-FARTHEST = 100.0
+FARTHEST_DRAG = 100.0
 """How far from the middle of the floor a hand may drag the body [m]."""
 
 
-def one_of(what: str, value: Any, known: Sequence[str]) -> str:
+def check_choice(what: str, value: Any, known: Sequence[str]) -> str:
     """A name out of a list.
 
     Raises:
@@ -23,7 +23,7 @@ def one_of(what: str, value: Any, known: Sequence[str]) -> str:
     return value
 
 
-def switch(what: str, value: Any) -> bool:
+def check_switch(what: str, value: Any) -> bool:
     """Yes or no.
 
     Raises:
@@ -34,7 +34,7 @@ def switch(what: str, value: Any) -> bool:
     return value
 
 
-def number(what: str, value: Any, ends: tuple[float, float]) -> float:
+def check_number(what: str, value: Any, ends: tuple[float, float]) -> float:
     """A number between two others.
 
     Raises:
@@ -46,7 +46,7 @@ def number(what: str, value: Any, ends: tuple[float, float]) -> float:
     return float(value)
 
 
-def numbers(what: str, values: Any, count: int, ends: tuple[float, float]) -> tuple[float, ...]:
+def check_numbers(what: str, values: Any, count: int, ends: tuple[float, float]) -> tuple[float, ...]:
     """So many numbers, each between two others.
 
     Raises:
@@ -54,23 +54,23 @@ def numbers(what: str, values: Any, count: int, ends: tuple[float, float]) -> tu
     """
     if not isinstance(values, tuple | list) or len(values) != count:
         raise BadInput(f"{what} must be {count} numbers", _short(values), "load the page again")
-    return tuple(number(what, value, ends) for value in values)
+    return tuple(check_number(what, value, ends) for value in values)
 
 
-def place(value: Any) -> tuple[np.ndarray, np.ndarray]:
+def check_place(value: Any) -> tuple[np.ndarray, np.ndarray]:
     """Where a hand holds the body (3,) [m], and how it is turned there (4,), a unit quaternion wxyz; both float64.
 
     Raises:
-        BadInput: They are no such numbers, or farther away than `MOST_STEPS`.
+        BadInput: They are no such numbers, or farther away than `FARTHEST_BODY`.
     """
     try:
         at, turn = (np.array(part, np.float64) for part in value)
     except (TypeError, ValueError):
         at = turn = np.zeros(0)
-    near = at.shape == (3,) and bool((abs(at) <= FARTHEST).all())
+    near = at.shape == (3,) and bool((abs(at) <= FARTHEST_DRAG).all())
     length = float(np.linalg.norm(turn))
     if not near or turn.shape != (4,) or not abs(length - 1) < 0.01:
-        raise BadInput("the body cannot be dragged there", _short(value), f"stay within {FARTHEST:g} m of the floor")
+        raise BadInput("the body cannot be dragged there", _short(value), f"stay within {FARTHEST_DRAG:g} m of the floor")
     return at, turn / length
 
 

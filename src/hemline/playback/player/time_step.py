@@ -2,17 +2,17 @@
 
 from hemline.errors import BadInput
 
-SHORTEST = 1e-4
+SHORTEST_STEP = 1e-4
 """A shorter frame is taken for one of this length, in which the body goes nowhere [s]: else rounding would be speed."""
-LONGEST = 0.25
+LONGEST_STEP = 0.25
 """Of a longer frame only this much is played [s]: after a pause the next frame must not take longer than others."""
-STEP = 1e-3
+SHORTEST_RUN_UP_STEP = 1e-3
 """Shortest step of a run-up [s]: as at 1000 frames a second, the highest rate that `play` takes."""
 LONGEST_PRE_ROLL = 600.0
 """A run-up takes no longer [s]."""
 
 
-def played_time(dt: float) -> float:
+def clamp_dt(dt: float) -> float:
     """How much of a frame is played [s].
 
     Args:
@@ -23,7 +23,7 @@ def played_time(dt: float) -> float:
     """
     if not 0 < dt < float("inf"):
         raise BadInput("a frame must take a positive time", f"dt = {dt} s", "give the time since the last frame")
-    return min(max(float(dt), SHORTEST), LONGEST)
+    return min(max(float(dt), SHORTEST_STEP), LONGEST_STEP)
 
 
 def run_up_steps(pre_roll: float, dt: float) -> tuple[int, float]:
@@ -36,7 +36,7 @@ def run_up_steps(pre_roll: float, dt: float) -> tuple[int, float]:
     Raises:
         BadInput: `dt` is not a positive time, or `pre_roll` is negative, not finite or longer than ten minutes.
     """
-    step = max(played_time(dt), STEP)
+    step = max(clamp_dt(dt), SHORTEST_RUN_UP_STEP)
     if not 0 <= pre_roll <= LONGEST_PRE_ROLL:
         what = f"a pre-roll takes a time from 0 to {LONGEST_PRE_ROLL:g} s"
         raise BadInput(what, f"pre_roll = {pre_roll} s", "leave it out for 1 s")
